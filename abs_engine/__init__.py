@@ -1,0 +1,1 @@
+"""abs_engine: 3D face and lip motion from video, by rendering."""

@@ -1,0 +1,1 @@
+"""Comparison of buffers and fused sums with the frame."""

@@ -1,0 +1,59 @@
+"""The exceptions a user can meet. Each message says what is wrong and what to do."""
+
+from __future__ import annotations
+
+
+class AbsEngineError(Exception):
+    """Base of every error that is the input's or the machine's fault, not a bug.
+
+    Parameters
+    ----------
+    problem : str
+        What is wrong, in one line.
+    remedy : str
+        What to do about it, in one line.
+    """
+
+    def __init__(self, problem: str, remedy: str) -> None:
+        super().__init__(problem, remedy)
+        self.problem = problem
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        return f"{self.problem}; {self.remedy}"
+
+
+class InputFileError(AbsEngineError):
+    """A file is missing, empty, or not of the kind that was asked for."""
+
+
+class VideoError(InputFileError):
+    """A video cannot be opened, breaks off, or holds no frames."""
+
+
+class ModelFormatError(InputFileError):
+    """A model file has another format or version than this release reads."""
+
+
+class MeshError(AbsEngineError):
+    """A mesh holds NaN, wrong indices, or no area at all."""
+
+
+class ParameterError(AbsEngineError):
+    """A value is outside of what the function accepts."""
+
+
+class FaceNotFoundError(AbsEngineError):
+    """No face, or no mouth, was found in the frames."""
+
+
+class OutputError(AbsEngineError):
+    """An output folder or file exists already or cannot be written."""
+
+
+class OpenGLError(AbsEngineError):
+    """No OpenGL context of the wanted kind can be made on this machine."""
+
+
+class StudioError(AbsEngineError):
+    """The studio's worker process failed."""

@@ -1,0 +1,1 @@
+"""Renderers: OpenGL without a screen, and a CPU rasteriser behind the same protocol."""

@@ -1,0 +1,1 @@
+"""Authored speech and the studio that films it."""

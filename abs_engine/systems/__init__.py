@@ -1,0 +1,1 @@
+"""The systems: short compositions of the rooms below."""
