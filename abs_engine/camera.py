@@ -87,6 +87,11 @@ class Camera:
         return Window(0, 0, *self.size)
 
     @cached_property
+    def distorted(self) -> bool:
+        """Whether any distortion coefficient is not zero."""
+        return bool(self.distortion.any())
+
+    @cached_property
     def radius_limit(self) -> float:
         """Largest r^2 (normalised units) up to which the distortion is trusted.
 

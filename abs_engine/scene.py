@@ -6,6 +6,7 @@ Also the `Renderer` protocol, behind which OpenGL and the CPU rasteriser stand.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -170,6 +171,11 @@ class ColourError:
         object.__setattr__(self, "frame", np.ascontiguousarray(self.frame, np.float32))
         if self.frame.ndim != 3 or self.frame.shape[2] != 3:
             raise ParameterError(f"frame has shape {self.frame.shape}", "give (H, W, 3)")
+
+    @cached_property
+    def normalised(self) -> NDArray[np.float32]:
+        """The frame's luminance-normalised RGB, (H, W, 3) float32; constant over a fit."""
+        return np.asarray((self.frame + 1) / (self.frame.sum(axis=2, keepdims=True) + 3))
 
 
 PixelTerm = ClassMaps | ColourError

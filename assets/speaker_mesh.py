@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-
 from speaker_source import QuadMesh
 
 CLASS_NAMES = ("background", "skin", "upper_lip", "lower_lip", "inner_mouth",
@@ -17,28 +16,79 @@ CLASS_NAMES = ("background", "skin", "upper_lip", "lower_lip", "inner_mouth",
 SKIN, UPPER_LIP, LOWER_LIP, INNER_MOUTH, UPPER_TEETH, LOWER_TEETH, TONGUE, EYES = range(1, 9)
 GROUP_CLASS = {"helper-upper-teeth": UPPER_TEETH, "helper-lower-teeth": LOWER_TEETH,
                "helper-tongue": TONGUE, "helper-l-eye": EYES, "helper-r-eye": EYES}
-NECK_CUT = 6.0      # dm, height of the cut through the neck in the base mesh
+NECK_PLANE = (0.0, 1.0, 0.33, 0.95)   # a x + b y + c z + d > 0 is kept; dm from the ear canals
 SOCKET_CUT = 1.25   # dm, the parts of the eye sockets behind this depth are never seen
+CONTACT_RING = 12   # of the refined lip grid: where the lips touch, seen from the front
 LIP_RINGS = 7       # rings of quads from the seam inside the mouth to the vermilion border
 
 
-def keep_head(base: QuadMesh) -> tuple[np.ndarray, np.ndarray]:
+def above_neck(points: np.ndarray) -> np.ndarray:
+    """Return the height of points (dm from the ear canals) over the plane that cuts the neck."""
+    return points @ np.array(NECK_PLANE[:3]) + NECK_PLANE[3]
+
+
+def keep_head(base: QuadMesh, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Choose the quads of the head and give each the class known from its group.
+
+    Parameters
+    ----------
+    base : QuadMesh
+        The whole body.
+    height : (N,) float64
+        Height of its points over the plane of the cut.
 
     Returns
     -------
     rows : (Q,) int
-        Rows of `base.quads` that are kept.
+        Rows of `base.quads` that are kept; those on the plane are kept whole.
     kind : (Q,) uint8
         Classes, with everything of the body still called skin.
     """
     centre = base.points[base.quads].mean(1)
-    body = (base.group == "body") & (centre[:, 1] > NECK_CUT)
+    high = (height[base.quads] > 0).any(1) & (centre[:, 1] > 5.0)
+    body = (base.group == "body") & high & (np.abs(centre[:, 0]) < 1.2)
     socket = base.uv[base.uv_quads].mean(1)[:, 0] < 0.16
     body &= ~(socket & (centre[:, 2] < SOCKET_CUT))
     rows = np.flatnonzero(body | np.isin(base.group, list(GROUP_CLASS)))
     kind = np.array([GROUP_CLASS.get(g, SKIN) for g in base.group[rows]], np.uint8)
     return rows, kind
+
+
+def trim(quads: np.ndarray, corners: np.ndarray, n: int, height: np.ndarray) -> sparse.csr_matrix:
+    """Return the matrix that draws the vertices below the cut up to its plane.
+
+    Parameters
+    ----------
+    quads : (Q, 4) int
+        Corners, into the points that `height` belongs to.
+    corners : (Q, 4) int
+        The same corners as rows of what the matrix acts on (points, or chart points).
+    n : int
+        Number of those rows.
+    height : (N,) float64
+        Height over the plane.
+
+    Returns
+    -------
+    matrix : (n, n) sparse
+        A vertex below the plane goes to the mean of the crossings of its edges
+        (of its diagonals, if no edge crosses); the others stay.
+    """
+    ends: dict[int, list[tuple[int, float]]] = {}
+    for step in (1, 3, 2):
+        known = set(ends) if step == 2 else set()
+        for low, high, a, b in zip(quads.ravel(), np.roll(quads, -step, 1).ravel(),
+                                   corners.ravel(), np.roll(corners, -step, 1).ravel()):
+            if height[low] < 0 < height[high] and a not in known:
+                share = height[low] / (height[low] - height[high])
+                ends.setdefault(int(a), []).append((int(b), float(share)))
+    matrix = sparse.identity(n, format="lil")
+    for a, found in ends.items():
+        matrix[a, a] = 0.0
+        for b, share in found:
+            matrix[a, b] += share / len(found)
+            matrix[a, a] += (1.0 - share) / len(found)
+    return matrix.tocsr()
 
 
 class EdgeMap:

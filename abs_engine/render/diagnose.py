@@ -1,0 +1,236 @@
+"""What `abs-engine doctor` reports: which renderers work here, how fast, and what is missing."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from abs_engine.camera import Camera
+from abs_engine.errors import AbsEngineError, OpenGLError
+from abs_engine.geometry import Pose
+from abs_engine.render.context import BACKENDS, Attempt, GLContext, remedy_of
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.render.raster import OpenGLRenderer, VertexPath
+from abs_engine.scene import Candidates, ColourError, Renderer, Scene
+
+WORKS, CPU_ONLY = 0, 1
+"""Exit statuses: OpenGL works; only the CPU rasteriser does."""
+
+PROBE_SECONDS = 60
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How long one evaluation takes: 1,280 facets, 64x64 pixels, colour error.
+
+    Parameters
+    ----------
+    way : str
+    milliseconds : float or None
+        The median, or None where the way does not run.
+    detail : str
+        Why it does not run.
+    """
+
+    way: str
+    milliseconds: float | None
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The state of the machine.
+
+    Parameters
+    ----------
+    attempts : tuple of Attempt
+        One for each backend, in the order they are tried.
+    chosen : str
+        The backend that is used, or "cpu".
+    renderer, version : str
+        Of the chosen backend; empty for "cpu".
+    timings : tuple of Timing
+    remedy : str
+        What to do where no OpenGL works; empty where it does.
+    """
+
+    attempts: tuple[Attempt, ...]
+    chosen: str
+    renderer: str
+    version: str
+    timings: tuple[Timing, ...]
+    remedy: str
+
+    @property
+    def exit_status(self) -> int:
+        """`WORKS` or `CPU_ONLY`."""
+        return CPU_ONLY if self.chosen == "cpu" else WORKS
+
+
+def diagnose() -> Diagnosis:
+    """Try every backend, each in a process of its own, and time the ways to evaluate.
+
+    Returns
+    -------
+    Diagnosis
+        Never raises for what the machine lacks.
+    """
+    probes = [_probe_in_process(name) for name in BACKENDS]
+    attempts = tuple(Attempt(p.backend, p.ok, p.detail, p.remedy) for p in probes)
+    works = [p for p in probes if p.ok]
+    gl_timings = works[0].timings if works else _absent("no OpenGL loads")
+    cpu = _time_way("CPU rasteriser", CpuRenderer)
+    return Diagnosis(
+        attempts=attempts,
+        chosen=works[0].backend if works else "cpu",
+        renderer=works[0].renderer if works else "",
+        version=works[0].version if works else "",
+        timings=(*gl_timings, cpu),
+        remedy="" if works else remedy_of(attempts),
+    )
+
+
+def report_lines(diagnosis: Diagnosis) -> list[str]:
+    """The diagnosis as lines of text for a terminal."""
+    lines = [f"{a.backend:16} {'works' if a.ok else 'no'}: {a.detail}" for a in diagnosis.attempts]
+    if diagnosis.chosen == "cpu":
+        lines.append("chosen: the CPU rasteriser, for no OpenGL works")
+    else:
+        lines.append(f"chosen: {diagnosis.chosen} ({diagnosis.renderer}, {diagnosis.version})")
+    lines.append("one evaluation (1,280 facets, 64x64 pixels):")
+    for timing in diagnosis.timings:
+        took = timing.detail if timing.milliseconds is None else f"{timing.milliseconds:.3f} ms"
+        lines.append(f"  {timing.way:20} {took}")
+    if diagnosis.remedy:
+        lines.append(f"to get OpenGL: {diagnosis.remedy}")
+    return lines
+
+
+@dataclass(frozen=True)
+class _Probe:
+    backend: str
+    ok: bool
+    detail: str
+    remedy: str
+    renderer: str
+    version: str
+    timings: tuple[Timing, ...]
+
+
+def _absent(why: str) -> tuple[Timing, ...]:
+    return tuple(Timing(way, None, why) for way, _ in _GL_WAYS)
+
+
+_GL_WAYS: tuple[tuple[str, VertexPath], ...] = (
+    ("OpenGL, thin", "thin"),
+    ("OpenGL, instanced", "instanced"),
+)
+
+
+def _probe_in_process(backend: str) -> _Probe:
+    """Probe in a child, so that a driver that crashes or leaves a mess harms nobody."""
+    command = [sys.executable, "-m", "abs_engine.render.diagnose", backend]
+    try:
+        child = subprocess.run(
+            command, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return _failed(backend, f"did not answer within {PROBE_SECONDS} s")
+    try:
+        fields = json.loads(child.stdout.strip().splitlines()[-1])
+    except (IndexError, ValueError):
+        last = (child.stderr.strip().splitlines() or [""])[-1]
+        return _failed(backend, f"the driver crashed (exit status {child.returncode}) {last}")
+    timings = tuple(Timing(**t) for t in fields.pop("timings"))
+    return _Probe(**fields, timings=timings)
+
+
+def _failed(backend: str, detail: str, remedy: str = "update the OpenGL driver") -> _Probe:
+    return _Probe(backend, False, detail, remedy, "", "", _absent(detail))
+
+
+def probe(backend: str) -> _Probe:
+    """Open one backend in this process and time both vertex paths on it."""
+    try:
+        with GLContext.open(backend) as gl:
+            timings = tuple(
+                _time_way(way, lambda path=path: OpenGLRenderer(gl, path))  # type: ignore[misc]
+                for way, path in _GL_WAYS
+            )
+            detail = gl.attempts[-1].detail
+            return _Probe(backend, True, detail, "", gl.renderer, gl.version, timings)
+    except OpenGLError as error:
+        attempts: tuple[Attempt, ...] = getattr(error, "attempts", ())
+        detail = attempts[-1].detail if attempts else error.problem
+        return _failed(backend, detail, error.remedy)
+
+
+def _time_way(way: str, make: Callable[[], Renderer], repeats: int = 60) -> Timing:
+    scene, candidates, camera = _toy()
+    try:
+        renderer = make()
+    except AbsEngineError as error:
+        return Timing(way, None, error.problem)
+    try:
+        window = camera.whole
+        frame = renderer.draw(scene, candidates, camera, window)[0].rgb
+        term = ColourError(frame)
+        took = []
+        for _ in range(repeats + 10):
+            start = time.perf_counter()
+            renderer.measure(scene, candidates, camera, window, term)
+            took.append(time.perf_counter() - start)
+        return Timing(way, 1e3 * float(np.median(took[10:])))
+    except AbsEngineError as error:
+        return Timing(way, None, error.problem)
+    finally:
+        renderer.close()
+
+
+def _toy() -> tuple[Scene, Candidates, Camera]:
+    """A ball of 1,280 facets that fills 64x64 pixels."""
+    rings, columns = 18, 40  # 2 caps of 40 facets and 15 bands of 80
+    polar = np.linspace(0, np.pi, rings)[1:-1, None]
+    around = np.linspace(0, 2 * np.pi, columns, endpoint=False)[None]
+    band = np.stack(
+        np.broadcast_arrays(
+            np.sin(polar) * np.cos(around), np.cos(polar), np.sin(polar) * np.sin(around)
+        ),
+        axis=-1,
+    ).reshape(-1, 3)
+    unit = np.concatenate([band, [[0, 1, 0], [0, -1, 0]]])
+    faces = _ball_faces(rings - 2, columns)
+    rng = np.random.default_rng(0)
+    scene = Scene(
+        mean=90 * unit,
+        modes=np.sin(unit @ rng.normal(0, 2, (8, 3, 3))),
+        faces=faces,
+        uv=(0.5 + 0.45 * unit[:, :2]).astype(np.float32),
+        facet_class=(1 + np.arange(len(faces)) % 3).astype(np.int32),
+        texture=rng.integers(0, 256, (64, 64, 3), np.uint8),
+    )
+    camera = Camera.ideal((64, 64), focal=185.0)
+    return scene, Candidates.one(rng.normal(0, 1, 8), Pose.facing(600.0)), camera
+
+
+def _ball_faces(rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
+    here = np.arange(columns)
+    beside = (here + 1) % columns
+    north, south = rows * columns, rows * columns + 1
+    last = (rows - 1) * columns
+    parts = [np.stack([np.full(columns, north), beside, here], axis=1)]
+    for row in range(rows - 1):
+        a, b = row * columns + here, row * columns + beside
+        parts += [np.stack([a, b, b + columns], axis=1), np.stack([a, b + columns, a + columns], 1)]
+    parts.append(np.stack([last + here, last + beside, np.full(columns, south)], axis=1))
+    return np.concatenate(parts).astype(np.int32)
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(asdict(probe(sys.argv[1]))) + "\n")

@@ -1,0 +1,72 @@
+"""Drawing all buffers, or a picture, of clip coordinates that lie in a storage buffer."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.buffers import Buffers
+from abs_engine.render.context import GLContext
+from abs_engine.render.programs import CLIP, SKIN, Programs, set_uniform
+from abs_engine.render.targets import Canvas, Target
+from abs_engine.render.upload import SceneUpload
+
+
+def draw_buffers(
+    gl: GLContext, programs: Programs, upload: SceneUpload, clips: moderngl.Buffer, target: Target
+) -> list[Buffers]:
+    """Draw one candidate into each layer of a target of `ALL_BUFFERS`, and read them.
+
+    Parameters
+    ----------
+    clips : moderngl.Buffer
+        (L, V, 4) float32 clip coordinates.
+    """
+    layers = target.size[2]
+    defines = ("LAYERED",) if layers > 1 else ()
+    target.clear()
+    _draw(gl, programs.drawing("facets", "buffers", *defines), upload, clips, layers)
+    colour_depth, two, ids = (target.read(i) for i in range(3))
+    return [_buffers(colour_depth[i], two[i], ids[i]) for i in range(layers)]
+
+
+def draw_picture(
+    gl: GLContext, programs: Programs, upload: SceneUpload, clips: moderngl.Buffer, canvas: Canvas
+) -> NDArray[np.uint8]:
+    """Draw the first candidate of `clips` with many samples a pixel."""
+    canvas.clear()
+    _draw(gl, programs.drawing("facets", "picture"), upload, clips, 1)
+    return canvas.read()
+
+
+def _draw(
+    gl: GLContext,
+    program: moderngl.Program,
+    upload: SceneUpload,
+    clips: moderngl.Buffer,
+    instances: int,
+) -> None:
+    clips.bind_to_storage_buffer(CLIP)
+    stored = upload.faces_buffer, upload.uv_buffer, upload.facet_class_buffer
+    for binding, buffer in enumerate(stored, start=1):
+        buffer.bind_to_storage_buffer(binding)
+    upload.texture.use(SKIN)
+    set_uniform(program, "n_vertices", upload.n_vertices)
+    array = upload.vertex_array(f"facets {program.glo}", lambda: gl.ctx.vertex_array(program, []))
+    array.render(moderngl.TRIANGLES, vertices=3 * upload.n_facets, instances=instances)
+
+
+def _buffers(
+    colour_depth: NDArray[np.float32], two: NDArray[np.float32], ids: NDArray[np.int32]
+) -> Buffers:
+    bary = np.empty((*two.shape[:2], 3), np.float32)
+    bary[..., :2] = two
+    bary[..., 2] = np.where(ids[..., 0] > 0, 1 - two[..., 0] - two[..., 1], 0)
+    return Buffers(
+        rgb=colour_depth[..., :3].copy(),
+        facet_id=ids[..., 0].copy(),
+        class_id=ids[..., 1].copy(),
+        depth=colour_depth[..., 3].copy(),
+        barycentrics=bary,
+    )

@@ -1,0 +1,123 @@
+"""How a scene is laid out for indexed drawing, and which facets are worth submitting."""
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.scene import Scene
+
+MARGIN = np.float32(1 / 64)
+"""Pixels by which a facet must miss all pixel centres to be left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Vertices and facets such that the last vertex of every facet carries its class.
+
+    `gl_PrimitiveID` would name the facet too, but makes llvmpipe take every triangle apart, which
+    doubles the cost of drawing. A flat attribute of the provoking vertex costs nothing; where
+    classes meet, a few vertices are doubled.
+
+    Parameters
+    ----------
+    source : (N,) int32
+        Scene vertex behind each vertex; the first V are the scene's own, in order.
+    vertex_class : (N,) int32
+    faces : (F, 3) int32
+        The scene's facets in their order, rotated or pointing to doubled vertices.
+    """
+
+    source: NDArray[np.int32]
+    vertex_class: NDArray[np.int32]
+    faces: NDArray[np.int32]
+
+
+def class_layout(scene: Scene) -> Layout:
+    """The layout of a scene; a pure function of its faces and classes."""
+    count, classes = len(scene.mean), scene.facet_class
+    vertex_class = np.zeros(count, np.int32)
+    vertex_class[scene.faces] = classes[:, None]  # the last facet to touch a vertex wins
+    agrees = vertex_class[scene.faces] == classes[:, None]
+    corner = np.where(agrees.any(axis=1), agrees.argmax(axis=1), 0)
+    order = (corner[:, None] + np.array([1, 2, 3])) % 3  # puts `corner` last, keeps the turn
+    faces = np.take_along_axis(scene.faces, order, axis=1)
+    alone = ~agrees.any(axis=1)
+    wanted = np.stack([faces[alone, 2], classes[alone]], axis=1)
+    doubled, which = np.unique(wanted, axis=0, return_inverse=True)
+    faces[alone, 2] = count + which.reshape(-1)
+    return Layout(
+        np.concatenate([np.arange(count), doubled[:, 0]]).astype(np.int32),
+        np.concatenate([vertex_class, doubled[:, 1]]).astype(np.int32),
+        np.ascontiguousarray(faces, np.int32),
+    )
+
+
+@numba.njit(cache=True, nogil=True)
+def submit(clip, source, faces, cull, size, near, positions, indices):
+    """Spread vertices to the layout and keep the facets that can cover a pixel centre.
+
+    llvmpipe spends several times longer on a triangle that it then throws away than these loops.
+    What is kept errs on the safe side, and OpenGL decides in the end: the margin is well over its
+    snapping to 1/256 pixel.
+
+    Parameters
+    ----------
+    clip : (V, 4) float32
+    source, faces : as in `Layout`
+    cull : bool
+    size : tuple of float
+        Width and height in drawn pixels.
+    near : float
+        Facets that reach below this w are kept whole, mm.
+    positions : (N, 4) float32, out
+    indices : (F, 3) int32, out
+
+    Returns
+    -------
+    int
+        How many facets were kept.
+    """
+    width, height = size
+    n = source.size
+    x, y = np.empty(n, np.float32), np.empty(n, np.float32)
+    half_x, half_y = np.float32(0.5 * width), np.float32(0.5 * height)
+    last_x, last_y = np.float32(width - 1), np.float32(height - 1)
+    for i in range(n):
+        j = source[i]
+        for k in range(4):
+            positions[i, k] = clip[j, k]
+        w = clip[j, 3]
+        if w > near:
+            inverse = np.float32(1.0) / w
+            x[i] = clip[j, 0] * inverse * half_x + half_x - np.float32(0.5)
+            y[i] = clip[j, 1] * inverse * half_y + half_y - np.float32(0.5)
+        else:
+            x[i] = y[i] = np.float32(np.nan)
+    kept = 0
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        indices[kept, 0], indices[kept, 1], indices[kept, 2] = a, b, c
+        # No branch: which facets face the camera is not to be predicted.
+        kept += not _useless(x[a], y[a], x[b], y[b], x[c], y[c], cull, last_x, last_y)
+    return kept
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _useless(x0, y0, x1, y1, x2, y2, cull, last_x, last_y):
+    """Whether a facet is seen from behind or its box holds no pixel centre of the window.
+
+    A facet that reaches behind the near plane has NaN and is left to OpenGL.
+    """
+    area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+    left, right = min(min(x0, x1), x2) - MARGIN, max(max(x0, x1), x2) + MARGIN
+    top, bottom = min(min(y0, y1), y2) - MARGIN, max(max(y0, y1), y2) + MARGIN
+    extent = (right - left) + (bottom - top)
+    behind = cull & (area > MARGIN * extent)  # y is down: front facets have negative areas
+    outside = (right < 0) | (bottom < 0) | (left > last_x) | (top > last_y)
+    between = (np.floor(right) < left) | (np.floor(bottom) < top)
+    return (area == area) & (behind | outside | between)

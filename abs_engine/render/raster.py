@@ -1,0 +1,185 @@
+"""The OpenGL renderer: a scene and a batch of candidates in, buffers or sums out."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.buffers import Buffers, Sums
+from abs_engine.camera import Camera, Window
+from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.render import targets
+from abs_engine.render.context import GLContext, NativeContext
+from abs_engine.render.cpu import check_term
+from abs_engine.render.instanced import InstancedPath, can_layer
+from abs_engine.render.programs import Programs
+from abs_engine.render.thin import ThinPath
+from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache, check_classes
+from abs_engine.scene import Candidates, PixelTerm, Scene
+
+VertexPath = Literal["auto", "thin", "instanced"]
+
+
+class OpenGLRenderer:
+    """Draws with OpenGL; fulfils `scene.Renderer`. Use it in a `with` statement.
+
+    Scenes are uploaded once and freed after the scene object dies; so are pixel terms.
+
+    Parameters
+    ----------
+    context : GLContext or str
+        An open context (the renderer joins it and the caller still closes his), or the backend
+        for `GLContext.open`.
+    vertex_path : {"auto", "thin", "instanced"}
+        "thin": the CPU deforms and projects, one draw for each candidate; the fastest way on a
+        software rasteriser. "instanced": everything on the GPU, a batch in one draw. "auto" takes
+        "instanced" on hardware.
+
+    Raises
+    ------
+    OpenGLError
+        If no context of the wanted kind can be made, or its driver lacks what the path needs.
+    ParameterError
+        If there is no such vertex path.
+    """
+
+    def __init__(self, context: GLContext | str = "auto", vertex_path: VertexPath = "auto") -> None:
+        if vertex_path not in ("auto", "thin", "instanced"):
+            raise ParameterError(
+                f"there is no vertex path {vertex_path}", "choose of auto, thin, instanced"
+            )
+        name = context.backend if isinstance(context, GLContext) else context
+        self.gl = GLContext.open(name)
+        chosen = "instanced" if self.gl.hardware and can_layer(self.gl) else "thin"
+        self.vertex_path = chosen if vertex_path == "auto" else vertex_path
+        self._programs = Programs(self.gl)
+        self._pool = targets.TargetPool(self.gl)
+        self._scenes = WeakCache[Scene, SceneUpload](lambda s: SceneUpload(self.gl, s))
+        self._terms = WeakCache[PixelTerm, TermUpload](lambda t: TermUpload(self.gl, t))
+        path = InstancedPath if self.vertex_path == "instanced" else ThinPath
+        try:
+            self._path = path(self.gl, self._programs, self._pool, self._terms)
+        except OpenGLError:
+            self.gl.close()
+            raise
+        self._open = True
+
+    def __enter__(self) -> OpenGLRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def description(self) -> str:
+        """Backend, GL renderer and version, and the vertex path."""
+        return f"{self.gl.description}, {self.vertex_path} vertex path"
+
+    def draw(
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
+    ) -> list[Buffers]:
+        """Draw every candidate; see `Renderer.draw`.
+
+        Raises
+        ------
+        ParameterError
+            If the candidates have another number of weights than the scene has modes.
+        OpenGLError
+            If the renderer is closed, or belongs to another thread or process.
+        """
+        _check_weights(scene, candidates)
+        with self._current():
+            self._set_state(scene.cull)
+            return self._path.draw(self._scenes.get(scene), scene, candidates, camera, window)
+
+    def measure(
+        self,
+        scene: Scene,
+        candidates: Candidates,
+        camera: Camera,
+        window: Window,
+        term: PixelTerm,
+    ) -> Sums:
+        """Draw every candidate and sum `term`; see `Renderer.measure`.
+
+        Raises
+        ------
+        ParameterError
+            If candidates, scene, window and term do not fit together.
+        OpenGLError
+            If the renderer is closed, or belongs to another thread or process.
+        """
+        _check_weights(scene, candidates)
+        check_term(term, window)
+        with self._current():
+            upload = self._scenes.get(scene)
+            check_classes(upload.highest_class, term)
+            self._set_state(scene.cull)
+            return self._path.measure(upload, scene, candidates, camera, window, term)
+
+    def picture(
+        self,
+        scene: Scene,
+        candidates: Candidates,
+        camera: Camera,
+        window: Window,
+        samples: int = 4,
+    ) -> list[NDArray[np.uint8]]:
+        """Multisampled pictures to look at; nothing is measured on them.
+
+        Parameters
+        ----------
+        samples : int
+            Samples a pixel; the driver's limit is kept to.
+
+        Returns
+        -------
+        list of (H, W, 3) uint8
+            RGB, the background black.
+        """
+        _check_weights(scene, candidates)
+        with self._current():
+            self._set_state(scene.cull)
+            upload = self._scenes.get(scene)
+            canvas = targets.Canvas(self.gl, window.drawn, samples)
+            try:
+                return [
+                    self._path.picture(upload, scene, candidates, i, camera, window, canvas)
+                    for i in range(len(candidates))
+                ]
+            finally:
+                canvas.release()
+
+    def close(self) -> None:
+        """Release everything; the context too, if nobody else uses it."""
+        if not self._open:
+            return
+        self._open = False
+        with self.gl.current():
+            for owner in (self._path, self._scenes, self._terms, self._pool, self._programs):
+                owner.release()
+        self.gl.close()
+
+    def _current(self) -> NativeContext:
+        if not self._open:
+            raise OpenGLError("the renderer is closed", "open another one")
+        return self.gl.current()
+
+    def _set_state(self, cull: bool) -> None:
+        ctx = self.gl.ctx
+        ctx.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if cull else moderngl.NOTHING))
+        ctx.depth_func = "<"
+        ctx.front_face = "cw"  # see Camera.clip_matrix
+        ctx.cull_face = "back"
+
+
+def _check_weights(scene: Scene, candidates: Candidates) -> None:
+    if candidates.weights.shape[1] != scene.n_modes:
+        raise ParameterError(
+            f"a candidate has {candidates.weights.shape[1]} weights, "
+            f"the scene {scene.n_modes} modes",
+            "build both from one shape model",
+        )

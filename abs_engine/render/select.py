@@ -1,0 +1,64 @@
+"""Choosing a renderer by name, with the CPU rasteriser behind OpenGL."""
+
+from __future__ import annotations
+
+import logging
+from typing import Protocol
+
+from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.render.context import BACKENDS
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.render.raster import OpenGLRenderer
+from abs_engine.scene import Renderer
+
+NAMES = ("auto", "gl", *BACKENDS, "cpu")
+"""What `open_renderer` takes."""
+
+_log = logging.getLogger(__name__)
+
+
+class OpenRenderer(Renderer, Protocol):
+    """A renderer that closes itself at the end of a `with` statement."""
+
+    def __enter__(self) -> OpenRenderer:
+        """The renderer itself."""
+        ...
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        ...
+
+
+def open_renderer(name: str = "auto") -> OpenRenderer:
+    """Open a renderer.
+
+    Parameters
+    ----------
+    name : str
+        "auto": OpenGL, or the CPU rasteriser with a warning in the log where no OpenGL loads.
+        "gl": any OpenGL or an error. "egl-device", "egl-surfaceless", "osmesa": that backend or
+        an error. "cpu": the CPU rasteriser.
+
+    Returns
+    -------
+    OpenRenderer
+        Its `description` says what draws.
+
+    Raises
+    ------
+    OpenGLError
+        If OpenGL was asked for and cannot be had; the remedy names the package to install.
+    ParameterError
+        If there is no such name.
+    """
+    if name not in NAMES:
+        raise ParameterError(f"there is no renderer {name}", f"choose of {', '.join(NAMES)}")
+    if name == "cpu":
+        return CpuRenderer()
+    if name != "auto":
+        return OpenGLRenderer("auto" if name == "gl" else name)
+    try:
+        return OpenGLRenderer("auto")
+    except OpenGLError as error:
+        _log.warning("running on the CPU rasteriser, for %s", error)
+        return CpuRenderer()

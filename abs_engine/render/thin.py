@@ -1,0 +1,139 @@
+"""The thin vertex path: the CPU deforms and projects, OpenGL decides what is seen."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.buffers import Buffers, Sums
+from abs_engine.camera import Camera, Window
+from abs_engine.render import facets, targets
+from abs_engine.render.context import GLContext
+from abs_engine.render.layout import submit
+from abs_engine.render.pixelsum import sum_class_maps, sum_colour_error
+from abs_engine.render.programs import Programs
+from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
+from abs_engine.render.vertex import clip_positions
+from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
+
+
+class ThinPath:
+    """One draw for each candidate; made for software rasterisers.
+
+    Parameters
+    ----------
+    gl : GLContext
+    programs : Programs
+    pool : TargetPool
+    terms : WeakCache
+        Not used: pixel terms stay on the CPU here.
+    """
+
+    def __init__(
+        self,
+        gl: GLContext,
+        programs: Programs,
+        pool: targets.TargetPool,
+        terms: WeakCache[PixelTerm, TermUpload],
+    ) -> None:
+        self._gl, self._programs, self._pool = gl, programs, pool
+
+    def draw(
+        self,
+        upload: SceneUpload,
+        scene: Scene,
+        candidates: Candidates,
+        camera: Camera,
+        window: Window,
+    ) -> list[Buffers]:
+        """Buffers of every candidate."""
+        target = self._pool.get((*window.drawn, 1), targets.ALL_BUFFERS)
+        clip = camera.clip_matrix(window)
+        out: list[Buffers] = []
+        for i in range(len(candidates)):
+            upload.vertex_buffer.write(clip_positions(scene, candidates, i, camera, clip))
+            out += facets.draw_buffers(
+                self._gl, self._programs, upload, upload.vertex_buffer, target
+            )
+        return out
+
+    def picture(
+        self,
+        upload: SceneUpload,
+        scene: Scene,
+        candidates: Candidates,
+        index: int,
+        camera: Camera,
+        window: Window,
+        canvas: targets.Canvas,
+    ) -> NDArray[np.uint8]:
+        """A multisampled picture of one candidate."""
+        clip = camera.clip_matrix(window)
+        upload.vertex_buffer.write(clip_positions(scene, candidates, index, camera, clip))
+        return facets.draw_picture(self._gl, self._programs, upload, upload.vertex_buffer, canvas)
+
+    def measure(
+        self,
+        upload: SceneUpload,
+        scene: Scene,
+        candidates: Candidates,
+        camera: Camera,
+        window: Window,
+        term: PixelTerm,
+    ) -> Sums:
+        """Sums of every candidate."""
+        by_class = isinstance(term, ClassMaps)
+        target = self._pool.get(
+            (*window.drawn, 1), targets.CLASS_ID if by_class else targets.TEXTURE_UV
+        )
+        array = self._array(upload, "TERM_CLASS" if by_class else "TERM_COLOUR")
+        clip = camera.clip_matrix(window)
+        total = np.empty(len(candidates), np.float64)
+        pixels = np.empty(len(candidates), np.int64)
+        for i in range(len(candidates)):
+            positions = clip_positions(scene, candidates, i, camera, clip)
+            self._render(upload, scene, positions, camera, target, array)
+            drawn = target.read()[0]
+            if isinstance(term, ClassMaps):
+                total[i], pixels[i] = sum_class_maps(drawn[..., 0], term.maps)
+            else:
+                total[i], pixels[i] = sum_colour_error(drawn, scene.texture, term.normalised)
+        return Sums(total, pixels)
+
+    def release(self) -> None:
+        """Nothing of its own to free."""
+
+    @staticmethod
+    def _render(
+        upload: SceneUpload,
+        scene: Scene,
+        positions: NDArray[np.float32],
+        camera: Camera,
+        target: targets.Target,
+        array: moderngl.VertexArray,
+    ) -> None:
+        width, height, _ = target.size
+        layout, spread, kept = upload.layout, upload.positions, upload.kept
+        size, near = (float(width), float(height)), camera.near
+        count = submit(positions, layout.source, layout.faces, scene.cull, size, near, spread, kept)
+        upload.vertex_buffer.write(spread)
+        target.clear(targets.FAR_AWAY)
+        if count:
+            upload.kept_buffer.write(kept[:count])
+            array.render(moderngl.TRIANGLES, vertices=3 * count)
+
+    def _array(self, upload: SceneUpload, term: str) -> moderngl.VertexArray:
+        def make() -> moderngl.VertexArray:
+            carried = (
+                (upload.class_buffer, "1i", "facet_class")
+                if term == "TERM_CLASS"
+                else (upload.uv_buffer, "2f", "uv")
+            )
+            return self._gl.ctx.vertex_array(
+                self._programs.drawing("pass", "pass", term),
+                [(upload.vertex_buffer, "4f", "clip"), carried],
+                upload.kept_buffer,
+            )
+
+        return upload.vertex_array(f"thin {term}", make)

@@ -1,0 +1,234 @@
+"""What lives on the GPU for as long as the Python object it came from: scenes and pixel terms."""
+
+from __future__ import annotations
+
+import weakref
+from collections import deque
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, Generic, Protocol, TypeVar
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import ParameterError
+from abs_engine.render.context import GLContext
+from abs_engine.render.layout import class_layout
+from abs_engine.scene import ClassMaps, PixelTerm, Scene
+
+
+class Releasable(Protocol):
+    """Something with GL objects of its own."""
+
+    def release(self) -> None:
+        """Free them; the context must be current."""
+        ...
+
+
+K = TypeVar("K")
+V = TypeVar("V", bound=Releasable)
+
+
+class WeakCache(Generic[K, V]):
+    """Uploads by the identity of what they came from.
+
+    When the Python object dies, its upload is only put aside: the garbage collector may run in
+    another thread or while another context is current. `sweep` frees what was put aside.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the upload of an object.
+    """
+
+    def __init__(self, make: Callable[[K], V]) -> None:
+        self._make = make
+        self._entries: dict[int, tuple[weakref.ref[Any], V]] = {}
+        self._dead: deque[V] = deque()
+
+    def get(self, item: K) -> V:
+        """The upload of `item`, made at first sight; the context must be current."""
+        if self._dead:
+            self.sweep()
+        entry = self._entries.get(id(item))
+        if entry is None:
+            entry = weakref.ref(item, self._forget(id(item))), self._make(item)
+            self._entries[id(item)] = entry
+        return entry[1]
+
+    def _forget(self, key: int) -> Callable[[Any], None]:
+        entries, dead = self._entries, self._dead
+
+        def forget(_: Any) -> None:
+            entry = entries.pop(key, None)
+            if entry is not None:
+                dead.append(entry[1])
+
+        return forget
+
+    def sweep(self) -> None:
+        """Free the uploads of dead objects; the context must be current."""
+        while self._dead:
+            self._dead.popleft().release()
+
+    def release(self) -> None:
+        """Free all; the context must be current."""
+        self.sweep()
+        while self._entries:
+            self._entries.popitem()[1][1].release()
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+
+class SceneUpload:
+    """Buffers and vertex arrays of one scene. Everything is made when it is first needed.
+
+    Parameters
+    ----------
+    gl : GLContext
+    scene : Scene
+    """
+
+    def __init__(self, gl: GLContext, scene: Scene) -> None:
+        self._ctx = gl.ctx
+        self._owned: list[Any] = []
+        self._arrays: dict[str, moderngl.VertexArray] = {}
+        # Not the scene itself: holding it would keep it alive, and this with it.
+        self.n_vertices, self.n_facets = len(scene.mean), len(scene.faces)
+        self.highest_class = int(scene.facet_class.max())
+        self._scene = weakref.ref(scene)
+        self.layout = class_layout(scene)
+        self.positions = np.empty((len(self.layout.source), 4), np.float32)
+        self.kept = np.empty((self.n_facets, 3), np.int32)
+
+    def _buffer(self, data: NDArray[Any]) -> moderngl.Buffer:
+        # A buffer may not be empty; a scene without modes still binds one.
+        buffer = self._ctx.buffer(np.ascontiguousarray(data)) if data.size else self._reserve(16)
+        if data.size:
+            self._owned.append(buffer)
+        return buffer
+
+    def _reserve(self, size: int) -> moderngl.Buffer:
+        buffer = self._ctx.buffer(reserve=size, dynamic=True)
+        self._owned.append(buffer)
+        return buffer
+
+    @property
+    def _alive(self) -> Scene:
+        scene = self._scene()
+        if scene is None:
+            raise ReferenceError("the scene of this upload is gone")
+        return scene
+
+    @cached_property
+    def vertex_buffer(self) -> moderngl.Buffer:
+        """Clip coordinates written by the CPU, one for each vertex of the layout."""
+        return self._reserve(self.positions.nbytes)
+
+    @cached_property
+    def kept_buffer(self) -> moderngl.Buffer:
+        """Indices of the facets that are submitted."""
+        return self._reserve(self.kept.nbytes)
+
+    @cached_property
+    def index_buffer(self) -> moderngl.Buffer:
+        """Indices of all facets of the layout."""
+        return self._buffer(self.layout.faces)
+
+    @cached_property
+    def class_buffer(self) -> moderngl.Buffer:
+        """Class of each vertex of the layout."""
+        return self._buffer(self.layout.vertex_class)
+
+    @cached_property
+    def uv_buffer(self) -> moderngl.Buffer:
+        """Texture coordinates of each vertex of the layout; the first V are the scene's."""
+        return self._buffer(self._alive.uv[self.layout.source])
+
+    @cached_property
+    def source_buffer(self) -> moderngl.Buffer:
+        """Scene vertex behind each vertex of the layout."""
+        return self._buffer(self.layout.source)
+
+    @cached_property
+    def faces_buffer(self) -> moderngl.Buffer:
+        """The scene's own faces."""
+        return self._buffer(self._alive.faces)
+
+    @cached_property
+    def facet_class_buffer(self) -> moderngl.Buffer:
+        """Class of each facet."""
+        return self._buffer(self._alive.facet_class)
+
+    @cached_property
+    def mean_buffer(self) -> moderngl.Buffer:
+        """Mean shape."""
+        return self._buffer(self._alive.mean)
+
+    @cached_property
+    def modes_buffer(self) -> moderngl.Buffer:
+        """Modes of the shape."""
+        return self._buffer(self._alive.modes)
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        """The skin."""
+        pixels = self._alive.texture
+        size = pixels.shape[1], pixels.shape[0]
+        texture = self._ctx.texture(size, 3, np.ascontiguousarray(pixels), alignment=1)
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST  # texture.glsl interpolates
+        self._owned.append(texture)
+        return texture
+
+    def vertex_array(
+        self, name: str, make: Callable[[], moderngl.VertexArray]
+    ) -> moderngl.VertexArray:
+        """The vertex array of this name, made once."""
+        array = self._arrays.get(name)
+        if array is None:
+            array = self._arrays[name] = make()
+        return array
+
+    def release(self) -> None:
+        """Free everything; the context must be current."""
+        for item in [*self._arrays.values(), *self._owned]:
+            item.release()
+        self._arrays.clear()
+        self._owned.clear()
+
+
+class TermUpload:
+    """The images of one pixel term as a texture.
+
+    Parameters
+    ----------
+    gl : GLContext
+    term : ClassMaps or ColourError
+    """
+
+    def __init__(self, gl: GLContext, term: PixelTerm) -> None:
+        if isinstance(term, ClassMaps):
+            count, height, width = term.maps.shape
+            self.texture: Any = gl.ctx.texture_array(
+                (width, height, count), 1, term.maps, dtype="f4"
+            )
+        else:
+            height, width = term.frame.shape[:2]
+            pixels = np.ascontiguousarray(term.normalised, np.float32)
+            self.texture = gl.ctx.texture((width, height), 3, pixels, dtype="f4")
+        self.texture.filter = moderngl.NEAREST, moderngl.NEAREST
+
+    def release(self) -> None:
+        """Free the texture; the context must be current."""
+        self.texture.release()
+
+
+def check_classes(highest_class: int, term: PixelTerm) -> None:
+    """Raise `ParameterError` if a facet's class has no map."""
+    if isinstance(term, ClassMaps) and highest_class >= len(term.maps):
+        raise ParameterError(
+            f"the scene has class {highest_class}, the term only {len(term.maps)} maps",
+            "give one map for each class id, and one for the background",
+        )

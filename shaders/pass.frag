@@ -1,0 +1,16 @@
+// What the pixel term needs to know of a drawn pixel: its class, or its texture coordinates.
+#ifdef TERM_CLASS
+flat in int v_class;
+layout(location = 0) out int value;
+
+void main() {
+    value = v_class;
+}
+#else
+in vec2 v_uv;
+layout(location = 0) out vec2 value;
+
+void main() {
+    value = v_uv;
+}
+#endif

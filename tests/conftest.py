@@ -1,0 +1,58 @@
+"""Fixtures for all tests: the process's OpenGL context, a watch over GL errors, large data."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from abs_engine.errors import OpenGLError
+from abs_engine.render.context import GLContext
+from abs_engine.render.raster import OpenGLRenderer
+
+
+def missing(what: str) -> None:
+    """Skip, but under CI=true fail: there nothing that can exist may be left out."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(f"{what} is needed under CI=true")
+    pytest.skip(what)
+
+
+@pytest.fixture(scope="session")
+def gl() -> Iterator[GLContext]:
+    """The OpenGL context of this test process."""
+    try:
+        context = GLContext.open()
+    except OpenGLError as error:
+        missing(str(error))
+        raise
+    with context:
+        yield context
+
+
+@pytest.fixture(params=["thin", "instanced"])
+def renderer(gl: GLContext, request: pytest.FixtureRequest) -> Iterator[OpenGLRenderer]:
+    """An OpenGL renderer, by either vertex path."""
+    with OpenGLRenderer(gl, request.param) as opened:
+        yield opened
+
+
+@pytest.fixture(autouse=True)
+def no_gl_error() -> Iterator[None]:
+    """A GL error belongs to the test that made it."""
+    yield
+    context = GLContext.of_process()
+    if context is not None:
+        with context.current():
+            assert context.ctx.error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="session")
+def data_dir() -> Path:
+    """The folder of large inputs that are not shipped, from ABS_ENGINE_DATA."""
+    folder = os.environ.get("ABS_ENGINE_DATA", "")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("ABS_ENGINE_DATA names no folder")
+    return Path(folder)
