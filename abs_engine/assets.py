@@ -1,0 +1,204 @@
+"""The only reader of mesh and model files; finds the files that are shipped with the package."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.geometry import check_mesh
+
+FORMAT, VERSION = "abs_engine.speaker", 1
+_PACKAGE = Path(__file__).resolve().parent
+
+
+@dataclass(frozen=True, eq=False)
+class Speaker:
+    """A head: mesh, facet classes, face units, and the people that it can be.
+
+    Lengths in mm, head frame (x to the subject's left, y up, z out of the face), origin midway
+    between the ear canals.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float32
+        The average person, mouth closed.
+    faces : (F, 3) int32
+    uv : (V, 2) float32, v down from the top of the texture
+    weld : (V,) int32
+        Index of the geometric vertex; copies at texture seams share one.
+    facet_class : (F,) uint8, index into `class_names`
+    class_names : tuple of str; the first is the background
+    unit_names : tuple of str; the 52 ARKit face units
+    units : (52, V, 3) float16, mm at weight 1
+    identity_names : tuple of str
+    identity : (K, V, 3) float16, mm at weight 1
+    people : mapping of str to (K,) float32, identity weights
+    landmarks : mapping of str to int32 vertex indices
+    folder : Path
+        Where the textures lie.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    uv: NDArray[np.float32]
+    weld: NDArray[np.int32]
+    facet_class: NDArray[np.uint8]
+    class_names: tuple[str, ...]
+    unit_names: tuple[str, ...]
+    units: NDArray[np.float16]
+    identity_names: tuple[str, ...]
+    identity: NDArray[np.float16]
+    people: Mapping[str, NDArray[np.float32]]
+    landmarks: Mapping[str, NDArray[np.int32]]
+    folder: Path
+
+    def class_id(self, name: str) -> int:
+        """Id of a facet class by its name."""
+        return self.class_names.index(name)
+
+    def identity_weights(self, **weights: float) -> NDArray[np.float32]:
+        """Identity weights (K,) from target names without their folder, '-' written as '_'."""
+        short = {n.split("/")[-1].replace("-", "_"): i for i, n in enumerate(self.identity_names)}
+        out = np.zeros(len(self.identity_names), np.float32)
+        for name, value in weights.items():
+            out[short[name]] = value
+        return out
+
+    def person(self, weights: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Neutral vertices (V, 3), mm, of the person with identity weights (K,)."""
+        used = np.flatnonzero(weights)
+        deltas = self.identity[used].astype(np.float32)
+        return np.asarray(self.vertices + np.tensordot(weights[used], deltas, 1), np.float32)
+
+    def named(self, person: str) -> NDArray[np.float32]:
+        """Neutral vertices (V, 3), mm, of a person by name.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such person.
+        """
+        if person not in self.people:
+            raise ParameterError(
+                f"there is no person '{person}'", f"choose one of {', '.join(self.people)}"
+            )
+        return self.person(self.people[person])
+
+    def texture(self, person: str) -> NDArray[np.uint8]:
+        """The painted texture of a person, (H, W, 3) uint8 RGB."""
+        return read_image(self.folder / f"texture_{person}.jpg")
+
+    def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
+        """Deltas (N, V, 3), mm, of the named face units."""
+        return self.units[[self.unit_names.index(n) for n in names]].astype(np.float32)
+
+    @cached_property
+    def lip_ring(self) -> NDArray[np.int32]:
+        """Outer lip contour, an ordered closed loop of vertex indices."""
+        return np.asarray(self.landmarks["outer_lip"])
+
+
+_LANDMARKS = (
+    "outer_lip inner_lip_upper inner_lip_lower outer_lip_20 inner_lip_8 "
+    "mouth_corners nose_tip chin eye_corners"
+).split()
+
+
+def shipped(name: str) -> Path:
+    """Path of a file in `assets/`: the package's own copy, or the repository's.
+
+    Raises
+    ------
+    InputFileError
+        If it is in neither.
+    """
+    for folder in (_PACKAGE / "_data" / "assets", _PACKAGE.parent / "assets"):
+        if (folder / name).exists():
+            return folder / name
+    raise InputFileError(f"the shipped file {name} is missing", "install abs-engine again")
+
+
+def load_speaker(path: Path | None = None) -> Speaker:
+    """Read a speaker.
+
+    Parameters
+    ----------
+    path : Path, optional
+        A `head.npz`; by default the bundled head.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or cannot be read.
+    ModelFormatError
+        If it has another format or version.
+    MeshError
+        If the mesh cannot be drawn.
+    """
+    path = shipped("speaker/head.npz") if path is None else Path(path)
+    data = read_npz(path, FORMAT, VERSION)
+    try:
+        people = dict(zip(map(str, data["people_names"]), data["people"], strict=True))
+        speaker = Speaker(
+            **{k: data[k] for k in ("vertices", "faces", "uv", "weld", "facet_class")},
+            **{k: data[k] for k in ("units", "identity")},
+            **{k: tuple(map(str, data[k])) for k in ("class_names", "unit_names")},
+            identity_names=tuple(map(str, data["identity_names"])),
+            people=people,
+            landmarks={k: np.atleast_1d(data[k]) for k in _LANDMARKS},
+            folder=path.parent,
+        )
+    except KeyError as error:
+        raise ModelFormatError(
+            f"{path} lacks {error}", "make it again with assets/make_speaker.py"
+        ) from error
+    check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
+    return speaker
+
+
+def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generic]]:
+    """Read an `.npz` that names its `format` and `version`.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If format or version differ.
+    """
+    if not path.is_file():
+        raise InputFileError(f"{path} does not exist", "check the path")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            data = {name: archive[name] for name in archive.files}
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    found = str(data.get("format", "unknown")), int(data.get("version", 0))
+    if found != (kind, version):
+        raise ModelFormatError(
+            f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
+            "make it again with this release",
+        )
+    return data
+
+
+def read_image(path: Path) -> NDArray[np.uint8]:
+    """Read a picture as (H, W, 3) uint8 RGB.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no picture.
+    """
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise InputFileError(f"{path} is not a readable picture", "give a PNG or JPEG file")
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)
