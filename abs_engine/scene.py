@@ -74,8 +74,8 @@ class Scene:
 
     def vertices(self, weights: ArrayLike) -> NDArray[np.float64]:
         """Deformed vertices (V, 3), mm, head frame, for weights (P,)."""
-        flat = np.asarray(weights, np.float64) @ self.modes.reshape(self.n_modes, -1)
-        return np.asarray(self.mean + flat.reshape(-1, 3), np.float64)
+        moved = np.tensordot(np.asarray(weights, np.float64), self.modes, axes=1)
+        return np.asarray(self.mean + moved, np.float64)
 
 
 _DTYPES = {

@@ -5,6 +5,9 @@ It is the oracle of the OpenGL renderer's tests, and what runs where no OpenGL l
 
 from __future__ import annotations
 
+import threading
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,15 +15,21 @@ from abs_engine.buffers import Buffers, Sums
 from abs_engine.camera import Camera, Window
 from abs_engine.errors import ParameterError
 from abs_engine.render import kernels
+from abs_engine.render.pixelsum import colour_error
 from abs_engine.render.vertex import clip_positions
 from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
 
+_HIGHEST_CLASS: WeakKeyDictionary[Scene, int] = WeakKeyDictionary()
+
 
 class CpuRenderer:
-    """Draws with one thread and without any OpenGL; the GIL is released while it draws."""
+    """Draws with one thread and without any OpenGL; the GIL is released while it draws.
+
+    Several threads may draw with the same renderer at once.
+    """
 
     def __init__(self) -> None:
-        self._pool: dict[tuple[int, int], tuple[NDArray[np.float32], NDArray[np.int32]]] = {}
+        self._local = threading.local()
 
     def __enter__(self) -> CpuRenderer:
         return self
@@ -51,36 +60,45 @@ class CpuRenderer:
         window: Window,
         term: PixelTerm,
     ) -> Sums:
-        """Draw every candidate and sum `term`; see `Renderer.measure`."""
+        """Draw every candidate and sum `term` over its drawn pixels; see `Renderer.measure`.
+
+        Raises
+        ------
+        ParameterError
+            If candidates, scene, window and term do not fit together.
+        """
         check_term(term, window)
+        if isinstance(term, ClassMaps):
+            _check_classes(scene, term)
         clip = camera.clip_matrix(window)
         total = np.empty(len(candidates), np.float64)
         pixels = np.empty(len(candidates), np.int64)
         for i in range(len(candidates)):
             positions = clip_positions(scene, candidates, i, camera, clip)
-            facet = self._rasterise(scene, positions, camera, window)[1]
-            total[i], pixels[i] = self._sum(scene, positions, facet, term)
+            scratch = self._rasterise(scene, positions, camera, window)
+            total[i], pixels[i] = _sum(scene, positions, scratch, term)
         return Sums(total, pixels)
 
     def close(self) -> None:
-        """Forget the pooled buffers."""
-        self._pool.clear()
+        """Forget this thread's scratch arrays."""
+        self._local = threading.local()
 
     def _rasterise(
         self, scene: Scene, positions: NDArray[np.float32], camera: Camera, window: Window
-    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        width, height = window.drawn
-        if (width, height) not in self._pool:
-            shape = height, width
-            self._pool[width, height] = np.empty(shape, np.float32), np.empty(shape, np.int32)
-        inverse_depth, facet = self._pool[width, height]
-        kernels.rasterise(positions, scene.faces, camera.near, scene.cull, inverse_depth, facet)
-        return inverse_depth, facet
+    ) -> _Scratch:
+        size = *window.drawn, len(scene.faces)
+        scratch: _Scratch | None = getattr(self._local, "scratch", None)
+        if scratch is None or scratch.size != size:
+            scratch = self._local.scratch = _Scratch(size)
+        kernels.rasterise(
+            positions, scene.faces, camera.near, camera.far, scene.cull, scratch.keys, scratch.facet
+        )
+        return scratch
 
     def _buffers(
         self, scene: Scene, positions: NDArray[np.float32], camera: Camera, window: Window
     ) -> Buffers:
-        facet = self._rasterise(scene, positions, camera, window)[1].copy()
+        facet = self._rasterise(scene, positions, camera, window).facet.copy()
         depth = np.zeros(facet.shape, np.float32)
         bary = np.zeros((*facet.shape, 3), np.float32)
         rgb = np.zeros((*facet.shape, 3), np.float32)
@@ -88,17 +106,47 @@ class CpuRenderer:
         class_of = np.concatenate([np.zeros(1, np.int32), scene.facet_class])
         return Buffers(rgb, facet, class_of[facet], depth, bary)
 
-    @staticmethod
-    def _sum(
-        scene: Scene, positions: NDArray[np.float32], facet: NDArray[np.int32], term: PixelTerm
-    ) -> tuple[float, int]:
-        if isinstance(term, ClassMaps):
-            total, pixels = kernels.sum_class_maps(facet, scene.facet_class, term.maps)
-        else:
-            total, pixels = kernels.sum_colour_error(
-                positions, scene.faces, scene.uv, scene.texture, facet, term.normalised
-            )
+
+class _Scratch:
+    """Arrays that are written anew for every candidate.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Width and height in drawn pixels, number of facets.
+    """
+
+    def __init__(self, size: tuple[int, int, int]) -> None:
+        width, height, facets = self.size = size
+        self.keys = np.empty(height * width, np.int64)
+        self.facet = np.empty((height, width), np.int32)
+        self.uv = np.empty((height, width, 2), np.float32)
+        self.planes = np.empty((facets, 9), np.float64)
+        self.known = np.empty(facets, np.uint8)
+
+
+def _sum(
+    scene: Scene, positions: NDArray[np.float32], scratch: _Scratch, term: PixelTerm
+) -> tuple[float, int]:
+    """The term's sum over the drawn pixels, and their number."""
+    if isinstance(term, ClassMaps):
+        total, pixels = kernels.sum_class_maps(scratch.facet, scene.facet_class, term.maps)
         return float(total), int(pixels)
+    kernels.texture_uv(
+        positions, scene.faces, scene.uv, scratch.facet, scratch.planes, scratch.known, scratch.uv
+    )
+    return colour_error(scratch.uv, scene, term)
+
+
+def _check_classes(scene: Scene, term: ClassMaps) -> None:
+    highest = _HIGHEST_CLASS.get(scene)
+    if highest is None:
+        highest = _HIGHEST_CLASS[scene] = int(scene.facet_class.max())
+    if highest >= len(term.maps):
+        raise ParameterError(
+            f"the scene has class {highest}, the term only {len(term.maps)} maps",
+            "give one map for each class id, and one for the background",
+        )
 
 
 def check_term(term: PixelTerm, window: Window) -> None:

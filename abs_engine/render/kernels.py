@@ -2,6 +2,10 @@
 
 Coverage follows OpenGL: vertices are snapped to 1/256 pixel, edges are evaluated in integers with
 the top-left rule, so facets that share an edge neither overlap nor leave a gap.
+
+The z-buffer holds one integer key for each pixel: nearness in the high bits, and below them the
+facets counted backwards. The largest key wins, so the nearer facet does, and of two at the same
+depth the first; an empty pixel's key is nearness at the far plane, so what is beyond loses to it.
 """
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
@@ -10,18 +14,24 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-SUBPIXEL = 256
-GUARD = 4.0e6  # pixels; farther out, coordinates are clamped so that int64 cannot overflow
+SUBPIXEL_BITS = 8
+SUBPIXEL = 1 << SUBPIXEL_BITS
+GUARD = 4.0e6 * SUBPIXEL  # farther out, coordinates are clamped so that int64 cannot overflow
+FACET_BITS = 26
+LAST_FACET = (1 << FACET_BITS) - 1
+NEARNESS = 2.0**36  # of the near plane; nearness is proportional to 1/w
+
+UNDRAWN = np.float32(-1e30)  # texture coordinate where nothing is drawn, as targets.FAR_AWAY
 
 
-@numba.njit(cache=True, nogil=True)
-def _to_pixels(x, y, w, width, height):
-    """Clip x, y, w to snapped 1/256 pixel integers (pixel centres at integers)."""
-    px = (x / w + 1.0) * 0.5 * width - 0.5
-    py = (y / w + 1.0) * 0.5 * height - 0.5
-    px = min(max(px, -GUARD), GUARD)
-    py = min(max(py, -GUARD), GUARD)
-    return np.int64(np.floor(px * SUBPIXEL + 0.5)), np.int64(np.floor(py * SUBPIXEL + 0.5))
+@numba.njit(cache=True, nogil=True, fastmath={"contract"})
+def _to_pixel(x, inverse_w, size):
+    """Clip x or y to snapped 1/256 pixel integers (pixel centres at integers)."""
+    half = 0.5 * size * SUBPIXEL
+    at = x * inverse_w * half + (half - 0.5 * SUBPIXEL)
+    at = at if at < GUARD else GUARD
+    at = at if at > -GUARD else -GUARD
+    return np.int64(np.floor(at + 0.5))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -30,88 +40,97 @@ def _edge_bias(dx, dy):
     return 0 if dy < 0 or (dy == 0 and dx > 0) else -1
 
 
-@numba.njit(cache=True, nogil=True)
-def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, ident, cull, inverse_depth, facet):
-    """Fill one snapped triangle; q = 1/w, the largest wins, the first wins ties."""
-    height, width = facet.shape
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, facet, cull, width, height, keys):
+    """Fill one snapped triangle; q is nearness. `keys` is flat, row after row."""
     area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
     if area == 0 or (cull and area > 0):
         return  # y is down here: what is counter-clockwise to a viewer has a negative area
     if area < 0:
         x1, y1, q1, x2, y2, q2 = x2, y2, q2, x1, y1, q1
         area = -area
-    left = max(-((-min(x0, x1, x2)) // SUBPIXEL), 0)
-    right = min(max(x0, x1, x2) // SUBPIXEL, width - 1)
-    top = max(-((-min(y0, y1, y2)) // SUBPIXEL), 0)
-    bottom = min(max(y0, y1, y2) // SUBPIXEL, height - 1)
+    left = max((min(x0, x1, x2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
+    right = min(max(x0, x1, x2) >> SUBPIXEL_BITS, width - 1)
+    top = max((min(y0, y1, y2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
+    bottom = min(max(y0, y1, y2) >> SUBPIXEL_BITS, height - 1)
     if left > right or top > bottom:
         return
     px, py = left * SUBPIXEL, top * SUBPIXEL
-    row0 = (x2 - x1) * (py - y1) - (y2 - y1) * (px - x1) + _edge_bias(x2 - x1, y2 - y1)
-    row1 = (x0 - x2) * (py - y2) - (y0 - y2) * (px - x2) + _edge_bias(x0 - x2, y0 - y2)
-    row2 = (x1 - x0) * (py - y0) - (y1 - y0) * (px - x0) + _edge_bias(x1 - x0, y1 - y0)
+    row0 = (x2 - x1) * (py - y1) - (y2 - y1) * (px - x1)
+    row1 = (x0 - x2) * (py - y2) - (y0 - y2) * (px - x2)
+    row2 = (x1 - x0) * (py - y0) - (y1 - y0) * (px - x0)
     step0, step1, step2 = (y1 - y2) * SUBPIXEL, (y2 - y0) * SUBPIXEL, (y0 - y1) * SUBPIXEL
     down0, down1, down2 = (x2 - x1) * SUBPIXEL, (x0 - x2) * SUBPIXEL, (x1 - x0) * SUBPIXEL
     scale = 1.0 / area
-    qx = (step1 * (q1 - q0) + step2 * (q2 - q0)) * scale
+    q1, q2 = (q1 - q0) * scale, (q2 - q0) * scale
+    row_q = q0 + row1 * q1 + row2 * q2
+    step_q, down_q = step1 * q1 + step2 * q2, down1 * q1 + down2 * q2
+    row0 += _edge_bias(x2 - x1, y2 - y1)
+    row1 += _edge_bias(x0 - x2, y0 - y2)
+    row2 += _edge_bias(x1 - x0, y1 - y0)
+    low = LAST_FACET - facet
     for y in range(top, bottom + 1):
-        e0, e1, e2 = row0, row1, row2
-        q = q0 + (e1 * (q1 - q0) + e2 * (q2 - q0)) * scale
+        e0, e1, e2, q = row0, row1, row2, row_q
         for x in range(left, right + 1):
-            if (e0 | e1 | e2) >= 0 and q > inverse_depth[y, x]:
-                inverse_depth[y, x] = q
-                facet[y, x] = ident
+            at = np.uint64(y * width + x)  # unsigned, so that numba looks for no negative index
+            old = keys[at]
+            key = (np.int64(q) << FACET_BITS) | low
+            # No branch: whether a pixel is inside is not to be predicted.
+            keys[at] = key if ((e0 | e1 | e2) >= 0) & (key > old) else old
             e0 += step0
             e1 += step1
             e2 += step2
-            q += qx
+            q += step_q
         row0 += down0
         row1 += down1
         row2 += down2
+        row_q += down_q
 
 
-@numba.njit(cache=True, nogil=True)
-def rasterise(clip, faces, near, cull, inverse_depth, facet):
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def rasterise(clip, faces, near, far, cull, keys, facet):
     """Z-buffer all facets.
 
     Parameters
     ----------
     clip : (V, 4) float32
-    faces : (F, 3) int32
-    near : float
-        Facets are cut where w falls below it, mm.
+    faces : (F, 3) int32, F at most 2^26
+    near, far : float
+        Facets are cut where w falls below `near`; pixels beyond `far` are not drawn. mm.
     cull : bool
-    inverse_depth : (H, W) float32, out; 1/w, 0 in the background
+    keys : (H * W,) int64, out; see the module
     facet : (H, W) int32, out; facet index + 1
     """
     height, width = facet.shape
     n = clip.shape[0]
-    x, y = np.empty(n, np.int64), np.empty(n, np.int64)
-    q = np.empty(n, np.float64)
+    x, y, q = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.float64)
     for i in range(n):
         w = np.float64(clip[i, 3])
-        if w >= near:
-            x[i], y[i] = _to_pixels(np.float64(clip[i, 0]), np.float64(clip[i, 1]), w, width, height)
-            q[i] = 1.0 / w
-        else:
-            q[i] = -1.0
-    inverse_depth[:] = 0
-    facet[:] = 0
+        cut = not w >= near
+        inverse = 1.0 / (near if cut else w)
+        x[i] = _to_pixel(np.float64(clip[i, 0]), inverse, width)
+        y[i] = _to_pixel(np.float64(clip[i, 1]), inverse, height)
+        q[i] = -1.0 if cut else NEARNESS * near * inverse
+    empty = (np.int64(NEARNESS * near / far) << FACET_BITS) | LAST_FACET
+    keys[:] = empty
     for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
         if q[a] > 0 and q[b] > 0 and q[c] > 0:
             _fill(
                 x[a], y[a], q[a], x[b], y[b], q[b], x[c], y[c], q[c],
-                f + 1, cull, inverse_depth, facet,
+                f, cull, width, height, keys,
             )  # fmt: skip
         elif q[a] > 0 or q[b] > 0 or q[c] > 0:
-            _fill_clipped(clip, a, b, c, near, f + 1, cull, inverse_depth, facet)
+            _fill_clipped(clip, a, b, c, near, f, cull, width, height, keys)
+    for i in range(height):
+        for j in range(width):
+            key = keys[i * width + j]
+            facet[i, j] = 0 if key == empty else LAST_FACET + 1 - (key & LAST_FACET)
 
 
-@numba.njit(cache=True, nogil=True)
-def _fill_clipped(clip, a, b, c, near, ident, cull, inverse_depth, facet):
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _fill_clipped(clip, a, b, c, near, facet, cull, width, height, keys):
     """Cut a facet at the near plane (Sutherland-Hodgman) and fill the one or two pieces."""
-    height, width = facet.shape
     corners = (a, b, c)
     x, y = np.empty(4, np.int64), np.empty(4, np.int64)
     q = np.empty(4, np.float64)
@@ -120,28 +139,24 @@ def _fill_clipped(clip, a, b, c, near, ident, cull, inverse_depth, facet):
         i, j = corners[k], corners[(k + 1) % 3]
         wi, wj = np.float64(clip[i, 3]), np.float64(clip[j, 3])
         if wi >= near:
-            x[n], y[n] = _to_pixels(
-                np.float64(clip[i, 0]), np.float64(clip[i, 1]), wi, width, height
-            )
-            q[n] = 1.0 / wi
+            x[n] = _to_pixel(np.float64(clip[i, 0]), 1.0 / wi, width)
+            y[n] = _to_pixel(np.float64(clip[i, 1]), 1.0 / wi, height)
+            q[n] = NEARNESS * near / wi
             n += 1
         if (wi >= near) != (wj >= near):
             s = (near - wi) / (wj - wi)
-            x[n], y[n] = _to_pixels(
-                clip[i, 0] + s * (clip[j, 0] - clip[i, 0]),
-                clip[i, 1] + s * (clip[j, 1] - clip[i, 1]),
-                near, width, height,
-            )  # fmt: skip
-            q[n] = 1.0 / near
+            x[n] = _to_pixel(clip[i, 0] + s * (clip[j, 0] - clip[i, 0]), 1.0 / near, width)
+            y[n] = _to_pixel(clip[i, 1] + s * (clip[j, 1] - clip[i, 1]), 1.0 / near, height)
+            q[n] = NEARNESS
             n += 1
     for k in range(1, n - 1):
         _fill(
             x[0], y[0], q[0], x[k], y[k], q[k], x[k + 1], y[k + 1], q[k + 1],
-            ident, cull, inverse_depth, facet,
+            facet, cull, width, height, keys,
         )  # fmt: skip
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _weights(clip, faces, f, px, py, width, height):
     """Perspective-correct barycentrics and depth of facet `f` at a pixel.
 
@@ -214,25 +229,61 @@ def sum_class_maps(facet, facet_class, maps):
     return total, pixels
 
 
-@numba.njit(cache=True, nogil=True)
-def sum_colour_error(clip, faces, uv, texture, facet, target):
-    """Sum over drawn pixels of the squared difference to the normalised frame, and their number."""
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def texture_uv(clip, faces, uv, facet, planes, known, out):
+    """Texture coordinates of the drawn pixels: what `shade` interpolates, but much faster.
+
+    The weights of `_weights` are linear in the pixel, so u = U(x, y) / T(x, y) and v likewise,
+    with three planes for each facet, which are computed when its first pixel is met.
+
+    Parameters
+    ----------
+    clip : (V, 4) float32
+    faces : (F, 3) int32
+    uv : (V, 2) float32
+    facet : (H, W) int32
+    planes : (F, 9) float64, scratch
+    known : (F,) uint8, scratch
+    out : (H, W, 2) float32, out; `UNDRAWN` in the background
+    """
     height, width = facet.shape
-    total, pixels = 0.0, 0
+    known[:] = 0
+    per_column, per_row = 2.0 / width, 2.0 / height
     for y in range(height):
+        Y = (y + 0.5) * per_row - 1.0
         for x in range(width):
-            f = facet[y, x] - 1
-            if f < 0:
+            if facet[y, x] == 0:
+                out[y, x, 0] = out[y, x, 1] = UNDRAWN
                 continue
-            b0, b1, b2, _ = _weights(clip, faces, f, x, y, width, height)
-            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-            u = b0 * uv[a, 0] + b1 * uv[b, 0] + b2 * uv[c, 0]
-            v = b0 * uv[a, 1] + b1 * uv[b, 1] + b2 * uv[c, 1]
-            r, g, bl = _texel(texture, u, v)
-            s = 1.0 / (r + g + bl + 3.0)
-            dr = (r + 1.0) * s - target[y, x, 0]
-            dg = (g + 1.0) * s - target[y, x, 1]
-            db = (bl + 1.0) * s - target[y, x, 2]
-            total += dr * dr + dg * dg + db * db
-            pixels += 1
-    return total, pixels
+            f = np.uint32(facet[y, x] - 1)
+            if not known[f]:
+                _set_planes(clip, faces, uv, f, planes)
+                known[f] = 1
+            X = (x + 0.5) * per_column - 1.0
+            t = 1.0 / (planes[f, 0] * X + planes[f, 1] * Y + planes[f, 2])
+            out[y, x, 0] = (planes[f, 3] * X + planes[f, 4] * Y + planes[f, 5]) * t
+            out[y, x, 1] = (planes[f, 6] * X + planes[f, 7] * Y + planes[f, 8]) * t
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _set_planes(clip, faces, uv, f, planes):
+    """The planes T, U, V of facet `f` over GL device coordinates; see `texture_uv`."""
+    a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
+    x0, y0, w0 = np.float64(clip[a, 0]), np.float64(clip[a, 1]), np.float64(clip[a, 3])
+    x1, y1, w1 = np.float64(clip[b, 0]), np.float64(clip[b, 1]), np.float64(clip[b, 3])
+    x2, y2, w2 = np.float64(clip[c, 0]), np.float64(clip[c, 1]), np.float64(clip[c, 3])
+    # b_i of `_weights`, as cross products of the other two corners
+    ax, ay, aw = y1 * w2 - y2 * w1, w1 * x2 - w2 * x1, x1 * y2 - x2 * y1
+    bx, by, bw = y2 * w0 - y0 * w2, w2 * x0 - w0 * x2, x2 * y0 - x0 * y2
+    cx, cy, cw = y0 * w1 - y1 * w0, w0 * x1 - w1 * x0, x0 * y1 - x1 * y0
+    tx, ty, tw = ax + bx + cx, ay + by + cy, aw + bw + cw
+    if tx == 0.0 and ty == 0.0 and tw == 0.0:  # no area but by snapping: the first corner's
+        planes[f, :] = 0.0
+        planes[f, 2], planes[f, 5], planes[f, 8] = 1.0, uv[a, 0], uv[a, 1]
+        return
+    planes[f, 0], planes[f, 1], planes[f, 2] = tx, ty, tw
+    for k in range(2):
+        s0, s1, s2 = np.float64(uv[a, k]), np.float64(uv[b, k]), np.float64(uv[c, k])
+        planes[f, 3 + 3 * k] = ax * s0 + bx * s1 + cx * s2
+        planes[f, 4 + 3 * k] = ay * s0 + by * s1 + cy * s2
+        planes[f, 5 + 3 * k] = aw * s0 + bw * s1 + cw * s2

@@ -11,7 +11,7 @@ from abs_engine.camera import Camera, Window
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
 from abs_engine.render.layout import submit
-from abs_engine.render.pixelsum import sum_class_maps, sum_colour_error
+from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
 from abs_engine.render.vertex import clip_positions
@@ -98,7 +98,7 @@ class ThinPath:
             if isinstance(term, ClassMaps):
                 total[i], pixels[i] = sum_class_maps(drawn[..., 0], term.maps)
             else:
-                total[i], pixels[i] = sum_colour_error(drawn, scene.texture, term.normalised)
+                total[i], pixels[i] = colour_error(drawn, scene, term)
         return Sums(total, pixels)
 
     def release(self) -> None:

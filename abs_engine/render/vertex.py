@@ -3,6 +3,7 @@
 On a software rasteriser this beats deforming in the vertex shader, and the CPU rasteriser needs
 it anyway. `geometry.Pose` and `camera.Camera` hold the same mathematics to read and to test by.
 """
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
 from __future__ import annotations
 
@@ -61,8 +62,8 @@ def clip_positions(
     return out
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _deform(mean, modes, weights):  # type: ignore[no-untyped-def]
+@numba.njit(cache=True, nogil=True)
+def _deform(mean, modes, weights):
     """X = mean + weights . modes, (V, 3) float32."""
     out = mean.copy()
     flat = out.reshape(-1)
@@ -74,8 +75,8 @@ def _deform(mean, modes, weights):  # type: ignore[no-untyped-def]
     return out
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _to_clip(vertices, motion, k, limit, clip, out):  # type: ignore[no-untyped-def]
+@numba.njit(cache=True, nogil=True)
+def _to_clip(vertices, motion, k, limit, clip, out):
     """Head frame to clip coordinates; `limit` 0 means no distortion (see `Camera.distort`)."""
     r00, r01, r02, t0 = motion[0]
     r10, r11, r12, t1 = motion[1]
@@ -95,8 +96,8 @@ def _to_clip(vertices, motion, k, limit, clip, out):  # type: ignore[no-untyped-
         out[i, 3] = z
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _distort(x, y, z, k, limit):  # type: ignore[no-untyped-def]
+@numba.njit(cache=True, nogil=True)
+def _distort(x, y, z, k, limit):
     """The scalar form of `Camera.distort`."""
     safe = z if abs(z) >= 1e-9 else 1e-9
     u, v = x / safe, y / safe

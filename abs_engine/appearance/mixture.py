@@ -1,0 +1,147 @@
+"""Mixtures of Gaussians by expectation maximisation, with a weight for every sample.
+
+Sample weights are what the libraries' mixtures lack: here they carry how probable it is, by
+place, that a pixel belongs to the class that is learned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+_FLOOR = 1e-5  # variance floor: 8-bit chromaticity is not finer than this
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """A Gaussian mixture of K components in D dimensions.
+
+    Parameters
+    ----------
+    weights : (K,) float64, sum 1
+    means : (K, D) float64
+    covariances : (K, D, D) float64
+    """
+
+    weights: FloatArray
+    means: FloatArray
+    covariances: FloatArray
+
+    def densities(self, samples: FloatArray) -> FloatArray:
+        """Weighted density of each component, (N, K), at samples (N, D)."""
+        columns = []
+        for weight, mean, covariance in zip(
+            self.weights, self.means, self.covariances, strict=True
+        ):
+            inverse = np.linalg.inv(covariance)
+            offset = samples - mean
+            squared = np.einsum("nd,de,ne->n", offset, inverse, offset)
+            scale = weight / np.sqrt(np.linalg.det(2 * np.pi * covariance))
+            columns.append(scale * np.exp(-0.5 * squared))
+        return np.stack(columns, axis=1)
+
+    def density(self, samples: FloatArray) -> FloatArray:
+        """Probability density (N,) at samples (N, D)."""
+        return np.asarray(self.densities(samples).sum(axis=1))
+
+    def anchored(
+        self, samples: FloatArray, weight: FloatArray, anchor: Mixture, strength: float
+    ) -> Mixture:
+        """One maximum a-posteriori step: as `updated`, with `strength` samples like `anchor`.
+
+        `anchor` has the same components; none of them can die out or wander far.
+        """
+        parts = self.densities(samples)
+        share = weight[:, None] * parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
+        pseudo = strength * anchor.weights
+        mass = share.sum(axis=0) + pseudo
+        means = (share.T @ samples + pseudo[:, None] * anchor.means) / mass[:, None]
+        covariances = []
+        for k, mean in enumerate(means):
+            offset, pull = samples - mean, anchor.means[k] - mean
+            scatter = (offset * share[:, k, None]).T @ offset
+            prior = pseudo[k] * (anchor.covariances[k] + np.outer(pull, pull))
+            covariances.append((scatter + prior) / mass[k] + _FLOOR * np.eye(len(mean)))
+        return Mixture(mass / mass.sum(), means, np.stack(covariances))
+
+    def updated(self, samples: FloatArray, weight: FloatArray) -> Mixture:
+        """One step of expectation maximisation on samples (N, D) with weights (N,)."""
+        parts = self.densities(samples)
+        share = weight[:, None] * parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
+        mass = share.sum(axis=0)
+        alive = mass > 1e-3 * mass.sum()
+        share, mass = share[:, alive], mass[alive]
+        means = share.T @ samples / mass[:, None]
+        covariances = np.stack(
+            [_covariance(samples - m, s, n) for m, s, n in zip(means, share.T, mass, strict=True)]
+        )
+        return Mixture(mass / mass.sum(), means, covariances)
+
+
+def _covariance(offset: FloatArray, share: FloatArray, mass: float) -> FloatArray:
+    covariance = (offset * share[:, None]).T @ offset / mass
+    return np.asarray(covariance + _FLOOR * np.eye(offset.shape[1]))
+
+
+def single(samples: FloatArray, weight: FloatArray) -> Mixture:
+    """One Gaussian with the weighted mean and covariance of samples (N, D)."""
+    mean = weight @ samples / weight.sum()
+    covariance = _covariance(samples - mean, weight, float(weight.sum()))
+    return Mixture(np.ones(1), mean[None], covariance[None])
+
+
+def fit_mixture(samples: FloatArray, weight: FloatArray, most: int, steps: int = 25) -> Mixture:
+    """A mixture with as many components as the Bayesian information criterion asks for.
+
+    Parameters
+    ----------
+    samples : (N, D) float64
+    weight : (N,) float64
+        Probability that a sample belongs to the class, 0 to 1.
+    most : int
+        Largest number of components tried.
+    steps : int
+        Steps of expectation maximisation for each number.
+
+    Notes
+    -----
+    Neighbouring pixels are not independent; the criterion counts a quarter of the weight as
+    samples.
+    """
+    mixture = single(samples, weight)
+    best, best_score = mixture, _bic(mixture, samples, weight)
+    for _ in range(1, most):
+        mixture = _split(mixture)
+        for _ in range(steps):
+            mixture = mixture.updated(samples, weight)
+        score = _bic(mixture, samples, weight)
+        if score < best_score:
+            best, best_score = mixture, score
+    return best
+
+
+def _split(mixture: Mixture) -> Mixture:
+    """Split the component with the most spread along its longest axis."""
+    longest = np.linalg.eigvalsh(mixture.covariances)[:, -1]
+    k = int(np.argmax(mixture.weights * longest))
+    values, vectors = np.linalg.eigh(mixture.covariances[k])
+    step = np.sqrt(values[-1]) * vectors[:, -1]
+    halves, means = mixture.weights.copy(), mixture.means.copy()
+    halves[k] /= 2
+    means[k] -= step
+    return Mixture(
+        np.append(halves, halves[k]),
+        np.vstack([means, mixture.means[k] + step]),
+        np.concatenate([mixture.covariances, mixture.covariances[k : k + 1]]),
+    )
+
+
+def _bic(mixture: Mixture, samples: FloatArray, weight: FloatArray) -> float:
+    k, d = mixture.means.shape
+    free = k - 1 + k * d + k * d * (d + 1) / 2
+    count = 0.25 * weight.sum()
+    likelihood = 0.25 * weight @ np.log(np.maximum(mixture.density(samples), 1e-300))
+    return float(free * np.log(max(count, 2.0)) - 2 * likelihood)

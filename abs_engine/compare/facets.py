@@ -1,0 +1,74 @@
+"""The facet likelihood (Basu et al., eqs. 6-9): how well the drawn classes suit the colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.buffers import Buffers
+from abs_engine.camera import Camera, Window
+from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
+
+FloatArray = NDArray[np.float64]
+
+
+def facet_score(buffers: Buffers, maps: NDArray[np.float32]) -> float:
+    """The sum of eq. 9 from buffers: the exact integral over each facet's visible pixels.
+
+    Parameters
+    ----------
+    buffers : Buffers
+    maps : (C, H, W) float32
+        Likelihood map of each class id.
+
+    Returns
+    -------
+    float
+        sum over drawn pixels of maps[class], in drawn pixels. `Renderer.measure` with `ClassMaps`
+        gives the same number without the buffers.
+    """
+    rows, columns = np.nonzero(buffers.class_id)
+    return float(maps[buffers.class_id[rows, columns], rows, columns].sum(dtype=np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class FacetLikelihood:
+    """-log f(O|p) of a frame, from the fused render-and-compare.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    scene : Scene
+    camera : Camera
+    window : Window
+    maps : ClassMaps
+        Probability map of each class id at the window's drawn resolution.
+    pixels : int
+        How many drawn pixels of the window are compared; the score is their mean.
+    observations : float
+        How many independent observations they hold.
+
+    Notes
+    -----
+    Eq. 9 is a sum over pixels, where independent pixels would make a product; taken literally its
+    logarithm hardly changes with the shape and any prior outweighs it. The mean score over the
+    compared pixels is therefore raised to the number of independent observations in it: with a few
+    wrongly labelled pixels, -n log(score) is about the number of those that are independent.
+    Facets that are hidden or outside of the window add nothing.
+    """
+
+    renderer: Renderer
+    scene: Scene
+    camera: Camera
+    window: Window
+    maps: ClassMaps
+    pixels: int
+    observations: float
+
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """-log f(O|p) of each candidate, (B,) float64, up to a constant."""
+        sums = self.renderer.measure(self.scene, candidates, self.camera, self.window, self.maps)
+        mean = np.maximum(sums.total / self.pixels, 1e-6)
+        return np.asarray(-self.observations * np.log(mean))

@@ -1,0 +1,202 @@
+"""A run against its ground truth: a table of numbers, and a picture of the curves."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from abs_engine.errors import InputFileError, OutputError, ParameterError
+from abs_engine.evaluate.metrics import (
+    PointError,
+    closure,
+    curve_error,
+    lip_rms_mm,
+    spikes,
+    to_camera,
+    without_constant_offset,
+)
+from abs_engine.truth import Truth
+
+Run = Mapping[str, NDArray[Any]]
+RUN_KEYS = ("lip_points", "lip_vertex", "rotation", "translation", "aperture", "width")
+CLOSED_APERTURE = 1.0
+"""A run that does not say which frames are closed is closed below this aperture, mm."""
+
+SPIKE = 3.0
+"""Millimetres by which an aperture must stand out from both neighbours to be a spike."""
+
+SCORES, CURVES = "truth_scores.json", "truth_curves.png"
+
+
+def report(run: Run, truth: Truth, folder: Path) -> dict[str, Any]:
+    """Score a run and write ``truth_scores.json`` and ``truth_curves.png`` into `folder`.
+
+    Parameters
+    ----------
+    run : mapping of str to array
+        See `score`.
+    truth : Truth
+    folder : Path
+        Must exist.
+
+    Returns
+    -------
+    dict
+        What `score` returns.
+
+    Raises
+    ------
+    InputFileError, ParameterError
+        As `score`.
+    OutputError
+        If the folder cannot be written.
+    """
+    scores = score(run, truth)
+    try:
+        text = json.dumps(_plain(scores), indent=1, allow_nan=False) + "\n"
+        (Path(folder) / SCORES).write_text(text, encoding="utf-8")
+        draw(run, truth).savefig(Path(folder) / CURVES, dpi=100)
+    except OSError as error:
+        raise OutputError(
+            f"{folder} cannot be written ({error.strerror})", "name a folder of yours"
+        ) from error
+    return scores
+
+
+def score(run: Run, truth: Truth) -> dict[str, Any]:
+    """Numbers of a run against the truth.
+
+    Parameters
+    ----------
+    run : mapping of str to array
+        `lip_points` (T, N, 3), mm, head frame; `lip_vertex` (N,), their vertex indices in the
+        truth's mesh; `rotation` (T, 3), rotation vectors, and `translation` (T, 3), mm, head
+        to camera; `aperture` and `width` (T,), mm, defined as `Truth.aperture` and `Truth.width`;
+        perhaps `closed` (T,), else an aperture below `CLOSED_APERTURE` is closed.
+    truth : Truth
+
+    Returns
+    -------
+    dict
+        ``lip_rms_head_raw_mm`` (head coordinates, no alignment),
+        ``lip_rms_head_offset_removed_mm`` (after one rigid motion for the whole clip, see
+        `without_constant_offset`), ``lip_rms_camera_mm``, ``head_angle_rms_deg``,
+        ``head_position_rms_mm``, ``aperture``, ``width`` (rms, bias, correlation), ``closure``
+        (precision, recall, in frames), ``aperture_spikes``, ``frames``, ``frames_tracked``.
+
+    Raises
+    ------
+    InputFileError
+        If the run lacks an array.
+    ParameterError
+        If it is of other frames or of another mesh than the truth.
+    """
+    check_run(run, truth)
+    found, vertex = run["lip_points"], run["lip_vertex"]
+    true = truth.points(vertex)
+    in_camera = to_camera(found, run["rotation"], run["translation"])
+    true_in_camera = to_camera(true, truth.rotations, truth.translations)
+    tracked = np.asarray(np.isfinite(found).all(axis=(1, 2)))
+    return {
+        "frames": len(truth),
+        "frames_tracked": int(tracked.sum()),
+        "lip_points": len(vertex),
+        "lip_rms_head_raw_mm": lip_rms_mm(found, true).overall,
+        "lip_rms_head_offset_removed_mm": _aligned(run, truth).overall,
+        "lip_rms_camera_mm": lip_rms_mm(in_camera, true_in_camera).overall,
+        **_pose_error(run, truth, tracked),
+        "aperture": asdict(curve_error(run["aperture"], truth.aperture)),
+        "width": asdict(curve_error(run["width"], truth.width)),
+        "closure": asdict(closure(closed_frames(run), truth.closed)),
+        "aperture_spikes": spikes(run["aperture"], SPIKE),
+    }
+
+
+def check_run(run: Run, truth: Truth) -> None:
+    """Raise unless a run has all arrays and is of the truth's frames and mesh."""
+    missing = [key for key in RUN_KEYS if key not in run]
+    if missing:
+        raise InputFileError(f"the run lacks {', '.join(missing)}", "track the clip again")
+    frames = {key: len(run[key]) for key in RUN_KEYS if key != "lip_vertex"}
+    if set(frames.values()) != {len(truth)}:
+        raise ParameterError(
+            f"the run has {sorted(set(frames.values()))} frames, the truth {len(truth)}",
+            "evaluate a run of this very clip",
+        )
+    vertex = run["lip_vertex"]
+    if len(vertex) == 0 or vertex.min() < 0 or vertex.max() >= len(truth.neutral):
+        raise ParameterError(
+            f"the run's points are not among the truth's {len(truth.neutral)} vertices",
+            "track with the speaker that was filmed",
+        )
+
+
+def closed_frames(run: Run) -> NDArray[np.bool_]:
+    """Frames (T,) in which a run says that the lips are closed."""
+    if "closed" in run:
+        return np.asarray(run["closed"], np.bool_)
+    return np.asarray(run["aperture"] < CLOSED_APERTURE)
+
+
+def draw(run: Run, truth: Truth) -> Figure:
+    """Curves of aperture, width and lip error over time; closed frames of the truth are shaded."""
+    figure = Figure(figsize=(9, 7.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    seconds = np.arange(len(truth)) / truth.rate
+    for axes, name, true in ((top, "aperture", truth.aperture), (middle, "width", truth.width)):
+        axes.plot(seconds, true, color="black", label="truth")
+        axes.plot(seconds, run[name], color="tab:red", label="tracked")
+        axes.set_ylabel(f"lip {name} (mm)")
+        axes.legend(loc="upper right")
+    raw = lip_rms_mm(run["lip_points"], truth.points(run["lip_vertex"]))
+    for error, label in ((raw, "raw"), (_aligned(run, truth), "constant rigid offset removed")):
+        line = f"{label}: {error.overall:.2f} mm"
+        bottom.plot(seconds, error.per_frame, label=line)
+    bottom.set(ylabel="lip points, RMS (mm, head frame)", xlabel="time (s)", ylim=(0, None))
+    bottom.legend(loc="upper right")
+    half = 0.5 / truth.rate
+    for axes in (top, middle, bottom):
+        for at in seconds[truth.closed]:
+            axes.axvspan(at - half, at + half, color="0.9", lw=0)
+    figure.suptitle(f"{truth.person}: {truth.sentence} (shaded: lips closed)")
+    return figure
+
+
+def _aligned(run: Run, truth: Truth) -> PointError:
+    true = truth.points(run["lip_vertex"])
+    return lip_rms_mm(without_constant_offset(run["lip_points"], true), true)
+
+
+def _pose_error(run: Run, truth: Truth, tracked: NDArray[np.bool_]) -> dict[str, float]:
+    """Root mean square over frames of the angle between poses, and of their distance."""
+    origin = np.zeros((len(truth), 1, 3))
+    axes = np.broadcast_to(np.eye(3), (len(truth), 3, 3))
+    still = np.zeros((len(truth), 3))
+    found, true = (to_camera(axes, r, still) for r in (run["rotation"], truth.rotations))
+    cosine = np.clip((np.einsum("tij,tij->t", found, true) - 1) / 2, -1, 1)
+    away = to_camera(origin, run["rotation"], run["translation"])[:, 0] - truth.translations
+    return {
+        "head_angle_rms_deg": _rms(np.degrees(np.arccos(cosine[tracked]))),
+        "head_position_rms_mm": _rms(np.linalg.norm(away[tracked], axis=1)),
+    }
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def _plain(value: Any) -> Any:
+    """The same value with null where it is NaN, as JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value

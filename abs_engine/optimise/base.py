@@ -1,0 +1,36 @@
+"""What every solver returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where a solver ended, and how.
+
+    Parameters
+    ----------
+    x : (N,) float64
+        The best parameters seen.
+    status : str
+        "converged", "evaluation limit" or "failed: ...".
+    value : float
+        Objective at `x`.
+    terms : mapping of str to float
+        The parts of `value`.
+    n_evaluations : int
+    trace : (n_evaluations,) float64
+        Every value in the order of evaluation.
+    """
+
+    x: NDArray[np.float64]
+    status: str
+    value: float
+    terms: Mapping[str, float]
+    n_evaluations: int
+    trace: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))

@@ -1,0 +1,119 @@
+"""What is said: visemes as weights of the 52 face units, and a few sentences made of them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import ParameterError
+
+_PAIRED = ("Smile", "Press", "Stretch", "UpperUp", "LowerDown", "Frown", "Dimple")
+
+
+@dataclass(frozen=True)
+class Viseme:
+    """A posture of the mouth and how long it is held.
+
+    Parameters
+    ----------
+    name : str
+    units : mapping of str to float
+        Weights of face units; 'Smile' stands for mouthSmileLeft and mouthSmileRight.
+    seconds : float
+        From the middle of the movement into it to the middle of the one out of it.
+    hold : float
+        Seconds, within `seconds`, in which the mouth stands still.
+    """
+
+    name: str
+    units: Mapping[str, float] = field(default_factory=dict)
+    seconds: float = 0.16
+    hold: float = 0.04
+
+    def weights(self, unit_names: tuple[str, ...]) -> NDArray[np.float64]:
+        """Weights (N,) in the order of `unit_names`."""
+        out = np.zeros(len(unit_names))
+        for unit, value in self.units.items():
+            for name in _long_names(unit, unit_names):
+                out[unit_names.index(name)] = value
+        return out
+
+
+def _long_names(unit: str, unit_names: tuple[str, ...]) -> tuple[str, ...]:
+    if unit in unit_names:
+        return (unit,)
+    sides = ("Left", "Right") if unit in _PAIRED else ("",)
+    return tuple(f"mouth{unit}{side}" for side in sides)
+
+
+# A little jawOpen goes with units that would press one lip into the other (see PROVENANCE.md).
+VISEMES: dict[str, Viseme] = {
+    v.name: v
+    for v in (
+        Viseme("rest", {}, 0.24, 0.12),
+        Viseme("p", {"Press": 0.30, "Pucker": 0.15, "jawOpen": 0.01}, 0.15, 0.09),
+        Viseme("m", {"RollLower": 0.15, "RollUpper": 0.15, "Pucker": 0.1}, 0.16, 0.10),
+        Viseme("f", {"jawOpen": 0.07, "RollLower": 0.65, "UpperUp": 0.30}, 0.16, 0.06),
+        Viseme("a", {"jawOpen": 0.58, "LowerDown": 0.20, "UpperUp": 0.10}, 0.24, 0.06),
+        Viseme("e", {"jawOpen": 0.28, "Stretch": 0.30, "Smile": 0.20, "LowerDown": 0.10}, 0.20),
+        Viseme("i", {"jawOpen": 0.13, "Stretch": 0.35, "Smile": 0.45, "LowerDown": 0.35}, 0.20),
+        Viseme("o", {"jawOpen": 0.30, "Funnel": 0.50, "Pucker": 0.35}, 0.22, 0.06),
+        Viseme("u", {"jawOpen": 0.13, "Pucker": 0.70, "Funnel": 0.15}, 0.22, 0.06),
+        Viseme("w", {"jawOpen": 0.15, "Pucker": 0.85}, 0.16, 0.04),
+        Viseme("s", {"jawOpen": 0.06, "Stretch": 0.20, "LowerDown": 0.30, "UpperUp": 0.20}, 0.14),
+        Viseme("l", {"jawOpen": 0.20, "LowerDown": 0.15, "Stretch": 0.10}, 0.14),
+        Viseme("sh", {"jawOpen": 0.10, "Funnel": 0.50, "UpperUp": 0.20, "LowerDown": 0.2}, 0.16),
+        Viseme("x", {"jawOpen": 0.16, "LowerDown": 0.10}, 0.12),
+    )
+}
+"""By name; 'x' is the vowel of 'the'."""
+
+ALIASES: dict[str, str] = {
+    **dict.fromkeys(("_", "."), "rest"),
+    "b": "p",
+    "v": "f",
+    **dict.fromkeys(("t", "d", "z", "k", "g"), "s"),
+    **dict.fromkeys(("n", "r", "th", "y"), "l"),
+    **dict.fromkeys(("ch", "j"), "sh"),
+    "h": "x",
+}
+"""Other names of the same posture."""
+
+SENTENCES: dict[str, str] = {
+    "demo": "_ m a p i w o f e b u _",
+    "wolves": "_ b o b _ m e t x f u _ w u l v z _ b a i th x p u l _",
+    "vowels": "_ a e i o u _ a u i o e a _",
+    "closures": "_ m a m a _ p o p _ b i b _ p a p x m u m _",
+}
+"""Built-in sentences, as strings of visemes. 'wolves': 'Bob met a few wolves by the pool'."""
+
+
+def parse(text: str) -> tuple[Viseme, ...]:
+    """Visemes of a built-in sentence (by its name) or of a string of symbols between spaces.
+
+    Raises
+    ------
+    ParameterError
+        If the text is empty or a symbol is unknown; the nearest one is named.
+    """
+    symbols = SENTENCES.get(text.strip(), text).split()
+    if not symbols:
+        raise ParameterError("the sentence is empty", f"name one of {', '.join(SENTENCES)}")
+    return tuple(_viseme(symbol) for symbol in symbols)
+
+
+def _viseme(symbol: str) -> Viseme:
+    name = ALIASES.get(symbol, symbol)
+    if name in VISEMES:
+        return VISEMES[name]
+    known = [*VISEMES, *ALIASES, *SENTENCES]
+    near = difflib.get_close_matches(symbol.lower(), known, n=1, cutoff=0.0)[0]
+    raise ParameterError(
+        f"there is no viseme '{symbol}' (nearest: '{near}')",
+        f"write symbols between spaces out of {' '.join([*VISEMES, *ALIASES])}, "
+        f"or a sentence's name: {', '.join(SENTENCES)}",
+    )

@@ -1,0 +1,115 @@
+"""One frame as an objective: the facet likelihood of a window plus priors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import CLASSES, ColourClasses
+from abs_engine.camera import Camera, Window
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import ContactPrior, GaussianPrior
+from abs_engine.geometry import Pose
+from abs_engine.objective import Evaluation
+from abs_engine.scene import ClassMaps, Renderer, Scene
+from abs_engine.track.model import MouthModel
+from abs_engine.track.pose import PoseFrame
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
+SMOOTHING = 0.05  # width of the Hamming window, in mouth widths
+
+Prior = GaussianPrior | ContactPrior
+
+# facet classes of the head, in order, as colour classes; None is not compared
+_COLOUR_CLASS = (
+    None, "skin", "lips", "lips", "interior", "interior", "interior", "interior", None,
+)  # fmt: skip
+
+
+def mouth_window(model: MouthModel, pose: Pose, camera: Camera) -> Window:
+    """The window around the mouth: 1.6 mouth widths wide and 1.25 high."""
+    ring = model.head.mean[model.speaker.lip_ring].astype(np.float64)
+    pixels = camera.project(pose.apply(ring))
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    across = float(high[0] - low[0])
+    scale = min(2.0, DRAWN_MOUTH / across)
+    size = np.ceil(np.array([1.6, 1.25]) * across * scale) / scale
+    centre = 0.5 * (low + high) + np.array([0.0, 0.08 * across])  # jaws open downwards
+    x, y = np.rint(centre - 0.5 * size)
+    return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
+
+
+def zone(window: Window) -> NDArray[np.bool_]:
+    """The ellipse that fills a window, (H, W): pixels outside of it are not compared.
+
+    The drawn face covers it whatever the parameters, so a fit gains nothing by covering more.
+    """
+    width, height = window.drawn
+    x = (np.arange(width) + 0.5) / width * 2 - 1
+    y = (np.arange(height) + 0.5) / height * 2 - 1
+    return np.asarray(x[None] ** 2 + y[:, None] ** 2 < 1)
+
+
+def class_maps(classes: ColourClasses, window: Window, frame: Image) -> ClassMaps:
+    """Probability maps of every facet class in the window of a frame, 0 outside of its zone."""
+    patch = window.sample(frame)
+    probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH) * zone(window)
+    zero = np.zeros_like(probable[0])
+    planes = [zero if c is None else probable[CLASSES.index(c)] for c in _COLOUR_CLASS]
+    return ClassMaps(np.stack(planes))
+
+
+@dataclass(frozen=True, eq=False)
+class FramePosterior:
+    """-log f(p|O) of one frame over a parameter vector (6 + P).
+
+    Parameters
+    ----------
+    likelihood : FacetLikelihood
+    frame : PoseFrame
+    priors : tuple of Prior
+        Over the whole vector; their sum counts.
+    """
+
+    likelihood: FacetLikelihood
+    frame: PoseFrame
+    priors: tuple[Prior, ...]
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Value and terms at `x` (6 + P,)."""
+        data = float(self.likelihood.negative_log(self.frame.candidates(x[None]))[0])
+        prior = sum(p.negative_log(x) for p in self.priors)
+        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) of a batch (B, 6 + P), drawn in one call."""
+        data = self.likelihood.negative_log(self.frame.candidates(vectors))
+        return data + np.array([sum(p.negative_log(x) for p in self.priors) for x in vectors])
+
+
+def likelihood_of(
+    renderer: Renderer, scene: Scene, camera: Camera, window: Window, maps: ClassMaps
+) -> FacetLikelihood:
+    """The facet likelihood over the window's zone.
+
+    An independent observation is a twentieth of the mouth's width across: in small video, the
+    2x2 pixels that share their chroma.
+    """
+    side = max(2.0, window.width / 1.6 / 20.0) * window.scale
+    pixels = int(zone(window).sum())
+    return FacetLikelihood(renderer, scene, camera, window, maps, pixels, pixels / side**2)
+
+
+def best_start(posterior: FramePosterior, starts: FloatArray) -> FloatArray:
+    """The start (N,) with the lowest value among (K, N), compared in one batch."""
+    return np.asarray(starts[int(np.argmin(posterior.values(starts)))])
+
+
+def contact_prior(model: MouthModel, person: FloatArray) -> ContactPrior:
+    """Contact of the lips as a prior over (6 + P)."""
+    gap, slope = model.gaps(person)
+    return ContactPrior(gap, np.hstack([np.zeros((len(gap), 6)), slope]))

@@ -1,0 +1,206 @@
+"""The head as the tracker uses it: what moves, what is drawn, which points are reported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.scene import Scene
+from abs_engine.shape.linear import LinearShape
+from abs_engine.shape.mouth import mouth_shape, mouth_units
+
+FloatArray = NDArray[np.float64]
+N_EXPRESSION = 10
+REACH_MM = 85.0  # facets farther than this from the mouth are never in the window
+
+# Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
+PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
+    "mouth width": ("mouth_scale_horiz_decr", "mouth_scale_horiz_incr", 0.5),
+    "upper lip height": ("mouth_upperlip_height_decr", "mouth_upperlip_height_incr", 0.6),
+    "lower lip height": ("mouth_lowerlip_height_decr", "mouth_lowerlip_height_incr", 0.6),
+    "mouth height": ("mouth_trans_down", "mouth_trans_up", 0.5),
+    "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", 0.5),
+    "corners": ("mouth_angles_down", "mouth_angles_up", 0.5),
+}
+# Postures that a fit is started from, in weights of face units
+PROTOTYPES: tuple[dict[str, float], ...] = (
+    {},
+    {"mouthPressLeft": 0.3, "mouthPressRight": 0.3, "jawOpen": 0.03},
+    {"jawOpen": 0.08},
+    {"jawOpen": 0.2, "mouthUpperUpLeft": 0.2, "mouthUpperUpRight": 0.2},
+    {"jawOpen": 0.35},
+    {"jawOpen": 0.15, "mouthFunnel": 0.4, "mouthPucker": 0.5},
+    {"jawOpen": 0.12, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4},
+    {"mouthRollLower": 0.6, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3, "jawOpen": 0.08},
+)
+
+
+@dataclass(frozen=True, eq=False)
+class MouthModel:
+    """The lower face for fitting and the whole head for pose.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    expression : LinearShape
+        Modes of the whole head; P of them.
+    head : Scene
+        The whole head, neutral, without modes.
+    scene : Scene
+        The lower face with P expression modes, then Q person modes.
+    kept : (V',) int32
+        Vertex of the head for each vertex of `scene`.
+    rigid : (F,) bool
+        Facets of `head` that move with the skull and are good to follow.
+    prototypes : (K, P) float64
+        Expression parameters of the starting postures.
+    pivot : (3,) float64, mm, head frame
+    rings : mapping of str to int32 arrays
+        Indices into `scene`'s vertices of `outer`, `upper`, `lower` (inner contours), `points`
+        (12 outer and 8 inner), and `corners`.
+    """
+
+    speaker: Speaker
+    expression: LinearShape
+    head: Scene
+    scene: Scene
+    kept: NDArray[np.int32]
+    rigid: NDArray[np.bool_]
+    prototypes: FloatArray
+    pivot: FloatArray
+    rings: Mapping[str, NDArray[np.int32]]
+
+    @property
+    def n_expression(self) -> int:
+        """Number of expression modes, P."""
+        return len(self.expression.modes)
+
+    @property
+    def n_person(self) -> int:
+        """Number of person modes, Q."""
+        return self.scene.n_modes - self.n_expression
+
+    @property
+    def person_deviation(self) -> FloatArray:
+        """Standard deviations of the person modes, (Q,)."""
+        return np.array([PERSON_TARGETS[n][2] for n in list(PERSON_TARGETS)[: self.n_person]])
+
+    def gaps(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gaps between the lips as a linear function of the expression.
+
+        Returns
+        -------
+        (G,) float64, mm
+            Height of upper above lower inner lip at the mean expression, from corner to corner.
+        (G, P) float64, mm per standard deviation
+        """
+        scene = self.held(person)
+        upper, lower = self.rings["upper"], self.rings["lower"]
+        at = scene.mean[lower, 0]
+        order = np.argsort(scene.mean[upper, 0])
+        x = scene.mean[upper, 0][order]
+        picked = np.linspace(0.1, 0.9, 9) * np.ptp(x) + x[0]
+        up = upper[order][np.searchsorted(x, picked).clip(0, len(x) - 1)]
+        down = lower[np.abs(at[:, None] - picked).argmin(axis=0)]
+        gap = scene.mean[up, 1] - scene.mean[down, 1]
+        slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
+        return gap.astype(np.float64), slope.T.astype(np.float64)
+
+    def held(self, person: FloatArray) -> Scene:
+        """The scene with the person modes fixed at `person` (Q,): P modes remain."""
+        p = self.n_expression
+        moved = np.tensordot(person, self.scene.modes[p:], 1)
+        s = self.scene
+        return Scene(
+            s.mean + moved.astype(np.float32), s.modes[:p], s.faces, s.uv, s.facet_class, s.texture
+        )
+
+
+def build_mouth_model(
+    speaker: Speaker,
+    neutral: NDArray[np.float32],
+    texture: NDArray[np.uint8],
+    free_person: bool = True,
+    seed: int = 0,
+) -> MouthModel:
+    """Build the model for a person's neutral head.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    neutral : (V, 3) float32, mm
+        The average head, or a known person's.
+    texture : (H, W, 3) uint8 RGB
+    free_person : bool
+        Whether the person's mouth is to be fitted; False for a known person.
+    seed : int
+        Of the training postures.
+    """
+    expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
+    person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
+    none = np.zeros((0, *neutral.shape), np.float32)
+    head = Scene(neutral, none, speaker.faces, speaker.uv, speaker.facet_class, texture)
+    mouth = neutral[speaker.lip_ring].mean(axis=0)
+    near = np.linalg.norm(neutral - mouth, axis=1) < REACH_MM
+    facets = near[speaker.faces].all(axis=1)
+    kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
+    modes = np.concatenate([expression.modes, person])[:, kept]
+    scene = Scene(
+        expression.mean[kept], modes, faces.reshape(-1, 3), speaker.uv[kept],
+        speaker.facet_class[facets], texture,
+    )  # fmt: skip
+    return MouthModel(
+        speaker, expression, head, scene, kept.astype(np.int32), _rigid_facets(speaker, neutral),
+        _prototypes(speaker, neutral, expression), mouth.astype(np.float64), _rings(speaker, kept),
+    )  # fmt: skip
+
+
+def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
+    modes = []
+    for less, more, _ in PERSON_TARGETS.values():
+        pair = speaker.identity_weights(**{less: -0.5}) + speaker.identity_weights(**{more: 0.5})
+        modes.append(np.tensordot(pair, speaker.identity.astype(np.float32), 1))
+    return np.asarray(modes, np.float32)
+
+
+def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Skin from below the nose to the brow, to the front; neither eyes nor what speech moves."""
+    centre = neutral[speaker.faces].mean(axis=1)
+    nose = neutral[speaker.landmarks["nose_tip"][0]]
+    eyes = neutral[speaker.landmarks["eye_corners"]]
+    skin = speaker.facet_class == speaker.class_id("skin")
+    height = (centre[:, 1] > nose[1] - 8) & (centre[:, 1] < eyes[:, 1].mean() + 45)
+    return np.asarray(skin & height & (centre[:, 2] > eyes[:, 2].min() - 25))
+
+
+def _prototypes(
+    speaker: Speaker, neutral: NDArray[np.float32], expression: LinearShape
+) -> FloatArray:
+    """Least-squares expression parameters of `PROTOTYPES` over the lips."""
+    names = mouth_units()
+    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, (2, 3))])
+    matrix = expression.modes[:, lips].reshape(len(expression.modes), -1).T.astype(np.float64)
+    units = speaker.unit_matrix(names)[:, lips]
+    out = []
+    for posture in PROTOTYPES:
+        weights = np.array([posture.get(n, 0.0) for n in names])
+        target = neutral[lips] + np.tensordot(weights, units, 1) - expression.mean[lips]
+        out.append(np.linalg.lstsq(matrix, target.ravel(), rcond=None)[0])
+    return np.clip(np.array(out), -3.0, 3.0)
+
+
+def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
+    marks = speaker.landmarks
+    points = np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]])
+    sources = {
+        "outer": marks["outer_lip"],
+        "upper": marks["inner_lip_upper"],
+        "lower": marks["inner_lip_lower"],
+        "points": points,
+        "corners": marks["mouth_corners"],
+    }
+    return {k: np.searchsorted(kept, v).astype(np.int32) for k, v in sources.items()}

@@ -1,0 +1,244 @@
+"""Fitting the person's own mouth once, over a few frames, and learning the clip's colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import CLASSES, ColourClasses, learn_classes
+from abs_engine.camera import Camera, Window
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import GaussianPrior
+from abs_engine.geometry import Pose
+from abs_engine.objective import Evaluation
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.params import ParamSpec
+from abs_engine.scene import Candidates, Renderer
+from abs_engine.track.fit import (
+    FramePosterior, best_start, class_maps, contact_prior, likelihood_of, mouth_window,
+)  # fmt: skip
+from abs_engine.track.model import MouthModel
+from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+# what the face box leaves open: radians, mm
+SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 6.0, 25.0])
+# what the rigid motion of the upper face leaves open in a frame
+POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationFrame:
+    """A frame that the person is fitted on.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    pose : Pose
+        The head's pose by its rigid motion from the reference frame.
+    """
+
+    image: Image
+    pose: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What is held for the rest of the clip.
+
+    Parameters
+    ----------
+    person : (Q,) float64
+        Weights of the person modes.
+    shift : (6,) float64
+        Constant correction of the poses, radians and mm.
+    classes : ColourClasses
+    expressions : (K, 6 + P) float64
+        Fits of the calibration frames.
+    """
+
+    person: FloatArray
+    shift: FloatArray
+    classes: ColourClasses
+    expressions: FloatArray
+
+
+def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
+    """`pose` with the constant correction `shift` (6,)."""
+    return PoseFrame(pose, pivot).pose(shift)
+
+
+def calibrate(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    camera: Camera,
+    renderer: Renderer,
+    rounds: int = 3,
+) -> Calibration:
+    """Fit the person's mouth and the clip's colours by turns.
+
+    Each round learns the colours from where the model now stands, fits every frame's posture,
+    then one person and one pose correction to all of the frames together.
+
+    Parameters
+    ----------
+    model : MouthModel
+    frames : sequence of CalibrationFrame
+    camera : Camera
+    renderer : Renderer
+    rounds : int
+    """
+    vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
+    person, shift = np.zeros(model.n_person), np.zeros(6)
+    windows = [mouth_window(model, f.pose, camera) for f in frames]
+    classes: ColourClasses | None = None
+    for turn in range(rounds):
+        frames_of = [PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames]
+        blur = (0.16, 0.08, 0.05, 0.04)[min(turn, 3)]
+        weights = np.hstack([vectors[:, 6:], np.tile(person, (len(frames), 1))])
+        places = [
+            _places(model, renderer, camera, w, f.candidates(v[None, :6], b[None]), blur, turn == 0)
+            for w, f, v, b in zip(windows, frames_of, vectors, weights, strict=True)
+        ]
+        patches = [w.sample(f.image) for w, f in zip(windows, frames, strict=True)]
+        classes = learn_classes(patches, places)
+        terms = [
+            likelihood_of(renderer, model.scene, camera, w, class_maps(classes, w, f.image))
+            for w, f in zip(windows, frames, strict=True)
+        ]
+        if turn == 0:
+            shift = _place_mouth(model, frames, terms, shift)
+            frames_of = [
+                PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames
+            ]
+        vectors = np.stack(
+            [
+                _fit_posture(model, t, f, person, v)
+                for t, f, v in zip(terms, frames_of, vectors, strict=True)
+            ]
+        )
+        joint = _PersonPosterior(model, frames, terms, vectors)
+        start = np.r_[shift, person]
+        solution = Simplex(tolerance=0.1, limit=300).minimise(joint, start, _person_spec(model))
+        shift, person = solution.x[:6], solution.x[6:]
+        windows = [
+            mouth_window(model, shifted(f.pose, shift, model.pivot), camera) for f in frames
+        ]
+    if classes is None:
+        raise ValueError("calibrate needs at least one round")
+    return Calibration(person, shift, classes, vectors)
+
+
+def _place_mouth(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    terms: Sequence[FacetLikelihood],
+    shift: FloatArray,
+) -> FloatArray:
+    """Coarse search of the mouth's place and size about where the face box puts it."""
+    grid = [
+        shift + np.array([0, 0, 0, dx, dy, dz])
+        for dx in (-5.0, -2.5, 0.0, 2.5, 5.0)
+        for dy in np.arange(-12.0, 12.1, 2.0)
+        for dz in (-40.0, 0.0, 40.0)
+    ]
+    postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
+    total = np.zeros(len(grid))
+    for frame, term in zip(frames, terms, strict=True):
+        base = PoseFrame(frame.pose, model.pivot)
+        vectors = np.array(grid)
+        values = [
+            term.negative_log(base.candidates(vectors, np.tile(b, (len(grid), 1))))
+            for b in postures[[0, 2, 4]]
+        ]
+        total += np.min(values, axis=0)
+    prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
+    total += len(frames) * np.array([prior.negative_log(g) for g in grid])
+    return np.asarray(grid[int(np.argmin(total))])
+
+
+def _fit_posture(
+    model: MouthModel,
+    term: FacetLikelihood,
+    frame: PoseFrame,
+    person: FloatArray,
+    last: FloatArray,
+) -> FloatArray:
+    """Pose and posture (6 + P,) of one frame with the person held."""
+    p = model.n_expression
+    held = replace(term, scene=model.held(person))
+    deviation = np.r_[POSE_DEVIATION, np.ones(p)]
+    prior = GaussianPrior(np.zeros(6 + p), deviation)
+    posterior = FramePosterior(held, frame, (prior, contact_prior(model, person)))
+    starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
+    start = best_start(posterior, np.vstack([starts, last]))
+    return Simplex(tolerance=0.1, limit=250).minimise(posterior, start, pose_spec(p)).x
+
+
+def _person_spec(model: MouthModel) -> ParamSpec:
+    names = POSE_NAMES + tuple(f"person{k + 1}" for k in range(model.n_person))
+    deviation = np.r_[SHIFT_DEVIATION, model.person_deviation]
+    units = POSE_UNITS + ("weight",) * model.n_person
+    return ParamSpec(names, units, 0.3 * deviation, -3 * deviation, 3 * deviation)
+
+
+@dataclass(frozen=True, eq=False)
+class _PersonPosterior:
+    """-log posterior of shift (6) and person (Q), the frames' postures held."""
+
+    model: MouthModel
+    frames: Sequence[CalibrationFrame]
+    terms: Sequence[FacetLikelihood]
+    vectors: FloatArray
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        model = self.model
+        data = 0.0
+        for frame, term, vector in zip(self.frames, self.terms, self.vectors, strict=True):
+            base = PoseFrame(shifted(frame.pose, x[:6], model.pivot), model.pivot)
+            weights = np.r_[vector[6:], x[6:]]
+            data += float(term.negative_log(base.candidates(vector[None, :6], weights[None]))[0])
+        deviation = np.r_[SHIFT_DEVIATION, model.person_deviation]
+        prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
+        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
+
+
+def _places(
+    model: MouthModel,
+    renderer: Renderer,
+    camera: Camera,
+    window: Window,
+    candidate: Candidates,
+    blur: float,
+    first: bool,
+) -> FloatArray:
+    """Where each colour class is expected, (3, H, W): the drawn classes, blurred.
+
+    At first the posture is not known: several are drawn and averaged.
+    """
+    if first:
+        postures = model.prototypes[[0, 2, 3]]
+        weights = np.hstack([postures, np.zeros((len(postures), model.n_person))])
+        n = len(weights)
+        candidate = Candidates(
+            weights,
+            np.repeat(candidate.rotations, n, axis=0),
+            np.repeat(candidate.translations, n, axis=0),
+        )
+    groups = {"skin": (1,), "lips": (2, 3), "interior": (4, 5, 6, 7)}
+    drawn = renderer.draw(model.scene, candidate, camera, window)
+    sigma = blur * window.drawn[0] / 2.0
+    planes = []
+    for name in CLASSES:
+        plane = np.mean([np.isin(b.class_id, groups[name]) for b in drawn], axis=0)
+        planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
+    places = np.stack(planes)
+    near_lips = places[1] + places[2]
+    places[2] = np.maximum(places[2], 0.15 * near_lips)  # interior may show wherever lips are
+    return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0))

@@ -1,0 +1,187 @@
+"""Frame after frame: an iterator of results, each started from the one before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import ColourClasses
+from abs_engine.camera import Camera
+from abs_engine.compare.prior import GaussianPrior
+from abs_engine.geometry import Pose
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.scene import Renderer, Scene
+from abs_engine.track.fit import (
+    FramePosterior, Prior, best_start, class_maps, contact_prior, likelihood_of, mouth_window,
+)  # fmt: skip
+from abs_engine.track.model import MouthModel
+from abs_engine.track.person import POSE_DEVIATION, Calibration, shifted
+from abs_engine.track.pose import PoseFrame, pose_spec
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+STEP_DEVIATION = 1.5  # how far a posture moves in 40 ms, in standard deviations of a mode
+
+
+@dataclass(frozen=True, eq=False)
+class FrameResult:
+    """What was found in one frame.
+
+    Parameters
+    ----------
+    index : int
+    found : bool
+        Whether the face was followed; if not, the numbers are NaN.
+    vector : (6 + P,) float64
+        Pose correction about the rigid motion's pose, then expression.
+    pose : Pose or None
+        Head to camera.
+    lips : (N, 3) float64, mm, head frame
+        Outer contour, upper and lower inner contour.
+    width, aperture : float, mm
+        Between the mouth's corners; between the inner lips at their middle, 0 when they touch.
+    value : float
+        -log posterior, up to a constant.
+    score : float
+        Mean probability of the drawn classes, 0 to 1: eq. 9 over the compared pixels.
+    evaluations : int
+    status : str
+    """
+
+    index: int
+    found: bool
+    vector: FloatArray
+    pose: Pose | None
+    lips: FloatArray
+    width: float
+    aperture: float
+    value: float
+    score: float
+    evaluations: int
+    status: str
+
+
+@dataclass(frozen=True, eq=False)
+class TrackerSetting:
+    """What stays the same over a clip.
+
+    Parameters
+    ----------
+    model : MouthModel
+    scene : Scene
+        The model's scene with the person held.
+    calibration : Calibration
+    camera : Camera
+    renderer : Renderer
+    rate : float
+        Frames per second.
+    solver : Simplex
+    """
+
+    model: MouthModel
+    scene: Scene
+    calibration: Calibration
+    camera: Camera
+    renderer: Renderer
+    rate: float
+    solver: Simplex = Simplex(tolerance=0.03, limit=400)
+
+    @property
+    def classes(self) -> ColourClasses:
+        """The clip's colour classes."""
+        return self.calibration.classes
+
+
+def track(
+    setting: TrackerSetting, frames: Iterable[tuple[Image, Pose | None]]
+) -> Iterator[FrameResult]:
+    """Fit every frame.
+
+    Parameters
+    ----------
+    setting : TrackerSetting
+    frames : iterable of (image, pose)
+        The image (H, W, 3) uint8 RGB, and the head's pose by its rigid motion or None where the
+        face was lost.
+
+    Yields
+    ------
+    FrameResult
+    """
+    last: FloatArray | None = None
+    for index, (image, pose) in enumerate(frames):
+        if pose is None:
+            last = None
+            yield _lost(setting, index)
+            continue
+        result = _fit(setting, index, image, pose, last)
+        last = result.vector
+        yield result
+
+
+def _fit(
+    setting: TrackerSetting, index: int, image: Image, pose: Pose, last: FloatArray | None
+) -> FrameResult:
+    model, p = setting.model, setting.model.n_expression
+    base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
+    window = mouth_window(model, base.base, setting.camera)
+    maps = class_maps(setting.classes, window, image)
+    likelihood = likelihood_of(setting.renderer, setting.scene, setting.camera, window, maps)
+    posterior = FramePosterior(likelihood, base, _priors(setting, last))
+    starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
+    if last is not None:
+        starts = np.vstack([last, starts])
+    start = best_start(posterior, starts)
+    solution = setting.solver.minimise(posterior, start, pose_spec(p))
+    count = solution.n_evaluations + len(starts)
+    score = float(np.exp(-solution.terms["likelihood"] / likelihood.observations))
+    found = base.pose(solution.x)
+    lips, width, aperture = lip_measures(model, setting.scene, solution.x[6:])
+    return FrameResult(
+        index, True, solution.x, found, lips, width, aperture, solution.value, score, count,
+        solution.status,
+    )  # fmt: skip
+
+
+def _priors(setting: TrackerSetting, last: FloatArray | None) -> tuple[Prior, ...]:
+    p = setting.model.n_expression
+    likely = GaussianPrior(np.zeros(6 + p), np.r_[POSE_DEVIATION, np.ones(p)])
+    contact = contact_prior(setting.model, setting.calibration.person)
+    if last is None:
+        return likely, contact
+    step = STEP_DEVIATION * np.sqrt(25.0 / setting.rate)
+    near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step)])
+    return likely, contact, near
+
+
+def lip_measures(
+    model: MouthModel, scene: Scene, weights: FloatArray
+) -> tuple[FloatArray, float, float]:
+    """Lip contours (N, 3) in mm, head frame; mouth width and aperture in mm.
+
+    The aperture is the largest height between upper and lower inner lip over the middle third of
+    the mouth, and 0 when they touch.
+    """
+    vertices = scene.vertices(weights)
+    ring = model.rings
+    lips = np.concatenate([vertices[ring["outer"]], vertices[ring["upper"]], vertices[ring["lower"]]])
+    corners = vertices[ring["corners"]]
+    return lips, float(np.linalg.norm(corners[1] - corners[0])), _aperture(model, vertices)
+
+
+def _aperture(model: MouthModel, vertices: FloatArray) -> float:
+    points = vertices[model.rings["points"]]
+    upper, lower = points[13:16], points[[19, 18, 17]]  # points 61-63 above 67-65
+    return float(max(0.0, (upper[:, 1] - lower[:, 1]).max()))
+
+
+def _lost(setting: TrackerSetting, index: int) -> FrameResult:
+    nothing = np.full(6 + setting.model.n_expression, np.nan)
+    n = sum(len(setting.model.rings[k]) for k in ("outer", "upper", "lower"))
+    nan = float("nan")
+    return FrameResult(
+        index, False, nothing, None, np.full((n, 3), nan), nan, nan, nan, nan, 0, "face not found"
+    )
