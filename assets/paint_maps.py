@@ -58,8 +58,9 @@ def cross_2d(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def barycentric(uv: np.ndarray, faces: np.ndarray, owner: np.ndarray, rows: np.ndarray,
-                columns: np.ndarray) -> np.ndarray:
+def barycentric(
+    uv: np.ndarray, faces: np.ndarray, owner: np.ndarray, rows: np.ndarray, columns: np.ndarray
+) -> np.ndarray:
     """Return (T, 3) weights of each texel in its facet, not below zero."""
     size = len(owner)
     a, b, c = (uv[faces[owner[rows, columns]]] * size - 0.5).transpose(1, 0, 2)
@@ -103,8 +104,15 @@ def texels(arrays: dict[str, np.ndarray], size: int) -> Texels:
     weights = barycentric(uv, faces, owner, rows, columns)
     place = np.einsum("tk,tkc->tc", weights, vertices[faces[face]])
     hollow = hollowness(vertices, faces, arrays["weld"])
-    return Texels(size, rows, columns, face, place, arrays["facet_class"][face],
-                  (weights * hollow[faces[face]]).sum(1))
+    return Texels(
+        size,
+        rows,
+        columns,
+        face,
+        place,
+        arrays["facet_class"][face],
+        (weights * hollow[faces[face]]).sum(1),
+    )
 
 
 def noise(place: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
@@ -116,10 +124,14 @@ def noise(place: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
     return value / 0.6
 
 
-def layered(place: np.ndarray, wavelengths: list[float], gains: list[float], seed: int) -> np.ndarray:
+def layered(
+    place: np.ndarray, wavelengths: list[float], gains: list[float], seed: int
+) -> np.ndarray:
     """Return a weighted sum of noises of several wavelengths (mm)."""
-    return sum(g * noise(place, w, seed + 17 * i)
-               for i, (w, g) in enumerate(zip(wavelengths, gains)))
+    return sum(
+        g * noise(place, w, seed + 17 * i)
+        for i, (w, g) in enumerate(zip(wavelengths, gains, strict=True))
+    )
 
 
 def step(x: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -128,8 +140,9 @@ def step(x: np.ndarray, low: float, high: float) -> np.ndarray:
     return t * t * (3.0 - 2.0 * t)
 
 
-def bump(place: np.ndarray, centre: tuple[float, float, float], radius: float,
-         mirrored: bool = True) -> np.ndarray:
+def bump(
+    place: np.ndarray, centre: tuple[float, float, float], radius: float, mirrored: bool = True
+) -> np.ndarray:
     """Return a Gaussian spot around a place, on both sides of the head when `mirrored`."""
     at = place * [1, 1, 1]
     if mirrored:

@@ -24,6 +24,10 @@ def paint_people(arrays: dict[str, np.ndarray], folder: Path) -> None:
         colour = paint_skin.paint(at, marks, look, seed)
         paint_inside.paint(colour, at, arrays, look, seed + 500)
         image = to_image(at, colour)
-        flags = [cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
-                 cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
+        flags = [
+            cv2.IMWRITE_JPEG_QUALITY,
+            QUALITY,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+        ]
         cv2.imwrite(str(folder / f"texture_{name}.jpg"), image[:, :, ::-1], flags)

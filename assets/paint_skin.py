@@ -15,8 +15,20 @@ from paint_maps import Texels, bump, dense, layered, noise, step, to_points
 
 MELANIN = np.array([0.42, 0.62, 0.85])
 BLOOD = np.array([0.04, 0.50, 0.42])
-HAIRLINE = ((0, 98), (20, 100), (38, 92), (52, 60), (64, 36), (74, 22), (80, 4), (90, -2),
-            (110, -8), (130, -22), (155, -34), (180, -38))   # (degrees from the front, height mm)
+HAIRLINE = (
+    (0, 98),
+    (20, 100),
+    (38, 92),
+    (52, 60),
+    (64, 36),
+    (74, 22),
+    (80, 4),
+    (90, -2),
+    (110, -8),
+    (130, -22),
+    (155, -34),
+    (180, -38),
+)  # (degrees from the front, height mm)
 
 
 @dataclass(frozen=True)
@@ -36,8 +48,13 @@ class Marks:
         lids = vertices[lid_vertices(arrays)]
         upper = dense(vertices[arrays["inner_lip_upper"]], closed=False)
         lower = dense(vertices[arrays["inner_lip_lower"]], closed=False)
-        return cls(dense(vertices[arrays["outer_lip"]], closed=True), np.vstack([upper, lower]),
-                   lids, vertices[arrays["eye_corners"]], np.array([74.0, 12.0, -2.0]))
+        return cls(
+            dense(vertices[arrays["outer_lip"]], closed=True),
+            np.vstack([upper, lower]),
+            lids,
+            vertices[arrays["eye_corners"]],
+            np.array([74.0, 12.0, -2.0]),
+        )
 
 
 def lid_vertices(arrays: dict[str, np.ndarray]) -> np.ndarray:
@@ -63,23 +80,33 @@ def skin_tone(at: Texels, look: Look, seed: int) -> np.ndarray:
     """Return the bare skin: base tone, pigment, blood, and creases that are a little darker."""
     p = at.place
     blood = 0.042 * layered(p, [26, 11, 4.5, 1.8], [0.5, 0.6, 0.6, 0.6], seed)
-    blood += look.flush * (0.26 * bump(p, (38, -2, 78), 20) + 0.22 * bump(p, (0, 3, 114), 13, False)
-                           + 0.16 * bump(p, (10, -1, 104), 8) + 0.10 * bump(p, (0, -58, 93), 15, False)
-                           + 0.35 * step(np.abs(p[:, 0]), 74, 82))
+    blood += look.flush * (
+        0.26 * bump(p, (38, -2, 78), 20)
+        + 0.22 * bump(p, (0, 3, 114), 13, False)
+        + 0.16 * bump(p, (10, -1, 104), 8)
+        + 0.10 * bump(p, (0, -58, 93), 15, False)
+        + 0.35 * step(np.abs(p[:, 0]), 74, 82)
+    )
     melanin = 0.030 * layered(p, [33, 14, 6, 2.6, 1.2], [0.5, 0.6, 0.6, 0.8, 1.0], seed + 100)
     melanin += 0.10 * bump(p, (30, 27, 82), 9) + 0.05 * bump(p, (30, 45, 82), 10)
     melanin += 0.05 * step(p[:, 1], -55, -85) + look.age * 0.03 * noise(p, 8, seed + 7)
     shade = 0.16 * np.clip(at.hollow, -0.3, 1) + 0.40 * bump(p, (22.8, -29.5, 93.5), 2.6)
     lines = np.clip(noise(p * [0.35, 1, 1], 3.2, seed + 9), 0, None) * step(p[:, 1], 52, 66)
     shade += look.age * 0.05 * lines
-    density = np.outer(melanin, MELANIN) + np.outer(blood, BLOOD) + shade[:, None] * [0.8, 1.0, 1.05]
+    density = (
+        np.outer(melanin, MELANIN) + np.outer(blood, BLOOD) + shade[:, None] * [0.8, 1.0, 1.05]
+    )
     return srgb(look.skin) * np.exp(-density)
 
 
 def add_pores(colour: np.ndarray, at: Texels, seed: int) -> np.ndarray:
     """Add the finest grain: pores of the nose and cheeks, and a soft mottle elsewhere."""
     grain = noise(at.place, 0.75, seed) + 0.7 * noise(at.place, 0.45, seed + 3)
-    strength = 0.012 + 0.02 * bump(at.place, (0, 5, 108), 22, False) + 0.014 * bump(at.place, (35, 5, 80), 26)
+    strength = (
+        0.012
+        + 0.02 * bump(at.place, (0, 5, 108), 22, False)
+        + 0.014 * bump(at.place, (35, 5, 80), 26)
+    )
     return colour * (1.0 - np.clip(strength * grain, -0.1, 0.1))[:, None]
 
 
@@ -103,8 +130,9 @@ def add_freckles(colour: np.ndarray, at: Texels, amount: float, seed: int) -> np
     return colour * np.exp(-amount * share[:, None] * MELANIN * 1.2)
 
 
-def add_stubble(colour: np.ndarray, at: Texels, lip_distance: np.ndarray, look: Look,
-                seed: int) -> np.ndarray:
+def add_stubble(
+    colour: np.ndarray, at: Texels, lip_distance: np.ndarray, look: Look, seed: int
+) -> np.ndarray:
     """Darken the beard's region, with single hairs."""
     p = at.place
     x = np.abs(p[:, 0])
@@ -114,11 +142,14 @@ def add_stubble(colour: np.ndarray, at: Texels, lip_distance: np.ndarray, look: 
     hairs = scatter(at, region * (at.kind == sm.SKIN) + 1e-9, 9000, seed)
     dots = step(to_points(p, hairs), 0.45, 0.12)
     share = look.stubble * region * (0.22 + 0.04 * noise(p, 5, seed + 1) + 0.34 * dots)
-    return mix(colour, 0.42 * srgb(look.hair) + 0.38 * colour * [0.90, 0.95, 1.04], np.clip(share, 0, 0.85))
+    return mix(
+        colour, 0.42 * srgb(look.hair) + 0.38 * colour * [0.90, 0.95, 1.04], np.clip(share, 0, 0.85)
+    )
 
 
-def add_lips(colour: np.ndarray, at: Texels, marks: Marks, look: Look,
-             seed: int) -> tuple[np.ndarray, np.ndarray]:
+def add_lips(
+    colour: np.ndarray, at: Texels, marks: Marks, look: Look, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Paint the vermilion, with its edge on the border of the lip facets.
 
     Returns
@@ -132,12 +163,14 @@ def add_lips(colour: np.ndarray, at: Texels, marks: Marks, look: Look,
     outside = np.where(lip, -1.0, 1.0) * to_points(p, marks.lip_border)
     contact = to_points(p, marks.contact)
     creases = noise(p * [1, 0.16, 0.12], 0.8, seed) + 0.7 * noise(p * [1, 0.2, 0.15], 1.7, seed + 1)
-    density = 0.038 * creases + 0.035 * layered(p, [6, 2, 1], [1, 0.7, 0.5], seed + 2)
+    density = 0.026 * creases + 0.035 * layered(p, [6, 2, 1], [1, 0.7, 0.5], seed + 2)
     density += 0.34 * step(contact, 2.6, 0.0) - 0.06 * step(-outside, 2.5, 0.3)
     density += 0.07 * (at.kind == sm.UPPER_LIP) + 0.2 * step(at.place[:, 2], 92, 84)
     tone = srgb(look.lip) * np.exp(-np.outer(density, [0.75, 1.05, 1.0]))
     edge = step(-outside + 0.08 * noise(p, 1.6, seed + 5), -0.45, 0.45)
-    colour = mix(colour, 0.35 * tone + 0.65 * colour, 0.35 * step(outside, 2.5, 0.0) * (at.kind == sm.SKIN))
+    colour = mix(
+        colour, 0.35 * tone + 0.65 * colour, 0.35 * step(outside, 2.5, 0.0) * (at.kind == sm.SKIN)
+    )
     return mix(colour, tone, np.where(np.abs(outside) < 3, edge, lip * 1.0)), outside
 
 
@@ -150,7 +183,9 @@ def brow_hairs(look: Look, seed: int) -> np.ndarray:
     x = 13 + 37 * along
     y = 47.5 + 6.5 * np.sin(np.pi * np.clip(along * 0.85 + 0.02, 0, 1)) - 5.0 * along**2
     y = y + rng.uniform(-0.5, 0.5, len(along)) * look.brow * 1.15 * taper
-    angle = np.interp(along, [0, 0.25, 0.6, 1], [1.25, 0.75, 0.2, -0.35]) + rng.normal(0, 0.16, len(along))
+    angle = np.interp(along, [0, 0.25, 0.6, 1], [1.25, 0.75, 0.2, -0.35]) + rng.normal(
+        0, 0.16, len(along)
+    )
     t = np.linspace(0, 1, 9)[None] * (3.4 * taper + 1.0)[:, None]
     px = side[:, None] * (x[:, None] + t * np.cos(angle)[:, None])
     py = y[:, None] - 1.0 + t * np.sin(angle)[:, None] - 0.05 * t**2
@@ -191,7 +226,9 @@ def add_hair(colour: np.ndarray, at: Texels, marks: Marks, look: Look, seed: int
     ragged = p[:, 1] - line + 2.5 * noise(p, 7, seed) + 1.6 * noise(p, 1.8, seed + 1)
     ear = step(np.abs(p[:, 0]), 71.5, 73.5) * step(np.abs(p[:, 1] - 8), 46, 38)
     ear = ear * step(np.abs(p[:, 2]), 34, 28)
-    ear = np.maximum(ear, step(np.linalg.norm(np.abs(p) - [68, 3, 2], axis=1), 20, 15) * (p[:, 2] > -14))
+    ear = np.maximum(
+        ear, step(np.linalg.norm(np.abs(p) - [68, 3, 2], axis=1), 20, 15) * (p[:, 2] > -14)
+    )
     region = step(ragged, -3.0, 6.0) * (1 - ear) * (at.kind == sm.SKIN)
     strands = noise(p * [1, 0.25, 1], 0.9, seed + 2) + 0.8 * noise(p * [1, 0.25, 1], 2.1, seed + 3)
     thin = 1.0 - 0.5 * (look.bald > 0) * step(p[:, 1], 105, 130)
@@ -204,7 +241,9 @@ def add_nostrils(colour: np.ndarray, at: Texels) -> np.ndarray:
     """Darken the insides of the nostrils."""
     p = at.place
     inside = bump(p, (6.5, -3.0, 98), 4.2) * step(at.hollow, 0.15, 0.55)
-    return mix(colour, colour * [0.30, 0.20, 0.19], np.clip(1.2 * inside, 0, 0.95) * (at.kind == sm.SKIN))
+    return mix(
+        colour, colour * [0.30, 0.20, 0.19], np.clip(1.2 * inside, 0, 0.95) * (at.kind == sm.SKIN)
+    )
 
 
 def paint(at: Texels, marks: Marks, look: Look, seed: int) -> np.ndarray:

@@ -74,8 +74,10 @@ def check_speaker(arrays: dict[str, np.ndarray], folder: Path) -> str:
     solid = facing_out(vertices, faces, kind)
     sizes = {p.name: p.stat().st_size for p in sorted(folder.iterdir())}
     good = {
-        "a facet is degenerate": smallest > 1e-6, "orientation is not consistent": repeated == 0,
-        "a part is inside out": all(solid.values()), "too many facets": len(faces) <= MAX_FACES,
+        "a facet is degenerate": smallest > 1e-6,
+        "orientation is not consistent": repeated == 0,
+        "a part is inside out": all(solid.values()),
+        "too many facets": len(faces) <= MAX_FACES,
         "the files are too large": sum(sizes.values()) <= MAX_BYTES,
         "the chart leaves the texture": arrays["uv"].min() >= 0 and arrays["uv"].max() <= 1,
     }
@@ -85,11 +87,13 @@ def check_speaker(arrays: dict[str, np.ndarray], folder: Path) -> str:
     mean, largest = mirror_error(vertices)
     low, high = closure(arrays, vertices)
     counts = np.bincount(kind, minlength=len(sm.CLASS_NAMES))
-    lines = [f"V {len(vertices)} (welded {weld.max() + 1}), F {len(faces)}",
-             "classes " + ", ".join(f"{n} {c}" for n, c in zip(sm.CLASS_NAMES, counts)),
-             ", ".join(f"{key} {len(arrays[key])}" for key in ("units", "identity", "people")),
-             f"smallest facet {smallest:.2e} mm^2, repeated directed edges {repeated}",
-             f"mirror error mean {mean:.4f} mm, largest {largest:.3f} mm",
-             f"inner lips at rest: height between {low:.2f} and {high:.2f} mm",
-             f"bytes {sizes}, total {sum(sizes.values())}"]
+    lines = [
+        f"V {len(vertices)} (welded {weld.max() + 1}), F {len(faces)}",
+        "classes " + ", ".join(f"{n} {c}" for n, c in zip(sm.CLASS_NAMES, counts, strict=True)),
+        ", ".join(f"{key} {len(arrays[key])}" for key in ("units", "identity", "people")),
+        f"smallest facet {smallest:.2e} mm^2, repeated directed edges {repeated}",
+        f"mirror error mean {mean:.4f} mm, largest {largest:.3f} mm",
+        f"inner lips at rest: height between {low:.2f} and {high:.2f} mm",
+        f"bytes {sizes}, total {sum(sizes.values())}",
+    ]
     return "\n".join(lines) + "\n"

@@ -8,15 +8,16 @@ import numpy as np
 import speaker_mesh as sm
 from scipy import sparse
 from speaker_chart import lay_out
+from speaker_inside import settle
 from speaker_people import MACROS, identity_targets
 from speaker_refine import Refined, refine, refine_grid
 from speaker_seal import OVERLAP, Seal
 from speaker_source import TARGETS, UNITS, QuadMesh, Source
 
-MILLIMETRES = 100.0   # per decimetre
-TAPER = 5             # refined rings that the vermilion loses at the mouth's corners
-LARGE = 0.105         # dm, quads of the skull with a longer mean side are refined
-OUTER_RINGS, INNER_RINGS = 3, 4   # rings of skin and of inner mouth that are refined too
+MILLIMETRES = 100.0  # per decimetre
+TAPER = 5  # refined rings that the vermilion loses at the mouth's corners
+LARGE = 0.105  # dm, quads of the skull with a longer mean side are refined
+OUTER_RINGS, INNER_RINGS = 3, 4  # rings of skin and of inner mouth that are refined too
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,10 @@ class Head:
 def average_points(source: Source, base: QuadMesh) -> np.ndarray:
     """Return the average person over the base mesh: base + mean of the macro targets in use."""
     n = len(base.points)
-    total = sum(w * source.target(TARGETS + f"macrodetails/{name}.target.gz", n)
-                for name, w in MACROS.items())
+    total = sum(
+        w * source.target(TARGETS + f"macrodetails/{name}.target.gz", n)
+        for name, w in MACROS.items()
+    )
     return base.points + total
 
 
@@ -127,8 +130,9 @@ def triangulate(polygons: list, points: np.ndarray, places: dict, border: np.nda
     return result
 
 
-def classify(faces: np.ndarray, kind: np.ndarray, places: dict, border: np.ndarray,
-             left: int) -> np.ndarray:
+def classify(
+    faces: np.ndarray, kind: np.ndarray, places: dict, border: np.ndarray, left: int
+) -> np.ndarray:
     """Name the lips among triangles that are skin: those of the grid inside the border."""
     kind = kind.copy()
     n = len(border)
@@ -175,8 +179,13 @@ def split_vertices(made: Refined, corners: list) -> tuple[np.ndarray, np.ndarray
     geometric, chart : (V,) int
         Refined point and chart point of each vertex.
     """
-    pairs = np.array([[(p[i], u[i]) for i in t]
-                      for p, u, ts in zip(made.polygons, made.uv_polygons, corners) for t in ts])
+    pairs = np.array(
+        [
+            [(p[i], u[i]) for i in t]
+            for p, u, ts in zip(made.polygons, made.uv_polygons, corners, strict=True)
+            for t in ts
+        ]
+    )
     unique, inverse = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
     return inverse.reshape(-1, 3), unique[:, 0], unique[:, 1]
 
@@ -212,9 +221,21 @@ def build_head(source: Source) -> Head:
     first = {int(g): v for v, g in reversed(list(enumerate(geometric)))}
     lips = sm.LipGrid(np.vectorize(first.get)(grid.vertices), grid.left, grid.quads)
     weld = np.unique(geometric, return_inverse=True)[1]
-    head = Head(operator @ points - origin * MILLIMETRES, faces, (made.uv_matrix @ full)[chart],
-                weld, kind, lips, border, operator, points, origin, canals)
-    return replace(head, vertices=Seal(head).seal(head.vertices, -OVERLAP))
+    head = Head(
+        operator @ points - origin * MILLIMETRES,
+        faces,
+        (made.uv_matrix @ full)[chart],
+        weld,
+        kind,
+        lips,
+        border,
+        operator,
+        points,
+        origin,
+        canals,
+    )
+    sealed = Seal(head).seal(head.vertices, -OVERLAP)
+    return replace(head, vertices=settle(sealed, faces, kind))
 
 
 def unit_deltas(source: Source, head: Head) -> tuple[list[str], np.ndarray]:
@@ -228,8 +249,8 @@ def unit_deltas(source: Source, head: Head) -> tuple[list[str], np.ndarray]:
 def identity_deltas(source: Source, head: Head) -> tuple[list[str], np.ndarray]:
     """Return names and displacements, (K, V, 3) mm, that change the person.
 
-    The lips stay sealed, and the ear canals keep their midpoint at the origin. A macro target is given as
-    the step from the average person to the person of that target alone.
+    The lips stay sealed, and the ear canals keep their midpoint at the origin. A macro target is
+    given as the step from the average person to the person of that target alone.
     """
     n = len(head.points)
     average = head.points - source.base().points

@@ -22,10 +22,15 @@ def lip_marks(head: Head) -> dict[str, np.ndarray]:
     outer = grid[head.border, spokes]
     contact = grid[CONTACT_RING]
     upper = contact[: left + 1]
-    lower = np.concatenate([contact[:1], contact[:left - 1:-1]])
-    return {"outer_lip": outer, "inner_lip_upper": upper, "inner_lip_lower": lower,
-            "outer_lip_20": outer_twelve(head, outer), "inner_lip_8": inner_eight(head, upper, lower),
-            "mouth_corners": np.array([outer[0], outer[left]])}
+    lower = np.concatenate([contact[:1], contact[: left - 1 : -1]])
+    return {
+        "outer_lip": outer,
+        "inner_lip_upper": upper,
+        "inner_lip_lower": lower,
+        "outer_lip_20": outer_twelve(head, outer),
+        "inner_lip_8": inner_eight(head, upper, lower),
+        "mouth_corners": np.array([outer[0], outer[left]]),
+    }
 
 
 def pick_x(head: Head, candidates: np.ndarray, x: float) -> int:
@@ -36,13 +41,15 @@ def pick_x(head: Head, candidates: np.ndarray, x: float) -> int:
 def outer_twelve(head: Head, outer: np.ndarray) -> np.ndarray:
     """Pick the points 48 to 59: corners, cupid's bow, and points between."""
     left = head.lips.left
-    upper, lower = outer[1:left], outer[left + 1:]
+    upper, lower = outer[1:left], outer[left + 1 :]
     half = head.vertices[outer[left], 0]
     y = head.vertices[upper, 1]
     right_side = head.vertices[upper, 0] < -0.5
     peak = -head.vertices[upper[right_side][y[right_side].argmax()], 0]
     top = [pick_x(head, upper, x) for x in (-0.62 * half, -peak, 0.0, peak, 0.62 * half)]
-    bottom = [pick_x(head, lower, x) for x in (0.65 * half, 0.3 * half, 0.0, -0.3 * half, -0.65 * half)]
+    bottom = [
+        pick_x(head, lower, x) for x in (0.65 * half, 0.3 * half, 0.0, -0.3 * half, -0.65 * half)
+    ]
     return np.array([outer[0], *top, outer[left], *bottom])
 
 
@@ -65,7 +72,7 @@ def eyelid_loop(head: Head, side: int) -> np.ndarray:
 
 
 def eye_points(head: Head, side: int) -> list[int]:
-    """Return six points of one eye: outer corner, upper lid twice, inner corner, lower lid twice."""
+    """Return six points of an eye: outer corner, upper lid twice, inner corner, lower lid twice."""
     loop = eyelid_loop(head, side)
     place = head.vertices[loop]
     order = np.abs(place[:, 0]).argsort()
@@ -74,8 +81,14 @@ def eye_points(head: Head, side: int) -> list[int]:
     level = a[1] + (place[:, 0] - a[0]) / (b[0] - a[0]) * (b[1] - a[1])
     upper, lower = loop[place[:, 1] > level], loop[place[:, 1] < level]
     at = [a[0] + t * (b[0] - a[0]) for t in (2 / 3, 1 / 3)]
-    return [int(outer), pick_x(head, upper, at[0]), pick_x(head, upper, at[1]), int(inner),
-            pick_x(head, lower, at[1]), pick_x(head, lower, at[0])]
+    return [
+        int(outer),
+        pick_x(head, upper, at[0]),
+        pick_x(head, upper, at[1]),
+        int(inner),
+        pick_x(head, lower, at[1]),
+        pick_x(head, lower, at[0]),
+    ]
 
 
 def midline(head: Head) -> np.ndarray:
@@ -93,8 +106,11 @@ def face_marks(head: Head) -> dict[str, np.ndarray]:
     low = place[:, 1] < mouth[1] - 15
     chin = middle[low][(place[low, 2] - place[low, 1]).argmax()]
     right, left = eye_points(head, -1), eye_points(head, 1)
-    return {"nose_tip": np.array(nose), "chin": np.array(chin),
-            "eye_corners": np.array([right[0], right[3], left[3], left[0]])}
+    return {
+        "nose_tip": np.array(nose),
+        "chin": np.array(chin),
+        "eye_corners": np.array([right[0], right[3], left[3], left[0]]),
+    }
 
 
 def landmarks(head: Head) -> dict[str, np.ndarray]:

@@ -11,15 +11,29 @@ import numpy as np
 from scipy import sparse
 from speaker_source import QuadMesh
 
-CLASS_NAMES = ("background", "skin", "upper_lip", "lower_lip", "inner_mouth",
-               "upper_teeth", "lower_teeth", "tongue", "eyes")
+CLASS_NAMES = (
+    "background",
+    "skin",
+    "upper_lip",
+    "lower_lip",
+    "inner_mouth",
+    "upper_teeth",
+    "lower_teeth",
+    "tongue",
+    "eyes",
+)
 SKIN, UPPER_LIP, LOWER_LIP, INNER_MOUTH, UPPER_TEETH, LOWER_TEETH, TONGUE, EYES = range(1, 9)
-GROUP_CLASS = {"helper-upper-teeth": UPPER_TEETH, "helper-lower-teeth": LOWER_TEETH,
-               "helper-tongue": TONGUE, "helper-l-eye": EYES, "helper-r-eye": EYES}
-NECK_PLANE = (0.0, 1.0, 0.33, 0.95)   # a x + b y + c z + d > 0 is kept; dm from the ear canals
-SOCKET_CUT = 1.25   # dm, the parts of the eye sockets behind this depth are never seen
-CONTACT_RING = 12   # of the refined lip grid: where the lips touch, seen from the front
-LIP_RINGS = 7       # rings of quads from the seam inside the mouth to the vermilion border
+GROUP_CLASS = {
+    "helper-upper-teeth": UPPER_TEETH,
+    "helper-lower-teeth": LOWER_TEETH,
+    "helper-tongue": TONGUE,
+    "helper-l-eye": EYES,
+    "helper-r-eye": EYES,
+}
+NECK_PLANE = (0.0, 1.0, 0.33, 0.95)  # a x + b y + c z + d > 0 is kept; dm from the ear canals
+SOCKET_CUT = 1.25  # dm, the parts of the eye sockets behind this depth are never seen
+CONTACT_RING = 12  # of the refined lip grid: where the lips touch, seen from the front
+LIP_RINGS = 7  # rings of quads from the seam inside the mouth to the vermilion border
 
 
 def above_neck(points: np.ndarray) -> np.ndarray:
@@ -77,8 +91,13 @@ def trim(quads: np.ndarray, corners: np.ndarray, n: int, height: np.ndarray) -> 
     ends: dict[int, list[tuple[int, float]]] = {}
     for step in (1, 3, 2):
         known = set(ends) if step == 2 else set()
-        for low, high, a, b in zip(quads.ravel(), np.roll(quads, -step, 1).ravel(),
-                                   corners.ravel(), np.roll(corners, -step, 1).ravel()):
+        for low, high, a, b in zip(
+            quads.ravel(),
+            np.roll(quads, -step, 1).ravel(),
+            corners.ravel(),
+            np.roll(corners, -step, 1).ravel(),
+            strict=True,
+        ):
             if height[low] < 0 < height[high] and a not in known:
                 share = height[low] / (height[low] - height[high])
                 ends.setdefault(int(a), []).append((int(b), float(share)))
@@ -174,13 +193,16 @@ def lip_grid(mesh: EdgeMap, points: np.ndarray, inner: np.ndarray, outer: np.nda
     inner, outer : (Q,) bool
         Quads of the inner mouth, and of the skin around it.
     """
-    seam = [e for e, faces in enumerate(mesh.faces)
-            if len(faces) == 2 and inner[faces].any() and outer[faces].any()]
+    seam = [
+        e
+        for e, faces in enumerate(mesh.faces)
+        if len(faces) == 2 and inner[faces].any() and outer[faces].any()
+    ]
     loop = order_loop(mesh.edges[seam])
     loop = orient_loop(loop, points)
     by_pair = {tuple(sorted(mesh.edges[e])): e for e in seam}
     columns, quads = [], []
-    for a, b in zip(loop, loop[1:] + loop[:1]):
+    for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
         edge = by_pair[tuple(sorted((a, b)))]
         quad = next(q for q in mesh.faces[edge] if inner[q])
         start, row, column = a, [a], []
@@ -206,5 +228,5 @@ def orient_loop(loop: list[int], points: np.ndarray) -> list[int]:
     start = int(points[loop, 0].argmin())
     loop = loop[start:] + loop[:start]
     half = int(points[loop, 0].argmax())
-    first, second = points[loop[1:half], 1].mean(), points[loop[half + 1:], 1].mean()
+    first, second = points[loop[1:half], 1].mean(), points[loop[half + 1 :], 1].mean()
     return loop if first > second else loop[:1] + loop[:0:-1]

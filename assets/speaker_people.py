@@ -6,40 +6,97 @@ import numpy as np
 from speaker_source import TARGETS, Source
 
 ORIGINS = ("african", "asian", "caucasian")
-MACROS = {f"{origin}-{sex}-{age}": weight / 6.0
-          for origin in ORIGINS for sex in ("female", "male")
-          for age, weight in (("young", 0.75), ("old", 0.25))}
+MACROS = {
+    f"{origin}-{sex}-{age}": weight / 6.0
+    for origin in ORIGINS
+    for sex in ("female", "male")
+    for age, weight in (("young", 0.75), ("old", 0.25))
+}
 """Macro targets and their weights in the average person; the weights sum to one."""
 
 FOLDERS = ("mouth", "chin", "nose", "cheek", "head", "forehead", "eyebrows")
-LEFT_OUT = ("trans-in", "trans-out", "head-trans", "head-angle", "septumangle", "nostrils-angle",
-            "compression", "head-age", "nose-greek", "nose-width1", "nose-width2", "nose-flaring",
-            "forehead-nubian", "forehead-temple", "forehead-trans", "head-back", "head-diamond",
-            "head-triangular", "head-invertedtriangular", "mouth-dimples", "eyebrows-trans-for",
-            "eyebrows-trans-back", "chin-cleft", "nose-trans", "cheek-trans", "nose-curve",
-            "nose-base", "nose-width3")
+LEFT_OUT = (
+    "trans-in",
+    "trans-out",
+    "head-trans",
+    "head-angle",
+    "septumangle",
+    "nostrils-angle",
+    "compression",
+    "head-age",
+    "nose-greek",
+    "nose-width1",
+    "nose-width2",
+    "nose-flaring",
+    "forehead-nubian",
+    "forehead-temple",
+    "forehead-trans",
+    "head-back",
+    "head-diamond",
+    "head-triangular",
+    "head-invertedtriangular",
+    "mouth-dimples",
+    "eyebrows-trans-for",
+    "eyebrows-trans-back",
+    "chin-cleft",
+    "nose-trans",
+    "cheek-trans",
+    "nose-curve",
+    "nose-base",
+    "nose-width3",
+)
 
 PEOPLE: dict[str, dict[str, float]] = {
-    "clara": {"macro/caucasian-female-young": 1.0, "mouth/mouth-upperlip-height-decr": 0.25,
-              "head/head-oval": 0.4, "nose/nose-volume-decr": 0.3, "chin/chin-width-decr": 0.3},
-    "kofi": {"macro/african-male-young": 1.0, "mouth/mouth-lowerlip-volume-incr": 0.5,
-             "mouth/mouth-upperlip-volume-incr": 0.5, "mouth/mouth-scale-horiz-incr": 0.2,
-             "chin/chin-bones-incr": 0.3, "head/head-oval": 0.3},
-    "mei": {"macro/asian-female-young": 0.8, "macro/asian-female-old": 0.2,
-            "head/head-round": 0.4, "mouth/mouth-scale-horiz-decr": 0.15,
-            "mouth/mouth-upperlip-volume-decr": 0.3},
-    "walter": {"macro/caucasian-male-old": 0.75, "macro/caucasian-male-young": 0.25,
-               "mouth/mouth-upperlip-height-decr": 0.35, "mouth/mouth-lowerlip-height-decr": 0.5,
-               "mouth/mouth-upperlip-volume-decr": 0.35, "mouth/mouth-lowerlip-volume-decr": 0.4,
-               "nose/nose-hump-incr": 0.4, "mouth/mouth-scale-horiz-incr": 0.2,
-               "head/head-rectangular": 0.3},
-    "amara": {"macro/african-female-young": 0.9, "macro/african-female-old": 0.1,
-              "mouth/mouth-lowerlip-volume-incr": 0.6, "mouth/mouth-upperlip-volume-incr": 0.7,
-              "mouth/mouth-upperlip-height-incr": 0.3, "head/head-oval": 0.5},
-    "ravi": {"macro/caucasian-male-young": 0.55, "macro/asian-male-young": 0.2,
-             "macro/african-male-young": 0.1, "macro/caucasian-male-old": 0.15,
-             "nose/nose-hump-incr": 0.5, "head/head-fat-incr": 0.35,
-             "mouth/mouth-scale-horiz-incr": 0.3},
+    "clara": {
+        "macro/caucasian-female-young": 1.0,
+        "mouth/mouth-upperlip-height-decr": 0.25,
+        "head/head-oval": 0.4,
+        "nose/nose-volume-decr": 0.3,
+        "chin/chin-width-decr": 0.3,
+    },
+    "kofi": {
+        "macro/african-male-young": 1.0,
+        "mouth/mouth-lowerlip-volume-incr": 0.5,
+        "mouth/mouth-upperlip-volume-incr": 0.5,
+        "mouth/mouth-scale-horiz-incr": 0.2,
+        "chin/chin-bones-incr": 0.3,
+        "head/head-oval": 0.3,
+    },
+    "mei": {
+        "macro/asian-female-young": 0.8,
+        "macro/asian-female-old": 0.2,
+        "head/head-round": 0.4,
+        "mouth/mouth-scale-horiz-decr": 0.15,
+        "mouth/mouth-upperlip-volume-decr": 0.3,
+    },
+    "walter": {
+        "macro/caucasian-male-old": 0.75,
+        "macro/caucasian-male-young": 0.25,
+        "mouth/mouth-upperlip-height-decr": 0.35,
+        "mouth/mouth-lowerlip-height-decr": 0.5,
+        "mouth/mouth-upperlip-volume-decr": 0.35,
+        "mouth/mouth-lowerlip-volume-decr": 0.4,
+        "nose/nose-hump-incr": 0.4,
+        "mouth/mouth-scale-horiz-incr": 0.2,
+        "head/head-rectangular": 0.3,
+    },
+    "amara": {
+        "macro/african-female-young": 0.9,
+        "macro/african-female-old": 0.1,
+        "mouth/mouth-lowerlip-volume-incr": 0.6,
+        "mouth/mouth-upperlip-volume-incr": 0.7,
+        "mouth/mouth-upperlip-height-incr": 0.3,
+        "head/head-oval": 0.5,
+    },
+    "ravi": {
+        "macro/caucasian-male-young": 0.55,
+        "macro/asian-male-young": 0.2,
+        "macro/african-male-young": 0.1,
+        "macro/caucasian-male-old": 0.15,
+        "nose/nose-hump-incr": 0.5,
+        "head/head-fat-incr": 0.35,
+        "mouth/mouth-scale-horiz-incr": 0.3,
+    },
 }
 
 

@@ -82,8 +82,9 @@ def smooth_points(mesh: EdgeMap, n: int) -> tuple[sparse.csr_matrix, sparse.csr_
     return edge.tocsr(), (face - face @ moved).tocsr()
 
 
-def refine(quads: np.ndarray, uv_quads: np.ndarray, n: int, n_uv: int,
-           chosen: np.ndarray) -> Refined:
+def refine(
+    quads: np.ndarray, uv_quads: np.ndarray, n: int, n_uv: int, chosen: np.ndarray
+) -> Refined:
     """Split the chosen quads into four and fit their neighbours to them.
 
     Parameters
@@ -100,14 +101,21 @@ def refine(quads: np.ndarray, uv_quads: np.ndarray, n: int, n_uv: int,
     split = np.unique(mesh.of_quad[chosen])
     uv_split = np.unique(chart.of_quad[np.isin(mesh.of_quad, split)])
     rows = np.flatnonzero(chosen)
-    edge_id = dict(zip(split.tolist(), range(n, n + len(split))))
-    face_id = dict(zip(rows.tolist(), range(n + len(split), n + len(split) + len(rows))))
-    uv_edge_id = dict(zip(uv_split.tolist(), range(n_uv, n_uv + len(uv_split))))
+    edge_id = dict(zip(split.tolist(), range(n, n + len(split)), strict=True))
+    face_id = dict(
+        zip(rows.tolist(), range(n + len(split), n + len(split) + len(rows)), strict=True)
+    )
+    uv_edge_id = dict(zip(uv_split.tolist(), range(n_uv, n_uv + len(uv_split)), strict=True))
     start = n_uv + len(uv_split)
-    uv_face_id = dict(zip(rows.tolist(), range(start, start + len(rows))))
+    uv_face_id = dict(zip(rows.tolist(), range(start, start + len(rows)), strict=True))
     matrix = sparse.vstack([sparse.identity(n), edge_op[split], face_op[rows]]).tocsr()
-    uv_matrix = sparse.vstack([sparse.identity(n_uv), averaging(chart.edges, n_uv)[uv_split],
-                               averaging(uv_quads, n_uv)[rows]]).tocsr()
+    uv_matrix = sparse.vstack(
+        [
+            sparse.identity(n_uv),
+            averaging(chart.edges, n_uv)[uv_split],
+            averaging(uv_quads, n_uv)[rows],
+        ]
+    ).tocsr()
     polygons, parent = cut_polygons(mesh, edge_id, face_id)
     uv_polygons, _ = cut_polygons(chart, uv_edge_id, uv_face_id)
     points = {tuple(mesh.edges[e]): v for e, v in edge_id.items()}
@@ -133,7 +141,7 @@ def cut_polygons(mesh: EdgeMap, edge_id: dict, face_id: dict) -> tuple[list, np.
             polygons += [[corners[i], sides[i], face_id[q], sides[i - 1]] for i in range(4)]
             parent += [q] * 4
             continue
-        polygon = [v for pair in zip(corners, sides) for v in pair if v >= 0]
+        polygon = [v for pair in zip(corners, sides, strict=True) for v in pair if v >= 0]
         first = next((polygon.index(v) for v in sides if v >= 0), 0)
         polygons.append(polygon[first:] + polygon[:first])
         parent.append(q)

@@ -18,8 +18,8 @@ from speaker_mesh import CONTACT_RING, INNER_MOUTH
 if TYPE_CHECKING:
     from speaker_head import Head
 
-OVERLAP = 0.3     # mm by which the upper lip's lower edge lies below the lower lip's upper edge
-REACH = 4.0       # mm, how far into the mouth the displacement fades
+OVERLAP = 0.3  # mm by which the upper lip's lower edge lies below the lower lip's upper edge
+REACH = 4.0  # mm, how far into the mouth the displacement fades
 ROUNDS = 12
 
 
@@ -28,8 +28,13 @@ def pairing(along: np.ndarray, onto: np.ndarray) -> sparse.csr_matrix:
     right = np.clip(np.searchsorted(onto, along), 1, len(onto) - 1)
     share = np.clip((along - onto[right - 1]) / (onto[right] - onto[right - 1]), 0.0, 1.0)
     rows = np.arange(len(along))
-    return sparse.csr_matrix((np.concatenate([1 - share, share]), (np.tile(rows, 2),
-                              np.concatenate([right - 1, right]))), (len(along), len(onto)))
+    return sparse.csr_matrix(
+        (
+            np.concatenate([1 - share, share]),
+            (np.tile(rows, 2), np.concatenate([right - 1, right])),
+        ),
+        (len(along), len(onto)),
+    )
 
 
 def spread(head: Head, weld_of: np.ndarray, columns: np.ndarray) -> sparse.csr_matrix:
@@ -51,7 +56,7 @@ def spread(head: Head, weld_of: np.ndarray, columns: np.ndarray) -> sparse.csr_m
     inner = np.unique(head.faces[head.facet_class == INNER_MOUTH])
     side = cKDTree(head.vertices[head.lips.vertices[-1]]).query(head.vertices[inner])[1]
     distance, nearest = cKDTree(head.vertices[seam]).query(head.vertices[inner])
-    for v, j, d, s in zip(inner, nearest, distance, side):
+    for v, j, d, s in zip(inner, nearest, distance, side, strict=True):
         if s in columns and not taken[weld_of[v]] and d < 3 * REACH:
             entries[int(weld_of[v])] = (int(j), float(np.exp(-((d / REACH) ** 2))))
     rows = np.array(list(entries))

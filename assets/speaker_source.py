@@ -113,5 +113,10 @@ class Source:
                 quads.append([int(c[0]) - 1 for c in corners])
                 uv_quads.append([int(c[1]) - 1 for c in corners])
                 groups.append(group)
-        return QuadMesh(np.array(points, float), np.array(uv, float), np.array(quads),
-                        np.array(uv_quads), np.array(groups))
+        return QuadMesh(
+            np.array(points, float),
+            np.array(uv, float),
+            np.array(quads),
+            np.array(uv_quads),
+            np.array(groups),
+        )

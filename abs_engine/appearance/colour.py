@@ -23,7 +23,7 @@ CLASSES = ("skin", "lips", "interior")
 _LUMA = np.array([0.299, 0.587, 0.114])
 _OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
 import os
-_SK = float(os.environ.get("SK","0.0")); _LP = float(os.environ.get("LP","0.0"))
+_SK = float(os.environ.get("SK","0.03")); _CORE = float(os.environ.get("CORE","0.6")); _LP = float(os.environ.get("LP","0.015"))
 _SKIN_COMPONENTS, _LIP_COMPONENTS = 3, 2
 
 
@@ -138,11 +138,15 @@ def learn_classes(
     lips = _lips_guess(samples, prior[1], skin)
     anchor = interior = _interior_guess(skin)
     strength = 0.25 * prior[1].sum()
-    for _ in range(rounds):
+    around = prior[0] > 0.5
+    core = prior[1] > _CORE * prior[1].max()
+    for step in range(rounds):
         share = _posterior(dict(zip(CLASSES, (skin, lips, interior), strict=True)), samples, prior)
-        lips = shaded(lips.updated(samples, share[1]), _LP)
+        lips = shaded(lips.updated(samples, share[1] * core), _LP)
         interior = interior.anchored(samples, share[2], anchor, strength)
-    lips = shaded(fit_mixture(samples, share[1], _LIP_COMPONENTS), _LP)
+        skin = shaded(skin.updated(samples, share[0] * around), _SK)
+    lips = shaded(fit_mixture(samples, share[1] * core, _LIP_COMPONENTS), _LP)
+    skin = shaded(fit_mixture(samples, share[0] * around, _SKIN_COMPONENTS), _SK)
     return ColourClasses(dict(zip(CLASSES, (skin, lips, interior), strict=True)), reference)
 
 

@@ -23,10 +23,10 @@ _ACTIONS: dict[str, tuple[float, float]] = {
     "mouthRollLower": (0.7, 0.2),
     "mouthShrugUpper": (0.3, 0.15),
     "mouthShrugLower": (0.3, 0.15),
-    "mouthLeft": (0.25, 0.15),
-    "mouthRight": (0.25, 0.15),
-    "jawLeft": (0.2, 0.1),
-    "jawRight": (0.2, 0.1),
+    "mouthLeft": (0.15, 0.1),
+    "mouthRight": (0.15, 0.1),
+    "jawLeft": (0.12, 0.1),
+    "jawRight": (0.12, 0.1),
     "jawForward": (0.3, 0.15),
 }
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import shutil
-import tempfile
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -15,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.camera import Camera
-from abs_engine.errors import OutputError
+from abs_engine.files import NewFolder, unwritable
 from abs_engine.truth import DEPTH_STEP, FORMAT, SUMS, VERSION, camera_json
 from abs_engine.video import VideoWriter
 
@@ -44,15 +41,8 @@ class TakeWriter:
     """
 
     def __init__(self, folder: Path, camera: Camera, rate: float, *, lossless: bool) -> None:
-        self._folder = Path(folder)
-        if os.path.lexists(self._folder):
-            raise OutputError(f"{folder} exists already", "name another folder or remove it")
-        try:
-            self._folder.parent.mkdir(parents=True, exist_ok=True)
-            made = tempfile.mkdtemp(prefix=f".{self._folder.name}-", dir=self._folder.parent)
-        except OSError as error:
-            raise self._unwritable(error) from error
-        self._work = Path(made)
+        self._folder, self._made = Path(folder), NewFolder(folder)
+        self._work = self._made.work
         for kind in ("ids", "depth"):
             (self._work / kind).mkdir()
         (self._work / "camera.json").write_text(camera_json(camera), encoding="utf-8")
@@ -61,13 +51,6 @@ class TakeWriter:
             VideoWriter(self._work / name, camera.size, rate, crf) for name, crf in names.items()
         ]
         self._frames = 0
-
-    def _unwritable(self, error: OSError) -> OutputError:
-        reason = error.strerror or "writing failed"
-        return OutputError(
-            f"{self._folder} cannot be written ({reason})",
-            "name a folder of yours, with space left",
-        )
 
     def add(
         self,
@@ -81,12 +64,12 @@ class TakeWriter:
             path = self._work / kind / f"{self._frames:06d}.png"
             fast = [cv2.IMWRITE_PNG_COMPRESSION, 1]
             if not cv2.imwrite(str(path), values.astype(np.uint16), fast):
-                raise self._unwritable(OSError())
+                raise unwritable(self._folder, OSError())
         try:
             for video in self._videos:
                 video.write(picture)
         except OSError as error:  # PyAV's errors are among them
-            raise self._unwritable(error) from error
+            raise unwritable(self._folder, error) from error
         self._frames += 1
 
     def finish(self, **arrays: object) -> None:
@@ -103,10 +86,9 @@ class TakeWriter:
             values: dict[str, Any] = {"format": FORMAT, "version": VERSION, **arrays}
             np.savez_compressed(self._work / "truth.npz", **values)
             self._sign()
-            self._work.chmod(0o777 & ~_umask())
-            os.rename(self._work, self._folder)
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise unwritable(self._folder, error) from error
+        self._made.finish()
 
     def _sign(self) -> None:
         paths = sorted(p for p in self._work.rglob("*") if p.is_file())
@@ -125,11 +107,4 @@ class TakeWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        shutil.rmtree(self._work, ignore_errors=True)  # gone already if it got its name
-
-
-def _umask() -> int:
-    """The process's file-creation mask; reading it means setting it for an instant."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask
+        self._made.discard()

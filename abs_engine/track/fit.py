@@ -22,6 +22,9 @@ Image = NDArray[np.uint8]
 DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
 SMOOTHING = 0.05  # width of the Hamming window, in mouth widths
 
+import os
+IN_SHADE = float(os.environ.get("SHADE", "0.35"))
+SMOOTHING = float(os.environ.get("SMO", "0.03"))
 Prior = GaussianPrior | ContactPrior
 
 # facet classes of the head, in order, as colour classes; None is not compared
@@ -58,6 +61,7 @@ def class_maps(classes: ColourClasses, window: Window, frame: Image) -> ClassMap
     """Probability maps of every facet class in the window of a frame, 0 outside of its zone."""
     patch = window.sample(frame)
     probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH) * zone(window)
+    probable[CLASSES.index("lips")] += IN_SHADE * probable[CLASSES.index("interior")]
     zero = np.zeros_like(probable[0])
     planes = [zero if c is None else probable[CLASSES.index(c)] for c in _COLOUR_CLASS]
     return ClassMaps(np.stack(planes))

@@ -15,6 +15,7 @@ from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
+from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, Renderer
@@ -28,7 +29,9 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 # what the face box leaves open: radians, mm
-SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 6.0, 25.0])
+SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 5.0, 8.0, 70.0])
+# mm, depths tried about the one before, in the first rounds
+DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
 # what the rigid motion of the upper face leaves open in a frame
 POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
 
@@ -79,7 +82,7 @@ def calibrate(
     frames: Sequence[CalibrationFrame],
     camera: Camera,
     renderer: Renderer,
-    rounds: int = 3,
+    rounds: int = 4,
 ) -> Calibration:
     """Fit the person's mouth and the clip's colours by turns.
 
@@ -114,12 +117,12 @@ def calibrate(
         ]
         if turn == 0:
             shift = _place_mouth(model, frames, terms, shift)
-            frames_of = [
-                PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames
-            ]
+        if turn < len(DEPTHS):
+            shift = _choose_depth(model, frames, terms, shift, person, vectors, DEPTHS[turn])
+        frames_of = [PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames]
         vectors = np.stack(
             [
-                _fit_posture(model, t, f, person, v)
+                _fit_posture(model, t, f, person, v).x
                 for t, f, v in zip(terms, frames_of, vectors, strict=True)
             ]
         )
@@ -144,9 +147,9 @@ def _place_mouth(
     """Coarse search of the mouth's place and size about where the face box puts it."""
     grid = [
         shift + np.array([0, 0, 0, dx, dy, dz])
-        for dx in (-5.0, -2.5, 0.0, 2.5, 5.0)
-        for dy in np.arange(-12.0, 12.1, 2.0)
-        for dz in (-40.0, 0.0, 40.0)
+        for dx in (-4.0, 0.0, 4.0)
+        for dy in np.arange(-15.0, 15.1, 3.0)
+        for dz in (-120.0, -80.0, -40.0, 0.0, 40.0, 80.0)
     ]
     postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
     total = np.zeros(len(grid))
@@ -159,8 +162,37 @@ def _place_mouth(
         ]
         total += np.min(values, axis=0)
     prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
-    total += len(frames) * np.array([prior.negative_log(g) for g in grid])
+    total += np.array([prior.negative_log(g) for g in grid])
     return np.asarray(grid[int(np.argmin(total))])
+
+
+def _choose_depth(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    terms: Sequence[FacetLikelihood],
+    shift: FloatArray,
+    person: FloatArray,
+    vectors: FloatArray,
+    steps: Sequence[float],
+) -> FloatArray:
+    """The depth at which a few frames are explained best once their postures are fitted.
+
+    Depth and posture trade against each other, so fitting them by turns creeps; trying depths
+    and fitting the postures at each does not.
+    """
+    prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
+    some = np.unique(np.linspace(0, len(frames) - 1, 4).round().astype(int))
+
+    def cost(candidate: FloatArray) -> float:
+        total = prior.negative_log(candidate)
+        for k in some:
+            base = shifted(frames[k].pose, candidate, model.pivot)
+            frame = PoseFrame(base, model.pivot)
+            total += _fit_posture(model, terms[k], frame, person, vectors[k], 120).value
+        return total
+
+    tries = [shift + np.array([0, 0, 0, 0, 0, d]) for d in steps]
+    return tries[int(np.argmin([cost(t) for t in tries]))]
 
 
 def _fit_posture(
@@ -169,7 +201,8 @@ def _fit_posture(
     frame: PoseFrame,
     person: FloatArray,
     last: FloatArray,
-) -> FloatArray:
+    limit: int = 250,
+) -> Solution:
     """Pose and posture (6 + P,) of one frame with the person held."""
     p = model.n_expression
     held = replace(term, scene=model.held(person))
@@ -178,7 +211,7 @@ def _fit_posture(
     posterior = FramePosterior(held, frame, (prior, contact_prior(model, person)))
     starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
     start = best_start(posterior, np.vstack([starts, last]))
-    return Simplex(tolerance=0.1, limit=250).minimise(posterior, start, pose_spec(p)).x
+    return Simplex(tolerance=0.1, limit=limit).minimise(posterior, start, pose_spec(p))
 
 
 def _person_spec(model: MouthModel) -> ParamSpec:

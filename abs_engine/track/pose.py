@@ -56,6 +56,6 @@ def pose_spec(n_modes: int, mode_limit: float = 3.5) -> ParamSpec:
     """Names, units, first steps and bounds of six pose parameters and `n_modes` shape modes."""
     modes = tuple(f"shape{k + 1}" for k in range(n_modes))
     scale = np.r_[[0.02, 0.02, 0.02, 0.8, 0.8, 4.0], np.full(n_modes, 0.5)]
-    reach = np.r_[[0.5, 0.5, 0.5, 25.0, 25.0, 120.0], np.full(n_modes, mode_limit)]
+    reach = np.r_[[0.5, 0.5, 0.5, 25.0, 25.0, 200.0], np.full(n_modes, mode_limit)]
     units = POSE_UNITS + ("sd",) * n_modes
     return ParamSpec(POSE_NAMES + modes, units, scale, -reach, reach)

@@ -23,6 +23,7 @@ from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
+INNER = 12  # the inner contour's first among the 20 reported points
 STEP_DEVIATION = 1.5  # how far a posture moves in 40 ms, in standard deviations of a mode
 
 
@@ -97,7 +98,7 @@ class TrackerSetting:
 
 def track(
     setting: TrackerSetting, frames: Iterable[tuple[Image, Pose | None]]
-) -> Iterator[FrameResult]:
+) -> Iterator[tuple[Image, FrameResult]]:
     """Fit every frame.
 
     Parameters
@@ -109,17 +110,18 @@ def track(
 
     Yields
     ------
-    FrameResult
+    image, FrameResult
+        Each frame with what was found in it.
     """
     last: FloatArray | None = None
     for index, (image, pose) in enumerate(frames):
         if pose is None:
             last = None
-            yield _lost(setting, index)
+            yield image, _lost(setting, index)
             continue
         result = _fit(setting, index, image, pose, last)
         last = result.vector
-        yield result
+        yield image, result
 
 
 def _fit(
@@ -162,8 +164,8 @@ def lip_measures(
 ) -> tuple[FloatArray, float, float]:
     """Lip contours (N, 3) in mm, head frame; mouth width and aperture in mm.
 
-    The aperture is the largest height between upper and lower inner lip over the middle third of
-    the mouth, and 0 when they touch.
+    The aperture is the height between the middles of the upper and lower inner lip, 0 when they
+    touch; the width is the distance between the corners.
     """
     vertices = scene.vertices(weights)
     ring = model.rings
@@ -174,8 +176,7 @@ def lip_measures(
 
 def _aperture(model: MouthModel, vertices: FloatArray) -> float:
     points = vertices[model.rings["points"]]
-    upper, lower = points[13:16], points[[19, 18, 17]]  # points 61-63 above 67-65
-    return float(max(0.0, (upper[:, 1] - lower[:, 1]).max()))
+    return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
 
 
 def _lost(setting: TrackerSetting, index: int) -> FrameResult:

@@ -1,0 +1,135 @@
+"""Output that appears whole or not at all: written beside its place, and named at the end."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from types import TracebackType
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import OutputError
+
+
+class NewFolder:
+    """A folder in the making: fill `work`, then `finish` gives it its name.
+
+    Leaving the context without `finish` removes what was written, whatever the reason.
+
+    Parameters
+    ----------
+    folder : Path
+        Must not exist; its parent must.
+
+    Raises
+    ------
+    OutputError
+        If the folder exists or its parent cannot be written; on leaving the context also for any
+        `OSError` of the writing.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = check_free(folder)
+        try:
+            made = tempfile.mkdtemp(prefix=f".{self._folder.name}-", dir=self._folder.parent)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+        self.work = Path(made)
+
+    def finish(self) -> Path:
+        """Give the folder its name, and return it.
+
+        Raises
+        ------
+        OutputError
+            If somebody made the folder in the meantime, or the disk fails.
+        """
+        try:
+            self.work.chmod(0o777 & ~_umask())
+            os.rename(self.work, self._folder)
+        except OSError as error:
+            raise unwritable(self._folder, error) from error
+        return self._folder
+
+    def discard(self) -> None:
+        """Remove what was written; nothing happens after `finish`."""
+        shutil.rmtree(self.work, ignore_errors=True)
+
+    def __enter__(self) -> NewFolder:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.discard()
+        if isinstance(error, OSError):
+            raise unwritable(self._folder, error) from error
+
+
+def check_free(path: Path) -> Path:
+    """The path itself, if something new can be named so.
+
+    Raises
+    ------
+    OutputError
+        If it exists already or there is no folder to put it in.
+    """
+    path = Path(path)
+    if os.path.lexists(path):
+        raise OutputError(f"{path} exists already", "choose another name or remove it")
+    if not path.parent.is_dir():
+        raise OutputError(
+            f"{path} cannot be written: there is no folder {path.parent}",
+            "make it or choose another place",
+        )
+    return path
+
+
+def write_new(path: Path, content: bytes) -> None:
+    """Write a new file, whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        If the file exists or cannot be written.
+    """
+    path = check_free(path)
+    try:
+        number, made = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+        try:
+            with os.fdopen(number, "wb") as file:
+                file.write(content)
+            os.chmod(made, 0o666 & ~_umask())
+            os.rename(made, path)
+        except BaseException:
+            os.unlink(made)
+            raise
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def png(image: NDArray[np.uint8]) -> bytes:
+    """A picture (H, W, 3) uint8 RGB as the bytes of a PNG file."""
+    return cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()
+
+
+def unwritable(path: Path, error: OSError) -> OutputError:
+    """The error that a user sees when writing to `path` fails."""
+    reason = error.strerror or "writing failed"
+    return OutputError(
+        f"{path} cannot be written ({reason})", "choose a place of yours, with space left"
+    )
+
+
+def _umask() -> int:
+    """The process's file-creation mask; reading it means setting it for an instant."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,13 @@
+"""Which release of the engine this is."""
+
+from __future__ import annotations
+
+from importlib import metadata
+
+
+def engine_version() -> str:
+    """The installed version, or "source" where the package runs without being installed."""
+    try:
+        return metadata.version("abs-engine")
+    except metadata.PackageNotFoundError:
+        return "source"

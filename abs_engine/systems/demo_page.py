@@ -1,0 +1,68 @@
+"""The demo's report as one HTML page beside its pictures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from typing import Any
+
+_STYLE = """
+body { font: 16px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222 }
+img, video { max-width: 100%; display: block }
+table { border-collapse: collapse } td { border-bottom: 1px solid #ddd; padding: 2px 1.5em 2px 0 }
+td:first-child { white-space: pre } .key span { padding: 0 .5em; margin-right: .5em }
+"""
+_KEY = (
+    ("outer contour", "rgb(60,255,120)"),
+    ("upper inner contour", "rgb(255,230,0)"),
+    ("lower inner contour", "rgb(80,190,255)"),
+)
+
+
+def demo_page(
+    person: str, person_known: bool, run: dict[str, Any], rows: Sequence[tuple[str, str]]
+) -> str:
+    """The page; it shows the files of the folders ``clip``, ``run`` and ``evaluation`` beside it.
+
+    Parameters
+    ----------
+    person : str
+        Who was filmed.
+    person_known : bool
+        Whether the tracker knew the head.
+    run : dict
+        What ``run.json`` holds.
+    rows : sequence of (str, str)
+        What was measured, and its number.
+    """
+    summary = run["summary"]
+    knew = "the person's own head" if person_known else "the average head, not the person's"
+    key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>abs_engine demo</title>
+<style>{_STYLE}</style></head><body>
+<h1>Lips tracked by rendering</h1>
+<p>The studio filmed {html.escape(person)} with a renderer of its own, with noise and compression
+(<a href="clip/video.mp4">clip/video.mp4</a>). The tracker saw only that video and the camera's
+calibration, and started from {knew}. Everything is compared with the known truth.</p>
+<h2>Tracked against truth</h2>
+{_table(rows)}
+<p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared and
+{summary["seconds_per_frame"]:.3f} s a frame after {summary["preparation_seconds"]:.1f} s of
+preparation, drawn by {html.escape(str(run["renderer"]))}.</p>
+<img src="evaluation/truth_curves.png" alt="aperture, width and lip error over time">
+<h2>The video with the lips drawn on it</h2>
+<p class="key">{key}</p>
+<video src="run/overlay.mp4" controls loop></video>
+<p>If the browser does not play it: <a href="run/overlay.mp4">run/overlay.mp4</a>.</p>
+<h2>The mouth, frame by frame</h2>
+<img src="run/contact_sheet.png" alt="enlarged mouths with contours">
+<p>Numbers: <a href="run/results.csv">run/results.csv</a>,
+<a href="evaluation/truth_scores.json">evaluation/truth_scores.json</a>.</p>
+</body></html>
+"""
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    cells = (f"<tr><td>{html.escape(a)}</td><td>{html.escape(b)}</td></tr>" for a, b in rows)
+    return f"<table>{''.join(cells)}</table>"

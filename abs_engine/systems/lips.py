@@ -1,0 +1,110 @@
+"""Lips tracked in raw video by colour-class likelihoods (Basu, Oliver, Pentland 1998).
+
+The paper's loop (sections 5.1 to 5.4) with other leaves: principal components over face units in
+place of learned physics, and Nelder-Mead in place of forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from abs_engine.assets import Speaker, load_speaker
+from abs_engine.camera import Camera
+from abs_engine.scene import Renderer
+from abs_engine.track.locate import FaceBox
+from abs_engine.track.model import MouthModel, build_mouth_model
+from abs_engine.track.person import Calibration, calibrate
+from abs_engine.track.prepare import HeadMotion, choose_frames
+from abs_engine.track.tracker import FrameResult, Image, TrackerSetting, track
+from abs_engine.video import VideoInfo, probe, read_frames
+
+
+@dataclass(frozen=True)
+class LipOptions:
+    """What a user may choose.
+
+    Parameters
+    ----------
+    person : str or None
+        A person of the speaker whose head is known; by default the average head, whose mouth is
+        fitted to the clip.
+    mouth : tuple of float or None
+        Left, top, width and height of the mouth in the first frame, pixels.
+    camera : Camera or None
+        Its calibration; by default an ideal camera of a usual field of view.
+    speaker : Path or None
+        A `head.npz`; by default the bundled head.
+    """
+
+    person: str | None = None
+    mouth: tuple[float, float, float, float] | None = None
+    camera: Camera | None = None
+    speaker: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LipTracker:
+    """A clip made ready: iterate `results` for the frames.
+
+    Parameters
+    ----------
+    video : Path
+    info : VideoInfo
+    setting : TrackerSetting
+    motion : HeadMotion
+    """
+
+    video: Path
+    info: VideoInfo
+    setting: TrackerSetting
+    motion: HeadMotion
+
+    def results(self) -> Iterator[tuple[Image, FrameResult]]:
+        """Each frame with what was found in it."""
+        return track(self.setting, self.motion.poses(read_frames(self.video)))
+
+
+def prepare_lips(video: Path, renderer: Renderer, options: LipOptions = LipOptions()) -> LipTracker:
+    """Find the face, learn the clip's colours and fit the person's mouth.
+
+    Parameters
+    ----------
+    video : Path
+    renderer : Renderer
+    options : LipOptions
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If the video cannot be read.
+    FaceNotFoundError
+        If no face is found.
+    """
+    info = probe(video)
+    camera = options.camera or Camera.ideal(info.size)
+    model = lip_model(load_speaker(options.speaker), options.person)
+    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
+    motion = HeadMotion(model, camera, renderer, box)
+    frames = choose_frames(motion.poses(read_frames(video)), str(video))
+    calibration = calibrate(model, frames, camera, renderer)
+    return LipTracker(video, info, _setting(model, calibration, camera, renderer, info), motion)
+
+
+def lip_model(speaker: Speaker, person: str | None) -> MouthModel:
+    """The mouth model of the average head, or of a person whose head is known."""
+    if person is None:
+        texture = speaker.texture(next(iter(speaker.people)))
+        return build_mouth_model(speaker, speaker.vertices, texture)
+    return build_mouth_model(
+        speaker, speaker.named(person), speaker.texture(person), free_person=False
+    )
+
+
+def _setting(
+    model: MouthModel, calibration: Calibration, camera: Camera, renderer: Renderer, info: VideoInfo
+) -> TrackerSetting:
+    scene = model.held(calibration.person)
+    return TrackerSetting(model, scene, calibration, camera, renderer, info.rate)
+

@@ -1,0 +1,104 @@
+"""From a video to a run on disk."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from abs_engine.errors import ParameterError
+from abs_engine.files import NewFolder
+from abs_engine.scene import Renderer
+from abs_engine.systems.lips import LipOptions, LipTracker, prepare_lips
+from abs_engine.track.output import Progress, RunFacts, write_run
+from abs_engine.video import VideoInfo, probe
+
+DEFAULTS = LipOptions()
+
+
+def track_video(
+    video: Path,
+    folder: Path,
+    renderer: Renderer,
+    options: LipOptions = DEFAULTS,
+    progress: Progress | None = None,
+    prepared: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Track the lips in a video and write a run; see `abs_engine.track.record`.
+
+    Parameters
+    ----------
+    video : Path
+    folder : Path
+        Must not exist; it appears when everything is written.
+    renderer : Renderer
+    options : LipOptions
+    progress : callable, optional
+        Called after every frame with the number of frames done and of all frames.
+    prepared : callable, optional
+        Called before the first frame with the seconds that the preparation took.
+
+    Returns
+    -------
+    dict
+        What ``run.json`` holds.
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If the video or the speaker cannot be read, or the video breaks off.
+    FaceNotFoundError
+        If no face is found.
+    ParameterError
+        If an option does not fit the video.
+    OutputError
+        If the folder exists or cannot be written.
+    """
+    check_options(options, probe(video))
+    with NewFolder(folder) as made:
+        start = time.perf_counter()
+        tracker = prepare_lips(video, renderer, options)
+        took = time.perf_counter() - start
+        if prepared is not None:
+            prepared(took)
+        facts = RunFacts(settings_of(tracker, options), tracker.info.frames, took)
+        told = write_run(made.work, tracker.setting, tracker.results(), facts, progress)
+        made.finish()
+    return told
+
+
+def check_options(options: LipOptions, info: VideoInfo) -> None:
+    """Raise `ParameterError` for a mouth outside of the picture or another picture's camera."""
+    if options.camera is not None and options.camera.size != info.size:
+        raise ParameterError(
+            "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
+            "give the camera.json of this video",
+        )
+    if options.mouth is None:
+        return
+    x, y, width, height = options.mouth
+    right, bottom = info.size
+    if not (
+        width > 0 and height > 0 and 0 <= x < x + width <= right and 0 <= y < y + height <= bottom
+    ):
+        raise ParameterError(
+            f"the mouth {x:g} {y:g} {width:g} {height:g} is not in the picture",
+            f"give left, top, width and height within {right}x{bottom} pixels",
+        )
+
+
+def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
+    """What was asked for, as JSON values."""
+    solver = asdict(tracker.setting.solver)
+    return {
+        "video": tracker.video.name,
+        "size": list(tracker.info.size),
+        "rate": tracker.info.rate,
+        "person": options.person,
+        "mouth": None if options.mouth is None else list(options.mouth),
+        "camera": "given" if options.camera is not None else "ideal",
+        "speaker": "bundled" if options.speaker is None else options.speaker.name,
+        "solver": solver,
+    }

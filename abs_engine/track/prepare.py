@@ -1,0 +1,103 @@
+"""The first pass over a clip: find the face, follow its rigid motion, choose frames to learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.camera import Camera
+from abs_engine.errors import FaceNotFoundError
+from abs_engine.geometry import Pose
+from abs_engine.scene import Renderer
+from abs_engine.track.locate import FaceBox, find_face, first_pose
+from abs_engine.track.model import MouthModel
+from abs_engine.track.person import CalibrationFrame
+from abs_engine.track.rigid import RigidReference, RigidState, follow, rigid_reference
+
+Image = NDArray[np.uint8]
+LEARN_FROM = 8  # frames
+LOOK_AT = 250  # frames from the clip's beginning that they are chosen from
+LEAST_SEEN = 0.35  # of the reference's points; below, the face counts as lost
+
+
+@dataclass(frozen=True, eq=False)
+class HeadMotion:
+    """Follows the rigid motion of the head; one frame after the other.
+
+    Parameters
+    ----------
+    model : MouthModel
+    camera : Camera
+    renderer : Renderer
+    box : FaceBox or None
+        The face in the first frame where one is looked for, if the user knows it.
+    """
+
+    model: MouthModel
+    camera: Camera
+    renderer: Renderer
+    box: FaceBox | None = None
+
+    def poses(self, frames: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:
+        """Each frame with the head's pose, or None while no face is found.
+
+        When the points of the reference are lost, the face is looked for again and a new
+        reference is taken where it is found.
+        """
+        reference: RigidReference | None = None
+        state: RigidState | None = None
+        box = self.box
+        for image in frames:
+            if reference is not None:
+                state = follow(reference, image, self.camera, state)
+                if state is None or state.seen < LEAST_SEEN:
+                    reference, state = None, None
+            if reference is None:
+                found = box if box is not None else find_face(image)
+                box = None
+                if found is None:
+                    yield image, None
+                    continue
+                pose = first_pose(found, self.camera, self.model.pivot)
+                reference = self._reference(image, pose)
+                yield image, pose
+                continue
+            yield image, None if state is None else state.pose
+
+    def _reference(self, image: Image, pose: Pose) -> RigidReference:
+        model = self.model
+        return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
+
+
+def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list[CalibrationFrame]:
+    """Frames to fit the person on, spread evenly over the beginning of the clip.
+
+    Memory does not grow with the clip: candidates are thinned out as they come.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If no frame shows a face.
+    """
+    kept: list[CalibrationFrame] = []
+    stride, seen = 1, 0
+    for index, (image, pose) in enumerate(posed):
+        if index >= LOOK_AT:
+            break
+        if pose is None:
+            continue
+        if seen % stride == 0:
+            kept.append(CalibrationFrame(image, pose))
+        seen += 1
+        if len(kept) >= 4 * LEARN_FROM:
+            kept, stride = kept[::2], 2 * stride
+    if not kept:
+        raise FaceNotFoundError(
+            f"no face was found in the first {LOOK_AT} frames of {name}",
+            "give the mouth with --mouth X Y WIDTH HEIGHT, or a video with a frontal face",
+        )
+    picked = np.unique(np.linspace(0, len(kept) - 1, LEARN_FROM).round().astype(int))
+    return [kept[k] for k in picked]

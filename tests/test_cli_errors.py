@@ -1,0 +1,202 @@
+"""Bad input: one line that says what is wrong and what to do, status 2, nothing left behind."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from runs import write_broken, write_noise, write_speaker
+
+from abs_engine.assets import load_speaker
+from abs_engine.cli import main
+from abs_engine.cli.progress import Progress, progress_text
+
+
+@pytest.fixture(scope="module")
+def noise_video(tmp_path_factory) -> Path:
+    return write_noise(tmp_path_factory.mktemp("noise") / "noise.mp4")
+
+
+@pytest.fixture
+def fails(capsys, tmp_path):
+    """Run a command that is to fail; its line."""
+
+    def run(*words: object) -> str:
+        before = sorted(tmp_path.rglob("*"))
+        try:
+            status = main([str(word) for word in words])
+        except SystemExit as end:
+            status = end.code
+        lines = capsys.readouterr().err.splitlines()
+        assert status == 2
+        assert len(lines) == 1, lines
+        assert lines[0].startswith("abs-engine: error: ")
+        assert "; " in lines[0], "what to do is missing"
+        assert sorted(tmp_path.rglob("*")) == before
+        return lines[0]
+
+    return run
+
+
+def track(video: object, output: Path, *more: object) -> list[object]:
+    return ["track", video, "-o", output, "--renderer", "cpu", *more]
+
+
+def test_a_missing_video(fails, tmp_path):
+    assert "does not exist" in fails(*track(tmp_path / "none.mp4", tmp_path / "run"))
+
+
+def test_an_empty_video(fails, tmp_path):
+    (tmp_path / "empty.mp4").touch()
+    assert "is empty" in fails(*track(tmp_path / "empty.mp4", tmp_path / "run"))
+
+
+def test_a_file_that_is_no_video(fails, tmp_path):
+    (tmp_path / "text.mp4").write_text("no video\n" * 100)
+    assert "is not a video" in fails(*track(tmp_path / "text.mp4", tmp_path / "run"))
+
+
+def test_a_folder_in_place_of_a_video(fails, tmp_path):
+    assert "does not exist" in fails(*track(tmp_path, tmp_path / "run"))
+
+
+def test_a_video_that_breaks_off(fails, tmp_path):
+    line = fails(*track(write_broken(tmp_path / "cut.mp4"), tmp_path / "run"))
+    assert "breaks off after" in line
+
+
+def test_a_video_that_breaks_off_before_its_index(fails, tmp_path, noise_video):
+    content = noise_video.read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(content[: len(content) // 2])
+    assert "is not a video" in fails(*track(tmp_path / "cut.mp4", tmp_path / "run"))
+
+
+def test_a_video_without_a_face(fails, tmp_path, noise_video):
+    line = fails(*track(noise_video, tmp_path / "run"))
+    assert "no face was found" in line
+    assert "--mouth" in line
+
+
+def test_a_mouth_outside_of_the_picture(fails, tmp_path, noise_video):
+    for box in ((0, 0, 0, 10), (90, 10, 20, 10), ("nan", 0, 10, 10)):
+        assert "not in the picture" in fails(*track(noise_video, tmp_path / "run", "--mouth", *box))
+
+
+def test_an_output_that_exists(fails, tmp_path, noise_video):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "file.png").touch()
+    (tmp_path / "link").symlink_to("nowhere")
+    for name in ("run", "file.png", "link"):
+        assert "exists already" in fails(*track(noise_video, tmp_path / name))
+    assert "exists already" in fails("demo", "-o", tmp_path / "run")
+    assert "exists already" in fails("synth", "demo", "-o", tmp_path / "run")
+    assert "exists already" in fails("render", "-o", tmp_path / "file.png")
+    assert "exists already" in fails("bench", "--json", tmp_path / "file.png")
+
+
+def test_an_output_that_cannot_be_written(fails, tmp_path, noise_video):
+    (tmp_path / "file").touch()
+    for place in (tmp_path / "none" / "run", tmp_path / "file" / "run", Path("/proc/run")):
+        assert "cannot be written" in fails(*track(noise_video, place))
+    assert "cannot be written" in fails("synth", "demo", "-o", tmp_path / "none" / "clip")
+    assert "cannot be written" in fails("bench", "--json", tmp_path / "none" / "bench.json")
+
+
+def test_a_model_of_another_version(fails, tmp_path, noise_video):
+    speaker = write_speaker(tmp_path / "head.npz", version=99)
+    line = fails(*track(noise_video, tmp_path / "run", "--speaker", speaker))
+    assert "version 99" in line
+
+
+def test_a_file_that_is_no_model(fails, tmp_path, noise_video):
+    (tmp_path / "head.npz").write_text("no model")
+    for name, text in (("head.npz", "is not an NPZ file"), ("none.npz", "does not exist")):
+        line = fails(*track(noise_video, tmp_path / "run", "--speaker", tmp_path / name))
+        assert text in line
+
+
+def test_a_mesh_with_nan_or_without_area(fails, tmp_path, noise_video):
+    vertices = load_speaker().vertices
+    broken = vertices.copy()
+    broken[7] = np.nan
+    for values, text in ((broken, "NaN"), (np.zeros_like(vertices), "zero area")):
+        speaker = write_speaker(tmp_path / "head.npz", vertices=values)
+        assert text in fails(*track(noise_video, tmp_path / "run", "--speaker", speaker))
+
+
+def test_a_wrong_camera(fails, tmp_path, noise_video):
+    camera = tmp_path / "camera.json"
+    words = track(noise_video, tmp_path / "run", "--camera", camera)
+    assert "does not exist" in fails(*words)
+    camera.write_text('{"format": "abs_engine.camera", "version": 7}')
+    assert "version 7" in fails(*words)
+    camera.write_text(
+        '{"format": "abs_engine.camera", "version": 1, "size": [32, 24], "near": 10, "far": 9000,'
+        ' "matrix": [[50, 0, 16], [0, 50, 12], [0, 0, 1]], "distortion": [0, 0, 0, 0]}'
+    )
+    assert "32x24 pixels, the video 96x80" in fails(*words)
+
+
+def test_unknown_names(fails, tmp_path, noise_video):
+    assert "no person 'nobody'" in fails(*track(noise_video, tmp_path / "r", "--person", "nobody"))
+    assert "no person" in fails("synth", "demo", "-o", tmp_path / "c", "--person", "nobody")
+    assert "no viseme 'zz'" in fails("synth", "a zz", "-o", tmp_path / "c")
+    assert "even sizes" in fails("synth", "demo", "-o", tmp_path / "c", "--size", 321, 240)
+    words = "render", "-o", tmp_path / "p.png", "--renderer", "cpu"
+    assert "no face unit 'smirk'" in fails(*words, "--unit", "smirk=1")
+    assert "NAME=WEIGHT" in fails(*words, "--unit", "smirk")
+
+
+def test_what_is_no_run_or_no_truth(fails, tmp_path):
+    assert "is no run" in fails("evaluate", tmp_path, "--truth", tmp_path)
+    np.savez(tmp_path / "results.npz", format="abs_engine.run", version=9)
+    assert "version 9" in fails("evaluate", tmp_path, "--truth", tmp_path)
+
+
+def test_a_command_typed_wrongly(fails):
+    assert "see 'abs-engine track --help'" in fails("track")
+    assert "invalid choice" in fails("dance")
+    assert "is not 1 or more" in fails("demo", "--frames", "0")
+
+
+def test_opengl_that_is_not_there(fails, tmp_path, noise_video, monkeypatch):
+    monkeypatch.setenv("ABS_ENGINE_HIDE_GL", "all")
+    words = "track", noise_video, "-o", tmp_path / "run", "--renderer", "egl-surfaceless"
+    assert "libegl1" in fails(*words)
+
+
+def test_ctrl_c_leaves_nothing(capsys, tmp_path, noise_video, monkeypatch):
+    def interrupt(*_: object) -> None:
+        assert list(tmp_path.iterdir())  # something was begun
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("abs_engine.systems.run.prepare_lips", interrupt)
+    assert main([str(word) for word in track(noise_video, tmp_path / "run")]) == 130
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_errors_come_at_once():
+    code = (
+        "import sys\nfrom abs_engine.cli import main\n"
+        "status = main(['track', 'none.mp4', '-o', 'none'])\n"
+        "print(status, sorted({'numba', 'moderngl', 'pyrender', 'skimage'} & set(sys.modules)))"
+    )
+    folders = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[1])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=folders
+    )
+    assert done.stdout.strip() == "2 []"
+
+
+def test_progress_says_how_far_it_is(capsys):
+    assert progress_text(30, 75, 3.0) == "30 of 75 frames, 10.0 frames/s, 4 s left"
+    assert progress_text(30, 0, 3.0) == "30 frames, 10.0 frames/s"
+    with Progress("tracking") as progress:
+        for done in range(1, 4):
+            progress(done, 3)
+    assert capsys.readouterr().err == ""  # too quick for a line in a log

@@ -1,0 +1,56 @@
+"""Output appears whole or not at all."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from abs_engine.errors import OutputError
+from abs_engine.files import NewFolder, write_new
+
+
+def test_a_folder_appears_at_the_end(tmp_path):
+    with NewFolder(tmp_path / "out") as made:
+        (made.work / "file").write_text("x")
+        assert not (tmp_path / "out").exists()
+        made.finish()
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert (tmp_path / "out" / "file").read_text() == "x"
+    mask = os.umask(0)
+    os.umask(mask)
+    assert (tmp_path / "out").stat().st_mode & 0o777 == 0o777 & ~mask
+
+
+def stop(folder, error):
+    """Begin a folder and fail."""
+    with NewFolder(folder) as made:
+        (made.work / "deep").mkdir()
+        (made.work / "deep" / "file").touch()
+        raise error
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, OSError(28, "No space left")])
+def test_nothing_is_left_after_an_error(tmp_path, error):
+    wanted = OutputError if isinstance(error, OSError) else error
+    with pytest.raises(wanted):
+        stop(tmp_path / "out", error)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_made_in_the_meantime_is_kept(tmp_path):
+    with NewFolder(tmp_path / "out") as made:
+        (tmp_path / "out").mkdir()
+        (tmp_path / "out" / "mine").touch()
+        with pytest.raises(OutputError):
+            made.finish()
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["mine"]
+
+
+def test_a_new_file_is_written_once(tmp_path):
+    write_new(tmp_path / "file", b"1")
+    with pytest.raises(OutputError, match="exists already"):
+        write_new(tmp_path / "file", b"2")
+    assert (tmp_path / "file").read_bytes() == b"1"
+    assert len(list(tmp_path.iterdir())) == 1
