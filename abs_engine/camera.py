@@ -145,7 +145,12 @@ class Camera:
         k, n, f = self.matrix, self.near, self.far
         shift_x, shift_y = 0.5 - window.x, 0.5 - window.y
         rows = [
-            [2 * s * k[0, 0] / width, 2 * s * k[0, 1] / width, 2 * s * (k[0, 2] + shift_x) / width - 1, 0],
+            [
+                2 * s * k[0, 0] / width,
+                2 * s * k[0, 1] / width,
+                2 * s * (k[0, 2] + shift_x) / width - 1,
+                0,
+            ],
             [0, 2 * s * k[1, 1] / height, 2 * s * (k[1, 2] + shift_y) / height - 1, 0],
             [0, 0, (f + n) / (f - n), -2 * f * n / (f - n)],
             [0, 0, 1, 0],

@@ -31,9 +31,17 @@ class ParamSpec:
     upper: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        sizes = {len(self.names), len(self.units), len(self.scale), len(self.lower), len(self.upper)}
+        sizes = {
+            len(self.names),
+            len(self.units),
+            len(self.scale),
+            len(self.lower),
+            len(self.upper),
+        }
         if len(sizes) != 1:
-            raise ParameterError("names, units, scale and bounds differ in length", "check the spec")
+            raise ParameterError(
+                "names, units, scale and bounds differ in length", "check the spec"
+            )
         if not (np.all(self.scale > 0) and np.all(self.lower < self.upper)):
             raise ParameterError("a scale is not positive or a bound is empty", "check the spec")
 

@@ -149,7 +149,9 @@ class ClassMaps:
     def __post_init__(self) -> None:
         object.__setattr__(self, "maps", np.ascontiguousarray(self.maps, np.float32))
         if self.maps.ndim != 3 or not np.isfinite(self.maps).all() or self.maps.min() < 0:
-            raise ParameterError("class maps must be (C, H, W), finite and not negative", "check them")
+            raise ParameterError(
+                "class maps must be (C, H, W), finite and not negative", "check them"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ Basu et al. (section 5.1) learn skin and lips in chromatic space (r, g). Lips th
 by neither class: teeth and the dark of the mouth are a class of their own here, and need
 luminance; so all classes live in (r, g, y), y the logarithm of luminance relative to the skin.
 Between skin and lips chromaticity is to decide, as in the paper: their luminance, which shading
-below the lip and at the corners changes, is taken as known to within `_SHADING` only.
+below the lip and at the corners changes, is taken as less certain than it was in the samples.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "interior")
 _LUMA = np.array([0.299, 0.587, 0.114])
 _OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
-import os
-_SK = float(os.environ.get("SK","0.03")); _CORE = float(os.environ.get("CORE","0.6")); _LP = float(os.environ.get("LP","0.015"))
+_SKIN_SHADING, _LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
+_CORE = 0.6  # of the largest prior: where lips are expected surely enough to learn from
+_MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
 _SKIN_COMPONENTS, _LIP_COMPONENTS = 3, 2
 
 
@@ -109,8 +110,8 @@ def learn_classes(
 ) -> ColourClasses:
     """Learn the classes from a clip, given where each class is expected.
 
-    Skin is learned where skin is nearly certain. Lips and interior compete with it by expectation
-    maximisation in which a pixel's prior over the classes comes from its place; the interior,
+    Expectation maximisation in which a pixel's prior over the classes comes from its place. Lips
+    learn only where lips are surely expected, skin where it is likelier than not; the interior,
     which may hardly show in the clip, is held near what its colours are like in anybody.
 
     Parameters
@@ -140,18 +141,29 @@ def learn_classes(
     strength = 0.25 * prior[1].sum()
     around = prior[0] > 0.5
     core = prior[1] > _CORE * prior[1].max()
-    for step in range(rounds):
+    for _ in range(rounds):
         share = _posterior(dict(zip(CLASSES, (skin, lips, interior), strict=True)), samples, prior)
-        lips = shaded(lips.updated(samples, share[1] * core), _LP)
+        lips = shaded(lips.updated(samples, share[1] * core), _LIP_SHADING)
         interior = interior.anchored(samples, share[2], anchor, strength)
-        skin = shaded(skin.updated(samples, share[0] * around), _SK)
-    lips = shaded(fit_mixture(samples, share[1] * core, _LIP_COMPONENTS), _LP)
-    skin = shaded(fit_mixture(samples, share[0] * around, _SKIN_COMPONENTS), _SK)
+        skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
+    lips = shaded(fit_mixture(samples, share[1] * core, _LIP_COMPONENTS), _LIP_SHADING)
+    skin = shaded(fit_mixture(samples, share[0] * around, _SKIN_COMPONENTS), _SKIN_SHADING)
+    axis = _MIX * (lips.weights @ lips.means - skin.weights @ skin.means)
+    skin, lips = bordered(skin, axis), bordered(lips, axis)
     return ColourClasses(dict(zip(CLASSES, (skin, lips, interior), strict=True)), reference)
 
 
+def bordered(mixture: Mixture, axis: FloatArray) -> Mixture:
+    """The mixture widened along `axis`, from skin to lips.
+
+    Pixels on the border mix both colours. Of two classes the wider one would take them all, and
+    lips vary more than skin: the drawn lips would grow by a pixel.
+    """
+    return Mixture(mixture.weights, mixture.means, mixture.covariances + np.outer(axis, axis))
+
+
 def shaded(mixture: Mixture, amount: float) -> Mixture:
-    """The mixture with its luminance known to within the shading only."""
+    """The mixture with its luminance less certain by `amount` (standard deviation)."""
     covariances = mixture.covariances.copy()
     covariances[:, 2, 2] += amount**2
     return Mixture(mixture.weights, mixture.means, covariances)
@@ -167,7 +179,7 @@ def _skin(samples: FloatArray) -> Mixture:
     """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
     core = samples[first >= np.quantile(first, 0.1)]
-    return shaded(fit_mixture(core, np.ones(len(core)), _SKIN_COMPONENTS), _SK)
+    return shaded(fit_mixture(core, np.ones(len(core)), _SKIN_COMPONENTS), _SKIN_SHADING)
 
 
 def _lips_guess(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:

@@ -95,6 +95,4 @@ class _Record:
         if self.best is None or self._x is None:
             raise ParameterError("the objective was never evaluated", "raise the evaluation limit")
         trace = np.array(self._trace)
-        return Solution(
-            self._x, status, self.best.value, self.best.terms, len(trace), trace
-        )
+        return Solution(self._x, status, self.best.value, self.best.terms, len(trace), trace)

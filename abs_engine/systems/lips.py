@@ -107,4 +107,3 @@ def _setting(
 ) -> TrackerSetting:
     scene = model.held(calibration.person)
     return TrackerSetting(model, scene, calibration, camera, renderer, info.rate)
-

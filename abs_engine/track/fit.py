@@ -20,11 +20,9 @@ from abs_engine.track.pose import PoseFrame
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
-SMOOTHING = 0.05  # width of the Hamming window, in mouth widths
+SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
+IN_SHADE = 0.25  # share of the interior's probability that lips get: the dark line between them
 
-import os
-IN_SHADE = float(os.environ.get("SHADE", "0.35"))
-SMOOTHING = float(os.environ.get("SMO", "0.03"))
 Prior = GaussianPrior | ContactPrior
 
 # facet classes of the head, in order, as colour classes; None is not compared

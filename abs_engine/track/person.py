@@ -130,9 +130,7 @@ def calibrate(
         start = np.r_[shift, person]
         solution = Simplex(tolerance=0.1, limit=300).minimise(joint, start, _person_spec(model))
         shift, person = solution.x[:6], solution.x[6:]
-        windows = [
-            mouth_window(model, shifted(f.pose, shift, model.pivot), camera) for f in frames
-        ]
+        windows = [mouth_window(model, shifted(f.pose, shift, model.pivot), camera) for f in frames]
     if classes is None:
         raise ValueError("calibrate needs at least one round")
     return Calibration(person, shift, classes, vectors)
@@ -181,14 +179,14 @@ def _choose_depth(
     and fitting the postures at each does not.
     """
     prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
-    some = np.unique(np.linspace(0, len(frames) - 1, 4).round().astype(int))
+    some = np.unique(np.linspace(0, len(frames) - 1, 6).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
         total = prior.negative_log(candidate)
         for k in some:
             base = shifted(frames[k].pose, candidate, model.pivot)
             frame = PoseFrame(base, model.pivot)
-            total += _fit_posture(model, terms[k], frame, person, vectors[k], 120).value
+            total += _fit_posture(model, terms[k], frame, person, vectors[k], 300).value
         return total
 
     tries = [shift + np.array([0, 0, 0, 0, 0, d]) for d in steps]

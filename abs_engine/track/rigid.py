@@ -120,10 +120,20 @@ def follow(
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
     guess = reference.pixels if last is None else last.pixels
     there, ok, _ = cv2.calcOpticalFlowPyrLK(
-        reference.gray, gray, reference.pixels, guess.copy(), flags=cv2.OPTFLOW_USE_INITIAL_FLOW, **_FLOW
+        reference.gray,
+        gray,
+        reference.pixels,
+        guess.copy(),
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+        **_FLOW,
     )
     back, ok_back, _ = cv2.calcOpticalFlowPyrLK(
-        gray, reference.gray, there, reference.pixels.copy(), flags=cv2.OPTFLOW_USE_INITIAL_FLOW, **_FLOW
+        gray,
+        reference.gray,
+        there,
+        reference.pixels.copy(),
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+        **_FLOW,
     )
     returns = np.linalg.norm(back - reference.pixels, axis=1) < 0.7
     good = (ok.ravel() == 1) & (ok_back.ravel() == 1) & returns
@@ -161,6 +171,8 @@ def _resect(
         offset = camera.project(pose_of(x).apply(points)) - pixels
         return np.concatenate([offset.ravel() / 0.5, x * pull])
 
-    fit = least_squares(residuals, np.zeros(6), loss="soft_l1", x_scale=1 / (20 * pull), max_nfev=30)
+    fit = least_squares(
+        residuals, np.zeros(6), loss="soft_l1", x_scale=1 / (20 * pull), max_nfev=30
+    )
     pose = pose_of(fit.x)
     return pose, np.linalg.norm(camera.project(pose.apply(points)) - pixels, axis=1)

@@ -169,7 +169,9 @@ def lip_measures(
     """
     vertices = scene.vertices(weights)
     ring = model.rings
-    lips = np.concatenate([vertices[ring["outer"]], vertices[ring["upper"]], vertices[ring["lower"]]])
+    lips = np.concatenate(
+        [vertices[ring["outer"]], vertices[ring["upper"]], vertices[ring["lower"]]]
+    )
     corners = vertices[ring["corners"]]
     return lips, float(np.linalg.norm(corners[1] - corners[0])), _aperture(model, vertices)
 
