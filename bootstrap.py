@@ -45,8 +45,8 @@ LINTERS = (
     ("lint-imports",),
 )
 # A process for each core, at most four: each has an OpenGL context of its own, which on a CPU
-# keeps more than one core busy.
-PYTEST = ("-m", "pytest", "-q", "-n", "auto", "--maxprocesses=4")
+# keeps more than one core busy. Tests that share something slow name their group, and stay together.
+PYTEST = ("-m", "pytest", "-q", "-n", "auto", "--maxprocesses=4", "--dist=loadgroup")
 
 
 class SetupError(Exception):

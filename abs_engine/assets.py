@@ -107,9 +107,16 @@ class Speaker:
 
 
 _LANDMARKS = (
-    "outer_lip inner_lip_upper inner_lip_lower outer_lip_20 inner_lip_8 "
-    "mouth_corners nose_tip chin eye_corners"
-).split()
+    "outer_lip",
+    "inner_lip_upper",
+    "inner_lip_lower",
+    "outer_lip_20",
+    "inner_lip_8",
+    "mouth_corners",
+    "nose_tip",
+    "chin",
+    "eye_corners",
+)
 
 
 def shipped(name: str) -> Path:
@@ -146,14 +153,20 @@ def load_speaker(path: Path | None = None) -> Speaker:
     path = shipped("speaker/head.npz") if path is None else Path(path)
     data = read_npz(path, FORMAT, VERSION)
     try:
-        people = dict(zip(map(str, data["people_names"]), data["people"], strict=True))
+        people = np.asarray(data["people"], np.float32)
         speaker = Speaker(
-            **{k: data[k] for k in ("vertices", "faces", "uv", "weld", "facet_class")},
-            **{k: data[k] for k in ("units", "identity")},
-            **{k: tuple(map(str, data[k])) for k in ("class_names", "unit_names")},
+            vertices=np.asarray(data["vertices"], np.float32),
+            faces=np.asarray(data["faces"], np.int32),
+            uv=np.asarray(data["uv"], np.float32),
+            weld=np.asarray(data["weld"], np.int32),
+            facet_class=np.asarray(data["facet_class"], np.uint8),
+            class_names=tuple(map(str, data["class_names"])),
+            unit_names=tuple(map(str, data["unit_names"])),
+            units=np.asarray(data["units"], np.float16),
             identity_names=tuple(map(str, data["identity_names"])),
-            people=people,
-            landmarks={k: np.atleast_1d(data[k]) for k in _LANDMARKS},
+            identity=np.asarray(data["identity"], np.float16),
+            people=dict(zip(map(str, data["people_names"]), people, strict=True)),
+            landmarks={k: np.atleast_1d(np.asarray(data[k], np.int32)) for k in _LANDMARKS},
             folder=path.parent,
         )
     except KeyError as error:

@@ -40,7 +40,8 @@ class Mesh:
 
     def areas(self) -> FloatArray:
         """Area of every facet, (F,) float64, mm^2."""
-        return 0.5 * np.linalg.norm(_facet_cross(self.vertices, self.faces), axis=1)
+        doubled = np.linalg.norm(_facet_cross(self.vertices, self.faces), axis=1)
+        return np.asarray(0.5 * doubled, np.float64)
 
     def normals(self) -> FloatArray:
         """Area-weighted unit vertex normals, (V, 3) float64; zero where no facet has an area."""
@@ -86,7 +87,9 @@ def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray
     for corner in range(3):
         np.add.at(sums, faces[:, corner], cross)
     length = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.divide(sums, length, out=np.zeros_like(sums), where=length > 0)
+    normals = np.zeros_like(sums)
+    np.divide(sums, length, out=normals, where=length > 0)
+    return normals
 
 
 def _facet_cross(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:

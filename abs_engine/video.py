@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
+from typing import cast
 
 import av
 import av.error
@@ -124,7 +125,10 @@ class VideoWriter:
     def __init__(self, path: Path, size: tuple[int, int], rate: float, crf: int = 18) -> None:
         self._container = av.open(str(path), "w")
         codec = "libx264rgb" if crf == 0 else "libx264"
-        stream = self._container.add_stream(codec, rate=Fraction(rate).limit_denominator(1000))
+        stream = cast(
+            "av.VideoStream",  # PyAV's types know few codecs by their names
+            self._container.add_stream(codec, rate=Fraction(rate).limit_denominator(1000)),
+        )
         even = 1 if crf == 0 else 2
         self._size = size[0] // even * even, size[1] // even * even
         stream.width, stream.height = self._size

@@ -51,8 +51,9 @@ def no_gl_error() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """The folder of large inputs that are not shipped, from ABS_ENGINE_DATA."""
-    folder = os.environ.get("ABS_ENGINE_DATA", "")
-    if not folder or not Path(folder).is_dir():
-        pytest.skip("ABS_ENGINE_DATA names no folder")
-    return Path(folder)
+    """The folder of recordings that are not shipped: ABS_ENGINE_DATA, or beside the checkout."""
+    beside = Path(__file__).parents[2] / "shared" / "data"
+    folder = Path(os.environ.get("ABS_ENGINE_DATA") or beside)
+    if not folder.is_dir():
+        pytest.skip("the recordings are missing; ABS_ENGINE_DATA names their folder")
+    return folder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from urllib.parse import unquote
@@ -10,11 +11,14 @@ import pytest
 
 from abs_engine.assets import read_image
 from abs_engine.cli import main
+from abs_engine.cli.parser import build_parser
+from abs_engine.systems.demo import DemoOptions
+from abs_engine.systems.demo_page import head_given
 from abs_engine.track.record import load_run
 from abs_engine.truth import load_truth
 from abs_engine.video import probe
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("demo")]
 LIP_RMS_MM = 1.5
 
 
@@ -52,6 +56,31 @@ def test_the_page_shows_files_that_exist(report):
         assert (report / name).stat().st_size > 0
     assert read_image(report / "run" / "contact_sheet.png").shape[1] > 1000
     assert probe(report / "run" / "overlay.mp4").frames == 50
+
+
+def test_the_page_says_which_head_was_given(report):
+    page = (report / "index.html").read_text(encoding="utf-8")
+    assert html.escape(head_given("clara", person_known=True)) in page
+    assert "clara's own (speaker-specific tracking)" in head_given("clara", person_known=True)
+    assert json.loads((report / "run" / "run.json").read_text())["settings"]["person"] == "clara"
+
+
+def test_with_the_average_head_the_unseen_offset_is_owned_up_to():
+    said = head_given("clara", person_known=False)
+    assert "average head, not clara's" in said
+    assert "cannot be observed" in said
+    assert "contains that constant offset" in said
+
+
+def test_the_average_head_can_be_asked_for():
+    assert build_parser().parse_args(["demo", "--average-head"]).average_head
+    assert not build_parser().parse_args(["demo"]).average_head
+
+
+def test_the_usual_clip_is_that_of_a_webcam_and_a_known_head():
+    options = DemoOptions()
+    assert (options.person, options.size, options.frames) == ("clara", (640, 480), 50)
+    assert options.person_known
 
 
 def test_run_and_truth_can_be_evaluated_again(report, tmp_path, capsys):

@@ -8,6 +8,7 @@ import shlex
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -95,11 +96,12 @@ def evaluate(chosen: Namespace) -> int:
 def demo(chosen: Namespace) -> int:
     """Film, track, evaluate and report."""
     from abs_engine.systems.demo import DemoOptions, run_demo, score_lines
+    from abs_engine.systems.demo_page import head_given
 
     output = check_free(chosen.output or _next_free(Path("runs/demo")))
-    options = DemoOptions(person_known=chosen.person_known)
+    options = DemoOptions(person_known=not chosen.average_head)
     if chosen.frames is not None:
-        options = DemoOptions(frames=chosen.frames, person_known=chosen.person_known)
+        options = replace(options, frames=chosen.frames)
     with (
         _renderer(chosen.renderer) as renderer,
         Progress("filming") as filming,
@@ -112,6 +114,7 @@ def demo(chosen: Namespace) -> int:
 
         done = run_demo(output, renderer, options, filming, tracking, prepared)
     _print_summary(done.run["summary"])
+    print(head_given(options.person, options.person_known))
     print("\n".join(score_lines(done.scores)))
     print(f"wrote {output}; open {output / 'index.html'}")
     return 0

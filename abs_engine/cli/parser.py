@@ -56,7 +56,9 @@ def _demo(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument("--frames", type=_count, help="length of the clip (default: 50)")
     command.add_argument(
-        "--person-known", action="store_true", help="track with the filmed person's own head"
+        "--average-head",
+        action="store_true",
+        help="track with the average head (default: with the filmed person's own)",
     )
     _renderer(command)
 

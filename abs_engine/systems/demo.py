@@ -37,16 +37,16 @@ class DemoOptions:
     frames : int
     seed : int
     person_known : bool
-        Track with the filmed person's own head; otherwise with the average head, whose mouth is
-        fitted to the clip. The camera is calibrated in both cases.
+        Track with the filmed person's own head, the speaker-specific case; otherwise with the
+        average head, whose mouth is fitted to the clip. The camera is calibrated in both cases.
     """
 
     person: str = "clara"
     sentence: str = "demo"
-    size: tuple[int, int] = (320, 240)
+    size: tuple[int, int] = (640, 480)
     frames: int = 50
     seed: int = 1
-    person_known: bool = False
+    person_known: bool = True
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,20 @@ _KEY = (
 )
 
 
+def head_given(person: str, person_known: bool) -> str:
+    """Which head the tracker was given, and what that means for the numbers."""
+    if person_known:
+        return (
+            f"Head given to the tracker: {person}'s own (speaker-specific tracking); it was not "
+            "fitted to the clip."
+        )
+    return (
+        f"Head given to the tracker: the average head, not {person}'s. Where the origin of another "
+        "person's head frame lies cannot be observed in a video, so the raw error of the lip "
+        "points contains that constant offset; the row with one rigid offset removed does not."
+    )
+
+
 def demo_page(
     person: str, person_known: bool, run: dict[str, Any], rows: Sequence[tuple[str, str]]
 ) -> str:
@@ -36,15 +50,15 @@ def demo_page(
         What was measured, and its number.
     """
     summary = run["summary"]
-    knew = "the person's own head" if person_known else "the average head, not the person's"
     key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>abs_engine demo</title>
 <style>{_STYLE}</style></head><body>
 <h1>Lips tracked by rendering</h1>
 <p>The studio filmed {html.escape(person)} with a renderer of its own, with noise and compression
-(<a href="clip/video.mp4">clip/video.mp4</a>). The tracker saw only that video and the camera's
-calibration, and started from {knew}. Everything is compared with the known truth.</p>
+(<a href="clip/video.mp4">clip/video.mp4</a>). Of the clip the tracker saw only that video and
+the camera's calibration. Everything is compared with the known truth.</p>
+<p>{html.escape(head_given(person, person_known))}</p>
 <h2>Tracked against truth</h2>
 {_table(rows)}
 <p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared and

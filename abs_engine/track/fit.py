@@ -90,7 +90,8 @@ class FramePosterior:
     def values(self, vectors: FloatArray) -> FloatArray:
         """Values (B,) of a batch (B, 6 + P), drawn in one call."""
         data = self.likelihood.negative_log(self.frame.candidates(vectors))
-        return data + np.array([sum(p.negative_log(x) for p in self.priors) for x in vectors])
+        prior = [sum(p.negative_log(x) for p in self.priors) for x in vectors]
+        return np.asarray(data + np.array(prior), np.float64)
 
 
 def likelihood_of(

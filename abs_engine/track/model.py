@@ -85,6 +85,11 @@ class MouthModel:
         return self.scene.n_modes - self.n_expression
 
     @property
+    def known(self) -> bool:
+        """Whether this is a known person's own head, with nothing of the person left to fit."""
+        return self.n_person == 0
+
+    @property
     def person_deviation(self) -> FloatArray:
         """Standard deviations of the person modes, (Q,)."""
         return np.array([PERSON_TARGETS[n][2] for n in list(PERSON_TARGETS)[: self.n_person]])
@@ -143,15 +148,16 @@ def build_mouth_model(
     expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
     person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
     none = np.zeros((0, *neutral.shape), np.float32)
-    head = Scene(neutral, none, speaker.faces, speaker.uv, speaker.facet_class, texture)
+    classes = speaker.facet_class.astype(np.int32)
+    head = Scene(neutral, none, speaker.faces, speaker.uv, classes, texture)
     mouth = neutral[speaker.lip_ring].mean(axis=0)
     near = np.linalg.norm(neutral - mouth, axis=1) < REACH_MM
     facets = near[speaker.faces].all(axis=1)
     kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
     modes = np.concatenate([expression.modes, person])[:, kept]
     scene = Scene(
-        expression.mean[kept], modes, faces.reshape(-1, 3), speaker.uv[kept],
-        speaker.facet_class[facets], texture,
+        expression.mean[kept], modes, faces.reshape(-1, 3).astype(np.int32), speaker.uv[kept],
+        classes[facets], texture,
     )  # fmt: skip
     return MouthModel(
         speaker, expression, head, scene, kept.astype(np.int32), _rigid_facets(speaker, neutral),
@@ -190,7 +196,7 @@ def _prototypes(
         weights = np.array([posture.get(n, 0.0) for n in names])
         target = neutral[lips] + np.tensordot(weights, units, 1) - expression.mean[lips]
         out.append(np.linalg.lstsq(matrix, target.ravel(), rcond=None)[0])
-    return np.clip(np.array(out), -3.0, 3.0)
+    return np.asarray(np.clip(np.array(out), -3.0, 3.0), np.float64)
 
 
 def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:

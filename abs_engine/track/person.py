@@ -20,8 +20,13 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, Renderer
 from abs_engine.track.fit import (
-    FramePosterior, best_start, class_maps, contact_prior, likelihood_of, mouth_window,
-)  # fmt: skip
+    FramePosterior,
+    best_start,
+    class_maps,
+    contact_prior,
+    likelihood_of,
+    mouth_window,
+)
 from abs_engine.track.model import MouthModel
 from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
 
@@ -30,6 +35,8 @@ Image = NDArray[np.uint8]
 
 # what the face box leaves open: radians, mm
 SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 5.0, 8.0, 70.0])
+# what is left where the head's texture was aligned
+ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
 # mm, depths tried about the one before, in the first rounds
 DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
 # what the rigid motion of the upper face leaves open in a frame
@@ -70,6 +77,11 @@ class Calibration:
     shift: FloatArray
     classes: ColourClasses
     expressions: FloatArray
+
+
+def shift_deviation(model: MouthModel) -> FloatArray:
+    """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
+    return ALIGNED_DEVIATION if model.known else SHIFT_DEVIATION
 
 
 def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
@@ -115,9 +127,9 @@ def calibrate(
             likelihood_of(renderer, model.scene, camera, w, class_maps(classes, w, f.image))
             for w, f in zip(windows, frames, strict=True)
         ]
-        if turn == 0:
+        if turn == 0 and not model.known:
             shift = _place_mouth(model, frames, terms, shift)
-        if turn < len(DEPTHS):
+        if turn < len(DEPTHS) and not model.known:
             shift = _choose_depth(model, frames, terms, shift, person, vectors, DEPTHS[turn])
         frames_of = [PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames]
         vectors = np.stack(
@@ -190,7 +202,7 @@ def _choose_depth(
         return total
 
     tries = [shift + np.array([0, 0, 0, 0, 0, d]) for d in steps]
-    return tries[int(np.argmin([cost(t) for t in tries]))]
+    return np.asarray(tries[int(np.argmin([cost(t) for t in tries]))], np.float64)
 
 
 def _fit_posture(
@@ -214,7 +226,7 @@ def _fit_posture(
 
 def _person_spec(model: MouthModel) -> ParamSpec:
     names = POSE_NAMES + tuple(f"person{k + 1}" for k in range(model.n_person))
-    deviation = np.r_[SHIFT_DEVIATION, model.person_deviation]
+    deviation = np.r_[shift_deviation(model), model.person_deviation]
     units = POSE_UNITS + ("weight",) * model.n_person
     return ParamSpec(names, units, 0.3 * deviation, -3 * deviation, 3 * deviation)
 
@@ -235,7 +247,7 @@ class _PersonPosterior:
             base = PoseFrame(shifted(frame.pose, x[:6], model.pivot), model.pivot)
             weights = np.r_[vector[6:], x[6:]]
             data += float(term.negative_log(base.candidates(vector[None, :6], weights[None]))[0])
-        deviation = np.r_[SHIFT_DEVIATION, model.person_deviation]
+        deviation = np.r_[shift_deviation(model), model.person_deviation]
         prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
         return Evaluation(data + prior, {"likelihood": data, "prior": prior})
 

@@ -1,4 +1,4 @@
-"""The first pass over a clip: find the face, follow its rigid motion, choose frames to learn from."""
+"""The first pass over a clip: find the face, follow its motion, choose frames to learn from."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
+from abs_engine.track.align import align_texture
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import CalibrationFrame
@@ -61,15 +62,18 @@ class HeadMotion:
                 if found is None:
                     yield image, None
                     continue
-                pose = first_pose(found, self.camera, self.model.pivot)
-                reference = self._reference(image, pose)
-                yield image, pose
+                reference = self._reference(image, found)
+                yield image, reference.pose
                 continue
             yield image, None if state is None else state.pose
 
-    def _reference(self, image: Image, pose: Pose) -> RigidReference:
-        model = self.model
-        return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
+    def _reference(self, image: Image, found: FaceBox) -> RigidReference:
+        """The head in a first frame: by its box, and by its texture where that is known."""
+        model, camera, renderer = self.model, self.camera, self.renderer
+        pose = first_pose(found, camera, model.pivot)
+        if model.known:
+            pose = align_texture(image, pose, model.head, model.rigid, camera, renderer)
+        return rigid_reference(image, pose, model.head, model.rigid, camera, renderer)
 
 
 def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list[CalibrationFrame]:

@@ -23,7 +23,7 @@ from abs_engine.track.tracker import FrameResult, TrackerSetting
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
-CLOSED_BELOW_MM = 0.25
+CLOSED_BELOW_MM = 0.4
 """Apertures below this count as closed."""
 
 POINT_NAMES = tuple(f"lip{k}" for k in range(48, 68))

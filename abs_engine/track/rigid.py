@@ -8,6 +8,7 @@ that explains them is the centre of the tracker's pose prior.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import cv2
 import numpy as np
@@ -21,11 +22,6 @@ from abs_engine.scene import Candidates, Renderer, Scene
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 LEAST_POINTS = 8
-_FLOW = {
-    "winSize": (15, 15),
-    "maxLevel": 3,
-    "criteria": (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 30, 0.01),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +93,12 @@ def rigid_reference(
     on_face = buffers.covered & rigid[np.maximum(buffers.facet_id - 1, 0)]
     face = float(np.sqrt(buffers.covered.sum()))
     mask = cv2.erode(on_face.astype(np.uint8), np.ones((3, 3), np.uint8))
-    found = cv2.goodFeaturesToTrack(gray, most, 0.005, max(2.0, face / 40), mask=mask)
-    if found is None:
-        found = np.zeros((0, 1, 2), np.float32)
-    pixels = found.reshape(-1, 2)
+    # None where there is no corner, which OpenCV's types do not say
+    found = cast(
+        "NDArray[np.float32] | None",
+        cv2.goodFeaturesToTrack(gray, most, 0.005, max(2.0, face / 40), mask=mask),
+    )
+    pixels = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
     column, row = np.rint(pixels.astype(np.float64)).astype(int).T
     corners = scene.faces[buffers.facet_id[row, column] - 1]
     weights = buffers.barycentrics[row, column].astype(np.float64)
@@ -119,24 +117,10 @@ def follow(
         return None
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
     guess = reference.pixels if last is None else last.pixels
-    there, ok, _ = cv2.calcOpticalFlowPyrLK(
-        reference.gray,
-        gray,
-        reference.pixels,
-        guess.copy(),
-        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
-        **_FLOW,
-    )
-    back, ok_back, _ = cv2.calcOpticalFlowPyrLK(
-        gray,
-        reference.gray,
-        there,
-        reference.pixels.copy(),
-        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
-        **_FLOW,
-    )
+    there, ok = _flow(reference.gray, gray, reference.pixels, guess)
+    back, ok_back = _flow(gray, reference.gray, there, reference.pixels)
     returns = np.linalg.norm(back - reference.pixels, axis=1) < 0.7
-    good = (ok.ravel() == 1) & (ok_back.ravel() == 1) & returns
+    good = ok & ok_back & returns
     if good.sum() < LEAST_POINTS:
         return None
     start = reference.pose if last is None else last.pose
@@ -149,6 +133,23 @@ def follow(
     return RigidState(
         pose, pixels, float(np.sqrt(np.mean(distance[near] ** 2))), float(near.sum() / len(good))
     )
+
+
+def _flow(
+    before: Gray, after: Gray, pixels: NDArray[np.float32], guess: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Where `pixels` (N, 2) of one image lie in another, near `guess`; and which were found."""
+    there, found, _ = cv2.calcOpticalFlowPyrLK(
+        before,
+        after,
+        pixels,
+        guess.copy(),
+        winSize=(15, 15),
+        maxLevel=3,
+        criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 30, 0.01),
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+    )
+    return np.asarray(there, np.float32), np.asarray(found).ravel() == 1
 
 
 def _resect(

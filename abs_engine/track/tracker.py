@@ -15,8 +15,14 @@ from abs_engine.geometry import Pose
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import Renderer, Scene
 from abs_engine.track.fit import (
-    FramePosterior, Prior, best_start, class_maps, contact_prior, likelihood_of, mouth_window,
-)  # fmt: skip
+    FramePosterior,
+    Prior,
+    best_start,
+    class_maps,
+    contact_prior,
+    likelihood_of,
+    mouth_window,
+)
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import POSE_DEVIATION, Calibration, shifted
 from abs_engine.track.pose import PoseFrame, pose_spec
@@ -24,6 +30,7 @@ from abs_engine.track.pose import PoseFrame, pose_spec
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 INNER = 12  # the inner contour's first among the 20 reported points
+FRAME_SOLVER = Simplex(tolerance=0.03, limit=400)
 STEP_DEVIATION = 1.5  # how far a posture moves in 40 ms, in standard deviations of a mode
 
 
@@ -88,7 +95,7 @@ class TrackerSetting:
     camera: Camera
     renderer: Renderer
     rate: float
-    solver: Simplex = Simplex(tolerance=0.03, limit=400)
+    solver: Simplex = FRAME_SOLVER
 
     @property
     def classes(self) -> ColourClasses:

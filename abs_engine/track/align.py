@@ -1,0 +1,113 @@
+"""The pose of a head whose looks are known, from its texture.
+
+Lips alone say little about depth: a wider mouth farther away draws the same outline. Where the
+person's own head and texture are given, brows, eyes and nose fix the pose before the lips are
+fitted. This is the texture comparison of Odisio and Bailly (section 4) over the rigid face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.camera import Camera, Window
+from abs_engine.geometry import Pose
+from abs_engine.objective import Evaluation
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.scene import ColourError, Renderer, Scene
+from abs_engine.track.pose import PoseFrame, pose_spec
+
+FloatArray = NDArray[np.float64]
+DRAWN_FACE = 112.0  # drawn pixels across the rigid face
+CHROMA_NOISE = 0.01  # standard deviation of normalised colour, per pixel
+OBSERVATIONS = 500.0  # independent pixels of the face
+COARSE_DEPTH = np.arange(-160.0, 161.0, 20.0)  # mm
+COARSE_HEIGHT = np.arange(-15.0, 15.1, 5.0)  # mm
+
+
+@dataclass(frozen=True, eq=False)
+class _TextureError:
+    """epsilon(p) over the rendered set, in units of its noise."""
+
+    renderer: Renderer
+    scene: Scene
+    camera: Camera
+    window: Window
+    term: ColourError
+    frame: PoseFrame
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        sums = self.renderer.measure(
+            self.scene, self.frame.candidates(vectors), self.camera, self.window, self.term
+        )
+        mean = sums.total / np.maximum(sums.pixels, 1)
+        unseen = sums.pixels < 0.2 * self.window.drawn[0] * self.window.drawn[1]
+        scaled = OBSERVATIONS * mean / (2 * CHROMA_NOISE**2)
+        return np.asarray(np.where(unseen, 1e9, scaled))
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        value = float(self.values(x[None])[0])
+        return Evaluation(value, {"texture": value})
+
+
+def align_texture(
+    image: NDArray[np.uint8],
+    pose: Pose,
+    head: Scene,
+    rigid: NDArray[np.bool_],
+    camera: Camera,
+    renderer: Renderer,
+) -> Pose:
+    """Refine the pose of a known head in one frame.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    pose : Pose
+        A first guess, right to about a fifth of the distance.
+    head : Scene
+        The person's head with the person's texture, without modes.
+    rigid : (F,) bool
+        The facets that are compared.
+    camera : Camera
+    renderer : Renderer
+
+    Returns
+    -------
+    Pose
+    """
+    scene = _only(head, rigid)
+    centre = scene.mean.astype(np.float64).mean(axis=0)
+    window = _face_window(scene, pose, camera)
+    term = ColourError(np.asarray(window.sample(image), np.float32))
+    frame = PoseFrame(pose, centre)
+    error = _TextureError(renderer, scene, camera, window, term, frame)
+    grid = np.array([[0, 0, 0, 0, y, z] for z in COARSE_DEPTH for y in COARSE_HEIGHT], np.float64)
+    start = grid[int(np.argmin(error.values(grid)))]
+    solver, spec = Simplex(tolerance=0.02, limit=300), pose_spec(0)
+    first = solver.minimise(error, start, spec)
+    return frame.pose(solver.minimise(error, first.x, spec).x)  # again: a fresh simplex
+
+
+def _only(scene: Scene, facets: NDArray[np.bool_]) -> Scene:
+    kept, faces = np.unique(scene.faces[facets], return_inverse=True)
+    return Scene(
+        scene.mean[kept],
+        scene.modes[:, kept],
+        faces.reshape(-1, 3).astype(np.int32),
+        scene.uv[kept],
+        scene.facet_class[facets],
+        scene.texture,
+    )
+
+
+def _face_window(scene: Scene, pose: Pose, camera: Camera) -> Window:
+    pixels = camera.project(pose.apply(scene.mean.astype(np.float64)))
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    margin = 0.3 * (high - low)
+    size = high - low + 2 * margin
+    scale = min(1.0, DRAWN_FACE / float(high[0] - low[0]))
+    x, y = low - margin
+    return Window(float(x), float(y), float(size[0]), float(size[1]), scale)

@@ -1,0 +1,37 @@
+"""The bundled head, drawn by the CPU rasteriser before a plain wall."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from abs_engine.assets import load_speaker
+from abs_engine.camera import Camera
+from abs_engine.geometry import FACING, Pose
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.scene import Candidates, Scene
+from abs_engine.systems.lips import lip_model
+from abs_engine.track.model import MouthModel
+
+SIZE = 320, 240
+
+
+def head_of(person: str) -> MouthModel:
+    """The mouth model of a person whose head is known."""
+    return lip_model(load_speaker(), person)
+
+
+def picture_of(head: Scene, pose: Pose, camera: Camera) -> np.ndarray:
+    """A picture (H, W, 3) uint8 of a head, twice as fine and averaged."""
+    window = type(camera.whole)(0, 0, *camera.size, 2.0)
+    one = Candidates.one(np.zeros(head.n_modes), pose)
+    buffers = CpuRenderer().draw(head, one, camera, window)[0]
+    rows = np.linspace(120, 80, buffers.rgb.shape[0])[:, None, None]
+    fine = np.where(buffers.covered[..., None], buffers.rgb, rows)
+    return np.uint8(np.rint(cv2.resize(fine, camera.size, interpolation=cv2.INTER_AREA)))
+
+
+def seen_at(rotation: object, translation: object) -> Pose:
+    """A head turned by a rotation vector (radians, camera axes) away from facing the camera."""
+    turned = Pose.from_vectors(rotation, translation)
+    return Pose(turned.rotation @ FACING, turned.translation)

@@ -1,0 +1,175 @@
+"""Mixtures that learn what samples were drawn from, and colour classes of a painted mouth."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from abs_engine.appearance.colour import CLASSES, features, hamming, learn_classes
+from abs_engine.appearance.mixture import Mixture, fit_mixture, single
+
+TRUE = Mixture(
+    np.array([0.7, 0.3]),
+    np.array([[0.0, 0.0], [1.0, 0.5]]),
+    np.array([[[0.04, 0.01], [0.01, 0.02]], [[0.02, -0.01], [-0.01, 0.03]]]),
+)
+
+
+def draw(mixture: Mixture, count: int, seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    which = rng.choice(len(mixture.weights), count, p=mixture.weights)
+    roots = np.linalg.cholesky(mixture.covariances)
+    return mixture.means[which] + np.einsum(
+        "nij,nj->ni", roots[which], rng.normal(0, 1, (count, 2))
+    )
+
+
+def polluted(count: int = 4000) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of TRUE, and as many of something else that weigh nothing."""
+    other = np.random.default_rng(9).normal(3, 0.3, (count, 2))
+    return np.vstack([draw(TRUE, count), other]), np.r_[np.ones(count), np.zeros(count)]
+
+
+def test_density_integrates_to_one():
+    axis = np.linspace(-1.5, 2.5, 201)
+    grid = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    assert TRUE.density(grid).sum() * (axis[1] - axis[0]) ** 2 == pytest.approx(1, abs=1e-4)
+
+
+def test_single_is_the_weighted_mean_and_covariance():
+    rng = np.random.default_rng(1)
+    samples, weight = rng.normal(0, 1, (300, 2)), rng.integers(0, 4, 300).astype(float)
+    repeated = np.repeat(samples, weight.astype(int), axis=0)
+    one = single(samples, weight)
+    np.testing.assert_allclose(one.means[0], repeated.mean(axis=0))
+    np.testing.assert_allclose(one.covariances[0], np.cov(repeated.T, bias=True), atol=2e-5)
+
+
+def test_a_weighted_mixture_is_recovered():
+    samples, weight = polluted()
+    found = fit_mixture(samples, weight, most=2)
+    order = np.argsort(-found.weights)
+    np.testing.assert_allclose(found.weights[order], TRUE.weights, atol=0.03)
+    np.testing.assert_allclose(found.means[order], TRUE.means, atol=0.03)
+    np.testing.assert_allclose(found.covariances[order], TRUE.covariances, atol=0.005)
+
+
+def test_no_more_components_than_the_samples_ask_for():
+    samples, weight = polluted()
+    assert len(fit_mixture(samples, weight, most=4).weights) == 2
+    plain = np.random.default_rng(2).normal(0, 1, (3000, 2))
+    assert len(fit_mixture(plain, np.ones(3000), most=3).weights) == 1
+
+
+def test_a_step_of_expectation_maximisation_does_not_lower_the_likelihood():
+    samples, weight = polluted()
+    mixture = Mixture(TRUE.weights[::-1], TRUE.means + 0.3, 4 * TRUE.covariances)
+    values = []
+    for _ in range(15):
+        values.append(weight @ np.log(mixture.density(samples) + 1e-300))
+        mixture = mixture.updated(samples, weight)
+    assert (np.diff(values) > -0.5).all()  # up to the variance floor
+    assert mixture.weights.sum() == pytest.approx(1)
+
+
+def test_without_data_an_anchored_step_stays_at_its_anchor():
+    samples, _ = polluted(200)
+    away = Mixture(TRUE.weights, TRUE.means + 0.2, TRUE.covariances)
+    step = away.anchored(samples, np.zeros(len(samples)), TRUE, 50.0)
+    np.testing.assert_allclose(step.weights, TRUE.weights)
+    np.testing.assert_allclose(step.means, TRUE.means)
+    np.testing.assert_allclose(step.covariances, TRUE.covariances, atol=2e-5)
+
+
+def test_much_data_outweighs_the_anchor_and_strength_is_counted_in_samples():
+    samples = draw(TRUE, 1000)
+    anchor = Mixture(np.ones(1), np.array([[5.0, 5.0]]), np.eye(2)[None])
+    step = anchor.anchored(samples, np.ones(1000), anchor, 1000.0)
+    np.testing.assert_allclose(step.means[0], (samples.mean(axis=0) + 5) / 2)
+    step = anchor.anchored(samples, np.ones(1000), anchor, 1.0)
+    np.testing.assert_allclose(step.means[0], samples.mean(axis=0), atol=0.01)
+
+
+def test_features_of_black_and_of_the_reference():
+    assert features(np.zeros((1, 3)), 120.0)[0, :2] == pytest.approx(1 / 3)
+    assert np.isfinite(features(np.zeros((1, 3)), 120.0)).all()
+    np.testing.assert_allclose(features(np.full((1, 3), 120), 120.0), [[1 / 3, 1 / 3, 0]])
+
+
+SIZE = 120, 90
+COLOURS = {"skin": (196, 148, 122), "lips": (168, 88, 88), "interior": (38, 16, 16)}
+
+
+def painted(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A mouth with shading and noise, and the class of every pixel, an index into CLASSES."""
+    rng = np.random.default_rng(seed)
+    label = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    cv2.ellipse(label, (60, 46), (36, 18), 0, 0, 360, 1, -1)
+    cv2.ellipse(label, (60, 46), (26, 7), 0, 0, 360, 2, -1)
+    colours = np.array([COLOURS[c] for c in CLASSES], float)[label]
+    light = 0.9 + 0.2 * np.mgrid[: SIZE[1], : SIZE[0]][1] / SIZE[0]
+    picture = colours * light[..., None] + rng.normal(0, 4, (*label.shape, 3))
+    return np.uint8(np.clip(np.rint(picture), 0, 255)), label
+
+
+def expected(label: np.ndarray, blur: float) -> np.ndarray:
+    """Where the classes are expected: roughly, and three pixels off."""
+    planes = [cv2.GaussianBlur((label == k).astype(float), (0, 0), blur) for k in range(3)]
+    return 0.95 * np.roll(np.stack(planes), 3, axis=2)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    pictures = [painted(k) for k in range(2)]
+    return learn_classes([p for p, _ in pictures], [expected(label, 4.0) for _, label in pictures])
+
+
+def test_the_classes_of_a_painted_mouth(learned):
+    picture, label = painted(7)
+    maps = learned.probabilities(picture)
+    assert maps.shape == (3, *label.shape)
+    assert maps.min() >= 0
+    assert maps.sum(axis=0).max() <= 1 + 1e-9
+    right = maps.argmax(axis=0) == label
+    assert right.mean() > 0.95
+    for k in range(3):
+        assert right[label == k].mean() > 0.9, CLASSES[k]
+        assert maps[k][label == k].mean() > 0.8
+
+
+def test_colours_of_nobody_belong_to_no_class(learned):
+    green = np.full((4, 4, 3), (30, 220, 40), np.uint8)
+    assert learned.probabilities(green).sum(axis=0).max() < 0.05
+
+
+def test_black_belongs_to_the_mouths_inside(learned):
+    black = np.full((4, 4, 3), (6, 3, 3), np.uint8)
+    maps = learned.probabilities(black)
+    assert np.isfinite(learned.probabilities(0 * black)).all()
+    assert (maps.argmax(axis=0) == CLASSES.index("interior")).all()
+
+
+def test_learning_is_repeatable():
+    picture, label = painted(1)
+    one, two = (learn_classes([picture], [expected(label, 4.0)]) for _ in range(2))
+    np.testing.assert_array_equal(one.probabilities(picture), two.probabilities(picture))
+
+
+@pytest.mark.parametrize("width", [2.0, 2.16, 5.0, 9.4])
+def test_the_hamming_window_sums_to_one_and_is_symmetric(width):
+    point = np.zeros((1, 41, 41))
+    point[0, 20, 20] = 1
+    spread = hamming(point, width)[0]
+    assert spread.sum() == pytest.approx(1)
+    np.testing.assert_allclose(spread, spread.T)
+    np.testing.assert_allclose(spread, spread[::-1, ::-1])
+    reach = np.abs(np.flatnonzero(spread[20] > 0) - 20).max()
+    assert reach == int(width / 2)
+    np.testing.assert_allclose(hamming(np.full((1, 9, 9), 0.3), width), 0.3)
+
+
+def test_smoothing_is_the_hamming_window(learned):
+    picture, _ = painted(3)
+    plain = learned.probabilities(picture)
+    np.testing.assert_allclose(learned.probabilities(picture, 5.0), hamming(plain, 5.0))

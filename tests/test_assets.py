@@ -1,0 +1,170 @@
+"""The bundled speaker, and model files that are wrong."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from runs import write_speaker
+
+from abs_engine.assets import load_speaker, read_image, read_npz, shipped
+from abs_engine.errors import InputFileError, MeshError, ModelFormatError, ParameterError
+from abs_engine.geometry import vertex_normals
+from abs_engine.shape.mouth import mouth_units
+
+CLASSES = {
+    "skin", "upper_lip", "lower_lip", "inner_mouth", "upper_teeth", "lower_teeth", "tongue", "eyes",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def speaker():
+    return load_speaker()
+
+
+def test_every_class_has_facets(speaker):
+    assert set(speaker.class_names[1:]) == CLASSES
+    counts = np.bincount(speaker.facet_class, minlength=len(speaker.class_names))
+    assert counts[0] == 0
+    assert (counts[1:] > 20).all()
+
+
+def test_the_units_are_the_52_of_arkit(speaker):
+    assert len(speaker.unit_names) == len(set(speaker.unit_names)) == 52
+    assert set(mouth_units()) <= set(speaker.unit_names)
+    assert {"eyeBlinkLeft", "browInnerUp", "cheekPuff", "tongueOut"} <= set(speaker.unit_names)
+    assert speaker.units.shape == (52, len(speaker.vertices), 3)
+    moved = np.linalg.norm(speaker.units.astype(float), axis=2).max(axis=1)
+    assert (moved > 0.5).all(), "a unit moves nothing"
+
+
+def test_sides_are_the_subjects_own(speaker):
+    """x points to the subject's left."""
+    for name in ("mouthSmile", "mouthDimple", "mouthUpperUp", "eyeBlink"):
+        for side, sign in (("Left", 1), ("Right", -1)):
+            delta = np.linalg.norm(speaker.unit_matrix((name + side,))[0].astype(float), axis=1)
+            assert sign * (delta @ speaker.vertices[:, 0]) > 0
+
+
+def test_the_jaw_opens_the_mouth(speaker):
+    top, bottom = (speaker.landmarks["inner_lip_8"][k] for k in (2, 6))
+    jaw = speaker.unit_matrix(("jawOpen",))[0]
+    assert jaw[top, 1] - jaw[bottom, 1] > 10
+
+
+@pytest.mark.parametrize("person", ["average", "clara", "kofi", "mei", "walter"])
+def test_the_mouth_of_everybody_is_sealed_at_rest(speaker, person):
+    vertices = speaker.vertices if person == "average" else speaker.named(person)
+    top = vertices[speaker.landmarks["inner_lip_upper"]]
+    bottom = vertices[speaker.landmarks["inner_lip_lower"]]
+    order = np.argsort(bottom[:, 0])
+    x = top[:, 0]
+    under = np.interp(x, bottom[order, 0], bottom[order, 1])
+    assert np.abs(top[:, 1] - under).max() < 1.0
+    width = np.ptp(vertices[speaker.lip_ring, 0])
+    assert 35 < width < 70
+
+
+def test_facets_look_outwards(speaker):
+    normals = vertex_normals(speaker.vertices.astype(float), speaker.faces)
+    skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
+    outwards = speaker.vertices[skin] - [0, 0, 0]
+    assert ((normals[skin] * outwards).sum(axis=1) > 0).mean() > 0.8
+    assert normals[speaker.landmarks["nose_tip"][0], 2] > 0.7
+
+
+def test_the_lip_ring_goes_once_around(speaker):
+    ring = speaker.vertices[speaker.lip_ring]
+    x, y = (ring - ring.mean(axis=0))[:, :2].T
+    turned = np.unwrap(np.arctan2(y, x))
+    assert abs(turned[-1] - turned[0]) == pytest.approx(2 * np.pi, abs=0.6)
+    steps = np.linalg.norm(np.diff(ring, axis=0, append=ring[:1]), axis=1)
+    assert steps.max() < 8
+
+
+def test_people_differ_and_have_a_texture(speaker):
+    assert len(speaker.people) >= 3
+    for name in speaker.people:
+        assert speaker.texture(name).shape[2] == 3
+    heads = [speaker.named(name) for name in speaker.people]
+    for k, head in enumerate(heads):
+        for other in heads[:k]:
+            assert np.abs(head - other).max() > 3
+
+
+def test_a_person_is_the_head_plus_its_targets(speaker):
+    weights = speaker.identity_weights(mouth_scale_horiz_incr=0.5)
+    assert np.count_nonzero(weights) == 1
+    delta = speaker.identity[int(np.argmax(weights))].astype(np.float32)
+    np.testing.assert_allclose(speaker.person(weights), speaker.vertices + 0.5 * delta, atol=1e-4)
+    np.testing.assert_array_equal(speaker.person(0 * weights), speaker.vertices)
+
+
+def test_nobody_of_that_name(speaker):
+    with pytest.raises(ParameterError, match="choose one of"):
+        speaker.named("nobody")
+
+
+def test_another_version(tmp_path):
+    with pytest.raises(ModelFormatError, match="version 99"):
+        load_speaker(write_speaker(tmp_path / "head.npz", version=99))
+
+
+def test_another_format(tmp_path):
+    path = tmp_path / "some.npz"
+    np.savez(path, vertices=np.zeros(3))
+    with pytest.raises(ModelFormatError, match="unknown version 0"):
+        load_speaker(path)
+
+
+def test_an_array_that_is_missing(tmp_path):
+    path = tmp_path / "head.npz"
+    np.savez(path, format="abs_engine.speaker", version=1)
+    with pytest.raises(ModelFormatError, match="lacks"):
+        load_speaker(path)
+
+
+def test_vertices_that_are_not_numbers(tmp_path, speaker):
+    vertices = speaker.vertices.copy()
+    vertices[7] = np.nan
+    with pytest.raises(MeshError, match="1 mesh vertices are NaN"):
+        load_speaker(write_speaker(tmp_path / "head.npz", vertices=vertices))
+
+
+def test_a_mesh_without_area(tmp_path, speaker):
+    with pytest.raises(MeshError, match="zero area"):
+        load_speaker(write_speaker(tmp_path / "head.npz", vertices=0 * speaker.vertices))
+
+
+def test_files_that_are_no_archive(tmp_path):
+    with pytest.raises(InputFileError, match="does not exist"):
+        read_npz(tmp_path / "none.npz", "k", 1)
+    whole = shipped("speaker/head.npz").read_bytes()
+    for name, content in (("empty", b""), ("text", b"head"), ("part", whole[: len(whole) // 2])):
+        path = tmp_path / name
+        path.write_bytes(content)
+        with pytest.raises(InputFileError, match="not an NPZ"):
+            read_npz(path, "k", 1)
+
+
+def test_objects_are_not_unpickled(tmp_path):
+    path = tmp_path / "head.npz"
+    np.savez(path, format="k", version=1, code=np.array([{}], object))
+    with pytest.raises(InputFileError, match="not an NPZ"):
+        read_npz(path, "k", 1)
+
+
+def test_pictures(tmp_path):
+    picture = np.zeros((4, 5, 3), np.uint8)
+    picture[1, 2] = 10, 20, 30
+    cv2.imwrite(str(tmp_path / "p.png"), picture[..., ::-1])
+    np.testing.assert_array_equal(read_image(tmp_path / "p.png"), picture)
+    (tmp_path / "t.png").write_text("no")
+    for name in ("t.png", "none.png"):
+        with pytest.raises(InputFileError, match="not a readable picture"):
+            read_image(tmp_path / name)
+
+
+def test_a_shipped_file_that_is_missing():
+    with pytest.raises(InputFileError, match="install abs-engine again"):
+        shipped("speaker/none.npz")
