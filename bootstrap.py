@@ -45,7 +45,7 @@ LINTERS = (
     ("lint-imports",),
 )
 # A process for each core, at most four: each has an OpenGL context of its own, which on a CPU
-# keeps more than one core busy. Tests that share something slow name their group, and stay together.
+# keeps more than one core busy. Tests that share something slow name a group and stay together.
 PYTEST = ("-m", "pytest", "-q", "-n", "auto", "--maxprocesses=4", "--dist=loadgroup")
 
 

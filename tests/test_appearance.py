@@ -87,6 +87,8 @@ def test_much_data_outweighs_the_anchor_and_strength_is_counted_in_samples():
     anchor = Mixture(np.ones(1), np.array([[5.0, 5.0]]), np.eye(2)[None])
     step = anchor.anchored(samples, np.ones(1000), anchor, 1000.0)
     np.testing.assert_allclose(step.means[0], (samples.mean(axis=0) + 5) / 2)
+    both = np.vstack([samples, draw(anchor, 1000, seed=5)])  # as if the anchor had been drawn from
+    np.testing.assert_allclose(step.covariances[0], np.cov(both.T), rtol=0.05)
     step = anchor.anchored(samples, np.ones(1000), anchor, 1.0)
     np.testing.assert_allclose(step.means[0], samples.mean(axis=0), atol=0.01)
 

@@ -22,6 +22,7 @@ from abs_engine.track.fit import (
     SMOOTHING,
     FramePosterior,
     best_start,
+    class_maps,
     contact_prior,
     likelihood_of,
     mouth_window,
@@ -212,6 +213,26 @@ def test_the_zone_is_an_ellipse_within_the_window():
     assert inside.shape == (height, width)
     assert inside.mean() == pytest.approx(np.pi / 4, abs=0.01)
     np.testing.assert_array_equal(inside, inside[::-1, ::-1])
+
+
+def test_class_maps_follow_the_facet_classes():
+    window = mouth_window(MODEL, POSE, CAMERA)
+    width, height = window.drawn
+
+    class Even:
+        def probabilities(self, image, smoothing):
+            assert image.shape == (height, width, 3)
+            assert smoothing == pytest.approx(SMOOTHING * DRAWN_MOUTH)
+            return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.4)])
+
+    maps = class_maps(Even(), window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)).maps
+    lips, inside = 0.3 + IN_SHADE * 0.4, 0.4
+    middle = maps[:, height // 2, width // 2]
+    of_class = {"skin": 0.2, "upper_lip": lips, "lower_lip": lips, "eyes": 0.0}
+    for k, name in enumerate(SPEAKER.class_names[1:], start=1):
+        assert middle[k] == pytest.approx(of_class.get(name, inside)), name
+    assert middle[0] == 0
+    assert not maps[:, ~zone(window)].any()
 
 
 def test_gaps_are_the_distance_between_the_lips():
