@@ -45,8 +45,12 @@ LINTERS = (
     ("lint-imports",),
 )
 # A process for each core, at most four: each has an OpenGL context of its own, which on a CPU
-# keeps more than one core busy. Tests that share something slow name a group and stay together.
-PYTEST = ("-m", "pytest", "-q", "-n", "auto", "--maxprocesses=4", "--dist=loadgroup")
+# keeps more than one core busy. A file's tests stay together, so that what they share is made once;
+# in their order, since the files with the fewest tests take the longest.
+PYTEST = (
+    *("-m", "pytest", "-q", "-n", "auto", "--maxprocesses=4"),
+    *("--dist=loadfile", "--no-loadscope-reorder"),
+)
 
 
 class SetupError(Exception):

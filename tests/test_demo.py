@@ -18,7 +18,7 @@ from abs_engine.track.record import load_run
 from abs_engine.truth import load_truth
 from abs_engine.video import probe
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("demo")]
+pytestmark = pytest.mark.slow
 LIP_RMS_MM = 1.5
 
 
