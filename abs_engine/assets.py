@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -69,7 +69,7 @@ class Speaker:
         short = {n.split("/")[-1].replace("-", "_"): i for i, n in enumerate(self.identity_names)}
         out = np.zeros(len(self.identity_names), np.float32)
         for name, value in weights.items():
-            out[short[name]] = value
+            out[short[_known(name, short)]] = value
         return out
 
     def person(self, weights: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -98,7 +98,8 @@ class Speaker:
 
     def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
         """Deltas (N, V, 3), mm, of the named face units."""
-        return self.units[[self.unit_names.index(n) for n in names]].astype(np.float32)
+        known = [self.unit_names.index(_known(n, self.unit_names)) for n in names]
+        return self.units[known].astype(np.float32)
 
     @cached_property
     def lip_ring(self) -> NDArray[np.int32]:
@@ -117,6 +118,15 @@ _LANDMARKS = (
     "chin",
     "eye_corners",
 )
+
+
+def _known(name: str, names: Container[str]) -> str:
+    """The name, if the speaker has it."""
+    if name not in names:
+        raise ModelFormatError(
+            f"the speaker has no shape target '{name}'", "make it again with assets/make_speaker.py"
+        )
+    return name
 
 
 def shipped(name: str) -> Path:

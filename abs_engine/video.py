@@ -88,8 +88,12 @@ def read_frames(path: Path) -> Iterator[Frame]:
 
 
 def _promised(container: av.container.InputContainer) -> int:
-    """The number of frames that an index in the file promises; 0 where there is none."""
-    return int(container.streams.video[0].frames)
+    """The number of frames that the file's header promises; 0 where it says nothing."""
+    stream = container.streams.video[0]
+    if stream.frames:
+        return int(stream.frames)
+    rate = float(stream.average_rate or 0)
+    return int(rate * (container.duration or 0) / av.time_base)
 
 
 def _open(path: Path) -> av.container.InputContainer:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.mixture import Mixture, fit_mixture, single
+from abs_engine.errors import FaceNotFoundError
 
 FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "interior")
@@ -126,12 +127,22 @@ def learn_classes(
     Returns
     -------
     ColourClasses
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the places hold no skin or no lips.
     """
     prior = np.concatenate([p.reshape(len(CLASSES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
     keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
-    keep = keep[:: max(1, len(keep) // most)]
+    keep = keep[:: max(1, -(-len(keep) // most))]
     prior, pixels = prior[:, keep], pixels[keep]
+    if not (prior.size and prior[:2].max(axis=1).min() > 0.2):
+        raise FaceNotFoundError(
+            "no skin and lips lie where the mouth was looked for",
+            "give the mouth's box with --mouth X Y WIDTH HEIGHT in pixels of the first frame",
+        )
     certain = prior[0] > 0.9 * prior[0].max()
     reference = float(np.median((pixels @ _LUMA)[certain]))
     samples = features(pixels, reference)

@@ -21,6 +21,7 @@ from abs_engine.track.rigid import RigidReference, RigidState, follow, rigid_ref
 Image = NDArray[np.uint8]
 LEARN_FROM = 8  # frames
 LOOK_AT = 250  # frames from the clip's beginning that they are chosen from
+LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
 LEAST_SEEN = 0.35  # of the reference's points; below, the face counts as lost
 
 
@@ -84,13 +85,14 @@ def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list
     Raises
     ------
     FaceNotFoundError
-        If no frame shows a face.
+        If hardly a frame shows a face.
     """
     kept: list[CalibrationFrame] = []
-    stride, seen = 1, 0
+    stride, seen, looked = 1, 0, 0
     for index, (image, pose) in enumerate(posed):
         if index >= LOOK_AT:
             break
+        looked += 1
         if pose is None:
             continue
         if seen % stride == 0:
@@ -98,9 +100,9 @@ def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list
         seen += 1
         if len(kept) >= 4 * LEARN_FROM:
             kept, stride = kept[::2], 2 * stride
-    if not kept:
+    if seen <= LEAST_FOUND * looked:
         raise FaceNotFoundError(
-            f"no face was found in the first {LOOK_AT} frames of {name}",
+            f"no face was found in {looked - seen} of the first {looked} frames of {name}",
             "give the mouth with --mouth X Y WIDTH HEIGHT, or a video with a frontal face",
         )
     picked = np.unique(np.linspace(0, len(kept) - 1, LEARN_FROM).round().astype(int))
