@@ -74,10 +74,13 @@ def test_a_message_without_a_line_names_the_files():
 @pytest.mark.gl
 @pytest.mark.parametrize("defines", [("TERM_CLASS",), ("TERM_COLOUR",)])
 def test_every_compute_shader_compiles(gl, defines):
+    names = [p.name for p in shaders.shader_folder().iterdir() if p.name.endswith(".comp")]
+    assert names
     with gl.current():
-        for path in shaders.shader_folder().iterdir():
-            if path.name.endswith(".comp"):
-                shaders.compute(gl.ctx, shaders.load(path.name, defines)).release()
+        for name in names:
+            program = shaders.compute(gl.ctx, shaders.load(name, defines))
+            assert program.glo > 0
+            program.release()
 
 
 def test_every_shader_says_what_it_is_for():

@@ -41,6 +41,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         line = " ".join(str(error).split())
         print(f"abs-engine: error: {line}", file=sys.stderr)
         return BAD_INPUT
+    except MemoryError:
+        print(
+            "abs-engine: error: there is not enough memory; ask for a smaller size", file=sys.stderr
+        )
+        return BAD_INPUT
     except KeyboardInterrupt:
         print("abs-engine: interrupted; nothing was left behind", file=sys.stderr)
         return INTERRUPTED
