@@ -15,6 +15,7 @@ from abs_engine.geometry import FACING, Pose
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.render.raster import OpenGLRenderer
 from abs_engine.scene import ClassMaps
 from abs_engine.track.fit import (
     DRAWN_MOUTH,
@@ -155,9 +156,23 @@ class TestBothRenderers:
             np.testing.assert_allclose(*data, rtol=1e-3)
 
     def test_fits_are_the_same(self, renderer):
-        """Where the picture determines the answer, both find it; see also the next test.
+        """All sixteen parameters, at the tracker's own tolerance.
 
-        The sum over pixels is constant in small steps. A simplex that ends on one of them is
+        The instanced path deforms in single precision: one boundary pixel may turn a step of the
+        simplex, and it then ends elsewhere in the valley of parameters that the picture does not
+        tell apart. It is held by what a picture determines, below.
+        """
+        apart = []
+        for case in range(8):
+            ours, theirs = (fit(r, case, ALL, SETTING.solver) for r in (renderer, CPU))
+            apart.append(rms(ours[0], theirs[0]))
+            assert ours[2] == pytest.approx(theirs[2], rel=0.1)
+        assert np.median(apart) <= 0.02
+        if renderer.vertex_path == "thin":
+            assert max(apart) <= 0.02
+
+    def test_fits_of_the_leading_modes_are_the_same(self, renderer):
+        """The sum over pixels is constant in small steps. A simplex that ends on one of them is
         started afresh until it no longer matters which.
         """
         apart = []
@@ -166,16 +181,16 @@ class TestBothRenderers:
             apart.append(rms(ours, theirs))
         assert max(apart) <= 0.02
 
-    def test_most_fits_of_all_parameters_are_the_same(self, renderer):
-        """One boundary pixel may turn a step of the simplex, and it then ends elsewhere in the
-        valley of parameters that the picture does not tell apart. Most fits do not meet one.
-        """
-        apart = []
-        for case in range(8):
-            ours, theirs = (fit(r, case, ALL, SETTING.solver) for r in (renderer, CPU))
-            apart.append(rms(ours[0], theirs[0]))
-            assert ours[2] == pytest.approx(theirs[2], rel=0.1)
-        assert np.median(apart) <= 0.02
+
+@pytest.mark.gl
+def test_the_thin_path_and_the_cpu_agree_to_the_last_digit(gl):
+    """One pixel that only one of them draws would turn a simplex: there is none."""
+    with OpenGLRenderer(gl, "thin") as thin:
+        for case in range(4):
+            spread = np.random.default_rng(case).normal(0, 0.3, (300, N))
+            vectors = truth(case) + spread * np.r_[POSE_DEVIATION, np.ones(N - 6)]
+            ours, theirs = (posterior(r, case).values(vectors) for r in (thin, CPU))
+            np.testing.assert_array_equal(ours, theirs)
 
 
 def test_the_best_start_is_the_one_with_the_lowest_value():

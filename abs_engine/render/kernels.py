@@ -34,6 +34,12 @@ def _to_pixel(x, inverse_w, size):
     return np.int64(np.floor(at + 0.5))
 
 
+@numba.njit(cache=True, nogil=True, fastmath={"contract"})
+def snapped(x, inverse_w, size):
+    """Clip x or y as the device coordinate, -1 to 1, of the 1/256 pixel that `_fill` sees."""
+    return (_to_pixel(x, inverse_w, size) + 0.5 * SUBPIXEL) / (0.5 * size * SUBPIXEL) - 1.0
+
+
 @numba.njit(cache=True, nogil=True)
 def _edge_bias(dx, dy):
     """0 for a top or left edge, which owns its pixels, else -1 (interior on the positive side)."""

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.render.kernels import snapped
 from abs_engine.scene import Scene
 
 MARGIN = np.float32(1 / 64)
@@ -58,7 +59,7 @@ def class_layout(scene: Scene) -> Layout:
 
 
 @numba.njit(cache=True, nogil=True)
-def submit(clip, source, faces, cull, size, near, positions, indices):
+def submit(clip, source, faces, cull, size, positions, indices, near):
     """Spread vertices to the layout and keep the facets that can cover a pixel centre.
 
     llvmpipe spends several times longer on a triangle that it then throws away than these loops.
@@ -72,10 +73,10 @@ def submit(clip, source, faces, cull, size, near, positions, indices):
     cull : bool
     size : tuple of float
         Width and height in drawn pixels.
-    near : float
-        Facets that reach below this w are kept whole, mm.
     positions : (N, 4) float32, out
     indices : (F, 3) int32, out
+    near : float
+        Facets that reach below this w are kept whole, mm.
 
     Returns
     -------
@@ -105,6 +106,37 @@ def submit(clip, source, faces, cull, size, near, positions, indices):
         # No branch: which facets face the camera is not to be predicted.
         kept += not _useless(x[a], y[a], x[b], y[b], x[c], y[c], cull, last_x, last_y)
     return kept
+
+
+@numba.njit(cache=True, nogil=True)
+def settle(positions, size, near, far):
+    """Snap clip coordinates (N, 4) float32 and spread their depth, in place.
+
+    Where all vertices are in front of the near plane, they are moved to the 1/256 pixel to which
+    the CPU rasteriser snaps them, and depth is spread between the nearest and the farthest vertex.
+    OpenGL's rounding in single precision then changes neither: both renderers give the same
+    classes. (One pixel in one of 800 drawings differed, enough to turn a simplex.) Not for what is
+    interpolated: at grazing facets 1/512 pixel shows.
+    """
+    width, height = size
+    nearest, farthest = np.float64(np.inf), 0.0
+    for i in range(positions.shape[0]):
+        w = np.float64(positions[i, 3])
+        if not w > near:
+            return
+        nearest, farthest = min(nearest, w), max(farthest, w)
+    if nearest >= far:
+        return
+    # z / w = a - b / w, -1 at the nearest depth and 1 at the farthest, 0.1 % beyond on each side
+    high, low = 1.001 / nearest, max(0.999 / farthest, 1.0 / far)
+    b = 2.0 / (high - low)
+    a = b * low + 1.0
+    for i in range(positions.shape[0]):
+        w = np.float64(positions[i, 3])
+        inverse = 1.0 / w
+        positions[i, 0] = snapped(np.float64(positions[i, 0]), inverse, width) * w
+        positions[i, 1] = snapped(np.float64(positions[i, 1]), inverse, height) * w
+        positions[i, 2] = a * w - b
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

@@ -10,7 +10,7 @@ from abs_engine.buffers import Buffers, Sums
 from abs_engine.camera import Camera, Window
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
-from abs_engine.render.layout import submit
+from abs_engine.render.layout import settle, submit
 from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
@@ -93,7 +93,7 @@ class ThinPath:
         pixels = np.empty(len(candidates), np.int64)
         for i in range(len(candidates)):
             positions = clip_positions(scene, candidates, i, camera, clip)
-            self._render(upload, scene, positions, camera, target, array)
+            self._render(upload, scene, positions, camera, target, array, settled=by_class)
             drawn = target.read()[0]
             if isinstance(term, ClassMaps):
                 total[i], pixels[i] = sum_class_maps(drawn[..., 0], term.maps)
@@ -112,11 +112,17 @@ class ThinPath:
         camera: Camera,
         target: targets.Target,
         array: moderngl.VertexArray,
+        *,
+        settled: bool,
     ) -> None:
         width, height, _ = target.size
         layout, spread, kept = upload.layout, upload.positions, upload.kept
-        size, near = (float(width), float(height)), camera.near
-        count = submit(positions, layout.source, layout.faces, scene.cull, size, near, spread, kept)
+        size = float(width), float(height)
+        count = submit(
+            positions, layout.source, layout.faces, scene.cull, size, spread, kept, camera.near
+        )
+        if settled:
+            settle(spread, size, camera.near, camera.far)
         upload.vertex_buffer.write(spread)
         target.clear(targets.FAR_AWAY)
         if count:
