@@ -11,6 +11,7 @@ from runs import lost_result, toy_result, toy_setting
 
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.geometry import Pose
+from abs_engine.track.mesh import load_mesh
 from abs_engine.track.record import (
     CLOSED_BELOW_MM,
     POINT_NAMES,
@@ -116,3 +117,23 @@ def test_what_is_no_run_is_refused(tmp_path, run):
     (tmp_path / RESULTS).write_bytes(b"PK")
     with pytest.raises(InputFileError):
         load_run(tmp_path)
+
+
+def test_the_mesh_holds_the_lips_of_the_results(folder, run):
+    mesh = load_mesh(folder)
+    assert len(mesh) == len(RESULTS_OF_CLIP)
+    np.testing.assert_allclose(mesh.points(run["lip_vertex"]), run["lip_points"], atol=1e-4)
+    np.testing.assert_allclose(mesh.vertices(1)[run["lip_vertex"]], run["lip_points"][1], atol=1e-4)
+    assert np.isnan(mesh.vertices(2)).all()
+    assert mesh.faces.max() == len(mesh.mean) - 1
+
+
+def test_a_person_moves_the_whole_mesh_as_the_drawn_part():
+    model = toy_setting().model
+    person = np.linspace(-1, 1, model.n_person)
+    np.testing.assert_allclose(model.whole(person)[model.kept], model.held(person).mean, atol=1e-4)
+
+
+def test_a_missing_mesh_is_named(tmp_path):
+    with pytest.raises(InputFileError, match="no mesh"):
+        load_mesh(tmp_path)

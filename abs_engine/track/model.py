@@ -115,6 +115,11 @@ class MouthModel:
         slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
         return gap.astype(np.float64), slope.T.astype(np.float64)
 
+    def whole(self, person: FloatArray) -> NDArray[np.float32]:
+        """The whole head (V, 3), mm, of a person (Q,), without expression."""
+        modes = _person_modes(self.speaker)[: self.n_person]
+        return np.asarray(self.expression.mean + np.tensordot(person, modes, 1), np.float32)
+
     def held(self, person: FloatArray) -> Scene:
         """The scene with the person modes fixed at `person` (Q,): P modes remain."""
         p = self.n_expression

@@ -1,7 +1,8 @@
 """What a run stores: arrays of all frames, a table for spreadsheets, and the reader of both.
 
 A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
-each frame), ``run.json`` (settings and a summary), ``overlay.mp4`` and ``contact_sheet.png``.
+each frame), ``mesh.npz`` (the whole head, see `RunMesh`), ``run.json`` (settings and a summary),
+``overlay.mp4`` and ``contact_sheet.png``.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import read_npz
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.release import engine_version
+from abs_engine.track.mesh import RunMesh
 from abs_engine.track.pose import POSE_NAMES, pose_spec
 from abs_engine.track.tracker import FrameResult, TrackerSetting
 
@@ -97,6 +99,16 @@ class Recorder:
             "rate": setting.rate,
         }
 
+    def mesh(self) -> RunMesh:
+        """The whole head in every frame."""
+        model = self._setting.model
+        return RunMesh(
+            model.whole(self._setting.calibration.person),
+            model.expression.modes.astype(np.float32),
+            np.array([r.vector[6:] for r in self._results]).reshape(-1, model.n_expression),
+            model.speaker.faces,
+        )
+
     def rows(self) -> Iterator[list[Any]]:
         """The rows of ``results.csv``, its heading first."""
         yield table_heading(self._setting)
@@ -137,7 +149,7 @@ class Recorder:
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
-        """Write the three files into an existing folder.
+        """Write tables, arrays and mesh into an existing folder.
 
         Parameters
         ----------
@@ -152,6 +164,7 @@ class Recorder:
         """
         arrays = self.arrays()
         np.savez_compressed(folder / RESULTS, **arrays)
+        self.mesh().save(folder)
         with (folder / TABLE).open("w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows(self.rows())
         heading = {k: arrays[k] for k in ("format", "version", "engine_version", "renderer")}
