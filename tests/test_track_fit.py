@@ -240,7 +240,9 @@ def test_class_maps_follow_the_facet_classes():
             assert smoothing == pytest.approx(SMOOTHING * DRAWN_MOUTH)
             return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.4)])
 
-    maps = class_maps(Even(), window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)).maps
+    maps = class_maps(
+        Even(), MODEL.colour_classes, window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)
+    ).maps
     lips, inside = 0.3 + IN_SHADE * 0.4, 0.4
     middle = maps[:, height // 2, width // 2]
     of_class = {"skin": 0.2, "upper_lip": lips, "lower_lip": lips, "eyes": 0.0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +25,6 @@ SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
 IN_SHADE = 0.25  # share of the interior's probability that lips get: the dark line between them
 
 Prior = GaussianPrior | ContactPrior
-
-# facet classes of the head, in order, as colour classes; None is not compared
-_COLOUR_CLASS = (
-    None, "skin", "lips", "lips", "interior", "interior", "interior", "interior", None,
-)  # fmt: skip
 
 
 def mouth_window(model: MouthModel, pose: Pose, camera: Camera) -> Window:
@@ -55,13 +51,24 @@ def zone(window: Window) -> NDArray[np.bool_]:
     return np.asarray(x[None] ** 2 + y[:, None] ** 2 < 1)
 
 
-def class_maps(classes: ColourClasses, window: Window, frame: Image) -> ClassMaps:
-    """Probability maps of every facet class in the window of a frame, 0 outside of its zone."""
+def class_maps(
+    classes: ColourClasses, colour_of: Sequence[str | None], window: Window, frame: Image
+) -> ClassMaps:
+    """Probability maps of every facet class in the window of a frame, 0 outside of its zone.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    colour_of : sequence of str or None
+        Colour class of each facet class; None is not compared.
+    window : Window
+    frame : (H, W, 3) uint8 RGB
+    """
     patch = window.sample(frame)
     probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH) * zone(window)
     probable[CLASSES.index("lips")] += IN_SHADE * probable[CLASSES.index("interior")]
     zero = np.zeros_like(probable[0])
-    planes = [zero if c is None else probable[CLASSES.index(c)] for c in _COLOUR_CLASS]
+    planes = [zero if c is None else probable[CLASSES.index(c)] for c in colour_of]
     return ClassMaps(np.stack(planes))
 
 

@@ -66,6 +66,11 @@ def load_mesh(folder: Path) -> RunMesh:
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
     arrays = read_npz(path, FORMAT, VERSION)
     try:
-        return RunMesh(**{k: arrays[k] for k in ("mean", "modes", "weights", "faces")})
+        return RunMesh(
+            np.asarray(arrays["mean"], np.float32),
+            np.asarray(arrays["modes"], np.float32),
+            np.asarray(arrays["weights"], np.float64),
+            np.asarray(arrays["faces"], np.int32),
+        )
     except KeyError as error:
         raise ModelFormatError(f"{path} lacks {error}", "track the video again") from error

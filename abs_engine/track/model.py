@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
+from abs_engine.errors import ModelFormatError
 from abs_engine.scene import Scene
 from abs_engine.shape.linear import LinearShape
 from abs_engine.shape.mouth import mouth_shape, mouth_units
@@ -25,6 +26,9 @@ PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
     "mouth height": ("mouth_trans_down", "mouth_trans_up", 0.5),
     "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", 0.5),
     "corners": ("mouth_angles_down", "mouth_angles_up", 0.5),
+    "upper lip flanks": ("mouth_upperlip_ext_down", "mouth_upperlip_ext_up", 0.6),
+    "lower lip flanks": ("mouth_lowerlip_ext_up", "mouth_lowerlip_ext_down", 0.6),
+    "lower lip width": ("mouth_lowerlip_width_decr", "mouth_lowerlip_width_incr", 0.6),
 }
 # Postures that a fit is started from, in weights of face units
 PROTOTYPES: tuple[dict[str, float], ...] = (
@@ -37,6 +41,14 @@ PROTOTYPES: tuple[dict[str, float], ...] = (
     {"jawOpen": 0.12, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4},
     {"mouthRollLower": 0.6, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3, "jawOpen": 0.08},
 )
+
+
+# Facet classes by the colour class that they show; others are not compared
+COLOUR_CLASSES: dict[str, tuple[str, ...]] = {
+    "skin": ("skin",),
+    "lips": ("upper_lip", "lower_lip"),
+    "interior": ("inner_mouth", "upper_teeth", "lower_teeth", "tongue"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +106,11 @@ class MouthModel:
         """Standard deviations of the person modes, (Q,)."""
         return np.array([PERSON_TARGETS[n][2] for n in list(PERSON_TARGETS)[: self.n_person]])
 
+    @property
+    def colour_classes(self) -> tuple[str | None, ...]:
+        """Colour class of each facet class."""
+        return colour_classes(self.speaker)
+
     def gaps(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gaps between the lips as a linear function of the expression.
 
@@ -130,6 +147,24 @@ class MouthModel:
         )
 
 
+def colour_classes(speaker: Speaker) -> tuple[str | None, ...]:
+    """Colour class that the facets of each facet class show; None is not compared.
+
+    Raises
+    ------
+    ModelFormatError
+        If the speaker lacks one of the facet classes.
+    """
+    shows = {name: colour for colour, names in COLOUR_CLASSES.items() for name in names}
+    missing = [name for name in shows if name not in speaker.class_names]
+    if missing:
+        raise ModelFormatError(
+            f"the speaker has no facet class {', '.join(missing)}",
+            "name its classes as the bundled speaker does",
+        )
+    return tuple(shows.get(name) for name in speaker.class_names)
+
+
 def build_mouth_model(
     speaker: Speaker,
     neutral: NDArray[np.float32],
@@ -149,6 +184,11 @@ def build_mouth_model(
         Whether the person's mouth is to be fitted; False for a known person.
     seed : int
         Of the training postures.
+
+    Raises
+    ------
+    ModelFormatError
+        If the speaker lacks a facet class, or its landmarks are not on its mouth.
     """
     expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
     person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
@@ -193,7 +233,8 @@ def _prototypes(
 ) -> FloatArray:
     """Least-squares expression parameters of `PROTOTYPES` over the lips."""
     names = mouth_units()
-    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, (2, 3))])
+    red = [k for k, colour in enumerate(colour_classes(speaker)) if colour == "lips"]
+    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, red)])
     matrix = expression.modes[:, lips].reshape(len(expression.modes), -1).T.astype(np.float64)
     units = speaker.unit_matrix(names)[:, lips]
     out = []
@@ -214,4 +255,10 @@ def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.in
         "points": points,
         "corners": marks["mouth_corners"],
     }
+    lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
+    if lost:
+        raise ModelFormatError(
+            f"the speaker's landmarks {', '.join(lost)} are not on the facets near its lip_ring",
+            "check the landmarks of the speaker's file",
+        )
     return {k: np.searchsorted(kept, v).astype(np.int32) for k, v in sources.items()}

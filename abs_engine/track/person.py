@@ -123,9 +123,13 @@ def calibrate(
         ]
         patches = [w.sample(f.image) for w, f in zip(windows, frames, strict=True)]
         classes = learn_classes(patches, places)
-        terms = [
-            likelihood_of(renderer, model.scene, camera, w, class_maps(classes, w, f.image))
+        maps_of = [
+            class_maps(classes, model.colour_classes, w, f.image)
             for w, f in zip(windows, frames, strict=True)
+        ]
+        terms = [
+            likelihood_of(renderer, model.scene, camera, w, maps)
+            for w, maps in zip(windows, maps_of, strict=True)
         ]
         if turn == 0 and not model.known:
             shift = _place_mouth(model, frames, terms, shift)
@@ -140,7 +144,7 @@ def calibrate(
         )
         joint = _PersonPosterior(model, frames, terms, vectors)
         start = np.r_[shift, person]
-        solution = Simplex(tolerance=0.1, limit=300).minimise(joint, start, _person_spec(model))
+        solution = Simplex(tolerance=0.1, limit=500).minimise(joint, start, _person_spec(model))
         shift, person = solution.x[:6], solution.x[6:]
         windows = [mouth_window(model, shifted(f.pose, shift, model.pivot), camera) for f in frames]
     if classes is None:
@@ -274,12 +278,12 @@ def _places(
             np.repeat(candidate.rotations, n, axis=0),
             np.repeat(candidate.translations, n, axis=0),
         )
-    groups = {"skin": (1,), "lips": (2, 3), "interior": (4, 5, 6, 7)}
     drawn = renderer.draw(model.scene, candidate, camera, window)
     sigma = blur * window.drawn[0] / 2.0
     planes = []
     for name in CLASSES:
-        plane = np.mean([np.isin(b.class_id, groups[name]) for b in drawn], axis=0)
+        ids = [k for k, colour in enumerate(model.colour_classes) if colour == name]
+        plane = np.mean([np.isin(b.class_id, ids) for b in drawn], axis=0)
         planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
     places = np.stack(planes)
     near_lips = places[1] + places[2]

@@ -16,11 +16,11 @@ from abs_engine.track.align import align_texture
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import CalibrationFrame
-from abs_engine.track.rigid import RigidReference, RigidState, follow, rigid_reference
+from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
 
 Image = NDArray[np.uint8]
 LEARN_FROM = 8  # frames
-LOOK_AT = 250  # frames from the clip's beginning that they are chosen from
+LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
 LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
 LEAST_SEEN = 0.35  # of the reference's points; below, the face counts as lost
 
@@ -47,38 +47,50 @@ class HeadMotion:
         """Each frame with the head's pose, or None while no face is found.
 
         When the points of the reference are lost, the face is looked for again and a new
-        reference is taken where it is found.
+        reference is taken where it is found. Where the detector finds none, as in a close-up, the
+        old reference is tried again.
         """
         reference: RigidReference | None = None
         state: RigidState | None = None
         box = self.box
         for image in frames:
             if reference is not None:
-                state = follow(reference, image, self.camera, state)
-                if state is None or state.seen < LEAST_SEEN:
-                    reference, state = None, None
-            if reference is None:
-                found = box if box is not None else find_face(image)
-                box = None
-                if found is None:
-                    yield image, None
+                new = follow(reference, image, self.camera, state)
+                if new is not None and new.seen >= LEAST_SEEN:
+                    state = new
+                    yield image, new.pose
                     continue
-                reference = self._reference(image, found)
-                yield image, reference.pose
+            found = self._found(image, box)
+            box = None
+            if found is None:
+                yield image, None
                 continue
-            yield image, None if state is None else state.pose
+            reference, state = found, None
+            yield image, reference.pose
+
+    def _found(self, image: Image, box: FaceBox | None) -> RigidReference | None:
+        """A reference from the face in an image; None without a face, or one without texture."""
+        box = box if box is not None else find_face(image)
+        reference = None if box is None else self._reference(image, box)
+        if reference is None or len(reference.points) < LEAST_POINTS:
+            return None
+        return reference
 
     def _reference(self, image: Image, found: FaceBox) -> RigidReference:
         """The head in a first frame: by its box, and by its texture where that is known."""
         model, camera, renderer = self.model, self.camera, self.renderer
         pose = first_pose(found, camera, model.pivot)
         if model.known:
-            pose = align_texture(image, pose, model.head, model.rigid, camera, renderer)
+            pose = self._aligned(image, pose)
         return rigid_reference(image, pose, model.head, model.rigid, camera, renderer)
+
+    def _aligned(self, image: Image, pose: Pose) -> Pose:
+        model = self.model
+        return align_texture(image, pose, model.head, model.rigid, self.camera, self.renderer)
 
 
 def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list[CalibrationFrame]:
-    """Frames to fit the person on, spread evenly over the beginning of the clip.
+    """Frames to fit the person on, spread evenly over the ten seconds from the first face on.
 
     Memory does not grow with the clip: candidates are thinned out as they come.
 
@@ -88,21 +100,23 @@ def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list
         If hardly a frame shows a face.
     """
     kept: list[CalibrationFrame] = []
-    stride, seen, looked = 1, 0, 0
-    for index, (image, pose) in enumerate(posed):
-        if index >= LOOK_AT:
-            break
-        looked += 1
-        if pose is None:
+    stride, seen, looked, empty = 1, 0, 0, 0
+    for image, pose in posed:
+        if seen == 0 and pose is None:
+            empty += 1
             continue
-        if seen % stride == 0:
-            kept.append(CalibrationFrame(image, pose))
-        seen += 1
+        looked += 1
+        if pose is not None:
+            if seen % stride == 0:
+                kept.append(CalibrationFrame(image, pose))
+            seen += 1
         if len(kept) >= 4 * LEARN_FROM:
             kept, stride = kept[::2], 2 * stride
+        if looked == LOOK_AT:
+            break
     if seen <= LEAST_FOUND * looked:
         raise FaceNotFoundError(
-            f"no face was found in {looked - seen} of the first {looked} frames of {name}",
+            f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
             "give the mouth with --mouth X Y WIDTH HEIGHT, or a video with a frontal face",
         )
     picked = np.unique(np.linspace(0, len(kept) - 1, LEARN_FROM).round().astype(int))

@@ -137,7 +137,7 @@ def _fit(
     model, p = setting.model, setting.model.n_expression
     base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
     window = mouth_window(model, base.base, setting.camera)
-    maps = class_maps(setting.classes, window, image)
+    maps = class_maps(setting.classes, model.colour_classes, window, image)
     likelihood = likelihood_of(setting.renderer, setting.scene, setting.camera, window, maps)
     posterior = FramePosterior(likelihood, base, _priors(setting, last))
     starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])

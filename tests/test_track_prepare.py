@@ -1,0 +1,90 @@
+"""The first pass over a clip: the face is found late, lost, and found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from heads import head_of, picture_of, seen_at
+
+from abs_engine.assets import load_speaker
+from abs_engine.camera import Camera
+from abs_engine.errors import FaceNotFoundError, ModelFormatError
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.track import prepare
+from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox
+from abs_engine.track.model import build_mouth_model
+from abs_engine.track.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
+
+CAMERA = Camera.ideal((320, 240))
+START = seen_at([0, 0, 0], [0, 10, 650])
+BLANK = np.full((240, 320, 3), 90, np.uint8)
+TEXTURE = np.zeros((8, 8, 3), np.uint8)
+SMALL = np.zeros((2, 2, 3), np.uint8)
+
+
+def test_a_face_that_comes_late_is_learned_from():
+    late = [(SMALL, None)] * (LOOK_AT + 50) + [(SMALL, START)] * 40
+    assert len(choose_frames(iter(late), "late.mp4")) == LEARN_FROM
+
+
+def test_frames_after_the_first_ten_seconds_with_a_face_are_not_read():
+    read = []
+
+    def frames():
+        for k in range(3 * LOOK_AT):
+            read.append(k)
+            yield SMALL, START
+
+    assert len(choose_frames(frames(), "long.mp4")) == LEARN_FROM
+    assert len(read) == LOOK_AT
+
+
+@pytest.mark.parametrize("seen", [0, 5])
+def test_hardly_a_face_is_an_error_that_counts_frames(seen):
+    frames = [(SMALL, None)] * 3 + [(SMALL, START)] * seen + [(SMALL, None)] * (60 if seen else 57)
+    with pytest.raises(FaceNotFoundError, match=rf"in {len(frames) - seen} of {len(frames)} "):
+        choose_frames(iter(frames), "few.mp4")
+
+
+@pytest.fixture(scope="module")
+def clara():
+    return head_of("clara")
+
+
+@pytest.fixture
+def motion(clara, monkeypatch):
+    """Follows a face that the user has boxed and that the detector never finds."""
+    monkeypatch.setattr(prepare, "find_face", lambda _image: None)
+    monkeypatch.setattr(HeadMotion, "_aligned", lambda _self, _image, _pose: START)
+    size = CAMERA.matrix[0, 0] * BOX_WIDTH_MM / 650
+    return HeadMotion(clara, CAMERA, CpuRenderer(), FaceBox(160 - size / 2, 120 - size / 2, size))
+
+
+def test_a_boxed_face_is_taken_up_again_where_the_detector_finds_none(clara, motion):
+    moved = seen_at([0, 0.06, 0], [4, 12, 650])
+    pictures = [picture_of(clara.head, pose, CAMERA) for pose in (START, moved)]
+    poses = [p for _, p in motion.poses([*pictures, BLANK, BLANK, *pictures[::-1]])]
+    assert [pose is None for pose in poses] == [False, False, True, True, False, False]
+    for pose, true in zip([poses[1], *poses[4:]], [moved, moved, START], strict=True):
+        turned = np.degrees(np.arccos((np.trace(pose.rotation.T @ true.rotation) - 1) / 2))
+        assert turned < 1.5
+
+
+def test_a_box_on_a_blank_wall_is_no_face(motion):
+    assert [p for _, p in motion.poses([BLANK, BLANK])] == [None, None]
+
+
+def test_a_speaker_with_other_classes_is_refused():
+    speaker = load_speaker()
+    names = tuple(name.replace("tongue", "gum") for name in speaker.class_names)
+    with pytest.raises(ModelFormatError, match="no facet class tongue"):
+        build_mouth_model(replace(speaker, class_names=names), speaker.vertices, TEXTURE)
+
+
+def test_landmarks_away_from_the_mouth_are_refused():
+    speaker = load_speaker()
+    far = {**speaker.landmarks, "mouth_corners": np.array([0, speaker.vertices[:, 1].argmax()])}
+    with pytest.raises(ModelFormatError, match="landmarks corners"):
+        build_mouth_model(replace(speaker, landmarks=far), speaker.vertices, TEXTURE)
