@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -50,7 +52,8 @@ class NewFolder:
         """
         try:
             self.work.chmod(0o777 & ~_umask())
-            os.rename(self.work, self._folder)
+            os.mkdir(self._folder)  # fails if there is anything; a rename replaces an empty folder
+            _put(self.work, self._folder, os.rmdir)
         except OSError as error:
             raise unwritable(self._folder, error) from error
         return self._folder
@@ -107,12 +110,52 @@ def write_new(path: Path, content: bytes) -> None:
             with os.fdopen(number, "wb") as file:
                 file.write(content)
             os.chmod(made, 0o666 & ~_umask())
-            os.rename(made, path)
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL))  # fails if there is anything
+            _put(Path(made), path, os.unlink)
         except BaseException:
             os.unlink(made)
             raise
     except OSError as error:
         raise unwritable(path, error) from error
+
+
+def _put(made: Path, place: Path, remove: Callable[[Path], None]) -> None:
+    """Rename over the empty thing that was just made in the place; take that away on failure."""
+    try:
+        os.rename(made, place)
+    except BaseException:
+        with suppress(OSError):  # somebody filled it: theirs now
+            remove(place)
+        raise
+
+
+@contextmanager
+def parent_folder(path: Path) -> Iterator[None]:
+    """Make the folder that is to hold `path`; take it away again if the body fails.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
+    parent = Path(path).parent
+    try:
+        parent.mkdir()
+    except FileExistsError:
+        yield
+        return
+    except OSError as error:
+        raise unwritable(parent, error) from error
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):  # not empty
+            parent.rmdir()
+        raise
 
 
 def png(image: NDArray[np.uint8]) -> bytes:
@@ -122,6 +165,8 @@ def png(image: NDArray[np.uint8]) -> bytes:
 
 def unwritable(path: Path, error: OSError) -> OutputError:
     """The error that a user sees when writing to `path` fails."""
+    if isinstance(error, FileExistsError):
+        return OutputError(f"{path} exists already", "choose another name or remove it")
     reason = error.strerror or "writing failed"
     return OutputError(
         f"{path} cannot be written ({reason})", "choose a place of yours, with space left"

@@ -78,6 +78,52 @@ def write_broken(path: Path, frames: int = 20) -> Path:
     return path
 
 
+def drift(frames: int) -> list[np.ndarray]:
+    """Smooth pictures (80, 96, 3) that move a little, with fresh grain."""
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:80, :96]
+    return [
+        np.uint8(
+            np.clip(
+                128
+                + 80 * np.sin((x + 2 * k) / 9 + np.arange(3)[:, None, None]) * np.cos(y / 7)
+                + rng.normal(0, 8, (3, 80, 96)),
+                0,
+                255,
+            )
+        ).transpose(1, 2, 0)
+        for k in range(frames)
+    ]
+
+
+def write_kind(
+    path: Path,
+    codec: str,
+    pictures: list[np.ndarray],
+    *,
+    pixels: str = "yuv420p",
+    gop: int | None = None,
+    stamps: list[int] | None = None,
+) -> Path:
+    """A video in the container that the suffix names; `stamps` are in milliseconds."""
+    faststart = {"movflags": "faststart"} if path.suffix in (".mp4", ".mov") else {}
+    with av.open(str(path), "w", options=faststart) as container:
+        stream = container.add_stream(codec, rate=Fraction(25))
+        stream.height, stream.width = pictures[0].shape[:2]
+        stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else pixels
+        if gop is not None:
+            stream.codec_context.gop_size = gop
+        if stamps is not None:
+            stream.codec_context.time_base = Fraction(1, 1000)
+        for k, picture in enumerate(pictures):
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+            if stamps is not None:
+                frame.pts, frame.time_base = stamps[k], Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
 def write_speaker(path: Path, **changes: object) -> Path:
     """The bundled head with some arrays changed."""
     with np.load(shipped("speaker/head.npz")) as archive:

@@ -9,8 +9,9 @@ import pytest
 from conftest import missing
 
 from abs_engine.errors import OpenGLError, ParameterError
-from abs_engine.evaluate import bench, bench_worker
-from abs_engine.evaluate.bench import BenchResult, run_bench
+from abs_engine.evaluate import bench_ways, bench_worker
+from abs_engine.evaluate.bench import run_bench
+from abs_engine.evaluate.bench_result import RATIOS, WAYS, BenchResult
 from abs_engine.evaluate.bench_work import N_CANDIDATES, ball_work
 from abs_engine.evaluate.bench_worker import PyrenderWorker, WorkerError
 
@@ -36,16 +37,16 @@ def test_layout(result):
     assert (saved["format"], saved["version"], saved["rounds"]) == ("abs_engine.bench", 1, 2)
     assert list(saved["works"]) == ["1280x64"]
     work = saved["works"]["1280x64"]
-    assert set(work["ms"]) == set(work["best_ms"]) == set(work["difference"]) == set(bench.WAYS)
+    assert set(work["ms"]) == set(work["best_ms"]) == set(work["difference"]) == set(WAYS)
     assert work["ms"]["cpu"] >= work["best_ms"]["cpu"] > 0
     assert saved["machine"]["cores"] >= 1
     assert saved["machine"]["numpy"] == np.__version__
-    assert set(saved["renderers"]) == {way for way in bench.WAYS if work["ms"][way] is not None}
+    assert set(saved["renderers"]) == {way for way in WAYS if work["ms"][way] is not None}
 
 
 def test_ratios_are_those_of_the_times(result):
     work = result.works[0]
-    for name, (way, against) in bench.RATIOS.items():
+    for name, (way, against) in RATIOS.items():
         mine = work.ms[work.gl_way if way == "gl" else way]
         theirs = work.ms[against]
         if mine is None or theirs is None:
@@ -56,7 +57,7 @@ def test_ratios_are_those_of_the_times(result):
 
 def test_lines(result):
     lines = result.as_lines()
-    assert all(any(line.split()[0] == way for line in lines) for way in bench.WAYS)
+    assert all(any(line.split()[0] == way for line in lines) for way in WAYS)
     assert any(result.machine["cpu"] in line for line in lines)
     assert max(len(line) for line in lines[:12]) < 80
 
@@ -77,8 +78,8 @@ def test_pyrender_does_the_same_work(result):
 
 
 def test_what_is_missing_is_none_and_noted(monkeypatch):
-    monkeypatch.setattr(bench, "OpenGLRenderer", refuse)
-    monkeypatch.setattr(bench, "PyrenderWorker", refuse_worker)
+    monkeypatch.setattr(bench_ways, "OpenGLRenderer", refuse)
+    monkeypatch.setattr(bench_ways, "PyrenderWorker", refuse_worker)
     result = run_bench(rounds=1, sizes=((1, 16), (0, 8)))
     assert [work.name for work in result.works] == ["80x16", "20x8"]
     for work in result.works:
@@ -109,7 +110,7 @@ def test_a_worker_that_ends_is_not_waited_for(result, monkeypatch):
                 self._process.wait()
             return super().run(way, count)
 
-    monkeypatch.setattr(bench, "PyrenderWorker", Mortal)
+    monkeypatch.setattr(bench_ways, "PyrenderWorker", Mortal)
     broken = run_bench(rounds=1, sizes=((1, 16),))
     assert all(broken.works[0].ms[way] is None for way in PYRENDER_WAYS)
     assert any("broke off" in note for note in broken.notes)

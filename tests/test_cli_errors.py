@@ -5,15 +5,20 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from runs import write_broken, write_noise, write_speaker
 
 from abs_engine.assets import load_speaker
-from abs_engine.cli import main
+from abs_engine.cli import commands, main
+from abs_engine.cli import progress as progress_module
 from abs_engine.cli.progress import Progress, progress_text
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.render.raster import OpenGLRenderer
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +66,7 @@ def test_a_file_that_is_no_video(fails, tmp_path):
 
 
 def test_a_folder_in_place_of_a_video(fails, tmp_path):
-    assert "does not exist" in fails(*track(tmp_path, tmp_path / "run"))
+    assert "is a folder" in fails(*track(tmp_path, tmp_path / "run"))
 
 
 def test_a_video_that_breaks_off(fails, tmp_path):
@@ -72,7 +77,19 @@ def test_a_video_that_breaks_off(fails, tmp_path):
 def test_a_video_that_breaks_off_before_its_index(fails, tmp_path, noise_video):
     content = noise_video.read_bytes()
     (tmp_path / "cut.mp4").write_bytes(content[: len(content) // 2])
-    assert "is not a video" in fails(*track(tmp_path / "cut.mp4", tmp_path / "run"))
+    assert "breaks off before" in fails(*track(tmp_path / "cut.mp4", tmp_path / "run"))
+
+
+def test_a_real_clip_without_an_index_that_breaks_off(fails, tmp_path, data_dir):
+    clip = next(iter(sorted((data_dir / "grid").glob("*.mpg")))).read_bytes()
+    (tmp_path / "cut.mpg").write_bytes(clip[: int(0.55 * len(clip))])
+    assert "breaks off after 42 frames" in fails(*track(tmp_path / "cut.mpg", tmp_path / "run"))
+
+
+def test_a_demo_that_fails_leaves_no_folder_for_runs(fails, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ABS_ENGINE_HIDE_GL", "all")
+    assert "hidden by" in fails("demo", "--renderer", "egl-surfaceless")
 
 
 def test_a_video_without_a_face(fails, tmp_path, noise_video):
@@ -135,7 +152,7 @@ def test_a_wrong_camera(fails, tmp_path, noise_video):
     camera.write_text('{"format": "abs_engine.camera", "version": 7}')
     assert "version 7" in fails(*words)
     camera.write_text(
-        '{"format": "abs_engine.camera", "version": 1, "size": [32, 24], "near": 10, "far": 9000,'
+        '{"format": "abs_engine.camera", "version": 2, "size": [32, 24], "near": 10, "far": 9000,'
         ' "matrix": [[50, 0, 16], [0, 50, 12], [0, 0, 1]], "distortion": [0, 0, 0, 0]}'
     )
     assert "32x24 pixels, the video 96x80" in fails(*words)
@@ -197,6 +214,53 @@ def test_progress_says_how_far_it_is(capsys):
     assert progress_text(30, 75, 3.0) == "30 of 75 frames, 10.0 frames/s, 4 s left"
     assert progress_text(30, 0, 3.0) == "30 frames, 10.0 frames/s"
     with Progress("tracking") as progress:
+        progress.announce("fitting")
+        progress.restart(1.0)
         for done in range(1, 4):
             progress(done, 3)
     assert capsys.readouterr().err == ""  # too quick for a line in a log
+
+
+def test_a_log_names_each_stage_that_takes_long(capsys, monkeypatch):
+    monkeypatch.setattr(progress_module, "INTERVAL", 0.02)
+    with Progress("tracking") as progress:
+        for stage in ("finding", "fitting"):
+            progress.announce(stage)
+            time.sleep(0.2)
+        progress.restart(11.2)
+        time.sleep(0.05)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["tracking: finding", "tracking: fitting", "tracking: prepared in 11 s"]
+
+
+def test_a_terminal_sees_a_clock_that_stops(capsys, monkeypatch):
+    monkeypatch.setattr(progress_module, "_TICK", 0.02)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with Progress("tracking") as progress:
+        progress.announce("fitting")
+        time.sleep(0.2)
+        progress.restart(0.2)
+        told = capsys.readouterr().err
+        time.sleep(0.1)
+        assert capsys.readouterr().err == ""
+        progress(3, 3)
+    assert told.startswith("\rtracking: fitting ")
+    assert "\rtracking: fitting, 0 s" in told
+    last = capsys.readouterr().err
+    assert last.startswith("\rtracking: 3 of 3 frames")
+    assert last.endswith("\n")
+
+
+@pytest.mark.parametrize(("hardware", "said"), [(True, ""), (False, "--renderer cpu")])
+def test_track_hints_at_slow_opengl(capsys, hardware, said):
+    renderer = object.__new__(OpenGLRenderer)
+    renderer.gl = SimpleNamespace(hardware=hardware)
+    commands._print_hints(renderer)
+    told = capsys.readouterr().out
+    assert said in told
+    assert bool(told) == bool(said)
+
+
+def test_track_has_no_hint_for_the_cpu_rasteriser(capsys):
+    commands._print_hints(CpuRenderer())
+    assert not capsys.readouterr().out

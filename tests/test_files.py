@@ -7,7 +7,7 @@ import os
 import pytest
 
 from abs_engine.errors import OutputError
-from abs_engine.files import NewFolder, write_new
+from abs_engine.files import NewFolder, parent_folder, write_new
 
 
 def test_a_folder_appears_at_the_end(tmp_path):
@@ -46,6 +46,63 @@ def test_a_folder_made_in_the_meantime_is_kept(tmp_path):
             made.finish()
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["mine"]
+
+
+def test_an_empty_folder_made_in_the_meantime_is_not_replaced(tmp_path):
+    with NewFolder(tmp_path / "out") as made:
+        (made.work / "file").touch()
+        (tmp_path / "out").mkdir()
+        with pytest.raises(OutputError, match="exists already"):
+            made.finish()
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_folder_that_cannot_be_named_leaves_no_empty_one(tmp_path, monkeypatch):
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left")
+
+    with NewFolder(tmp_path / "out") as made:
+        monkeypatch.setattr(os, "rename", fail)
+        with pytest.raises(OutputError, match="No space left"):
+            made.finish()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_appeared_in_the_meantime_is_kept(tmp_path, monkeypatch):
+    whole = os.chmod
+
+    def appear(*words: object) -> None:  # the last step before the file gets its name
+        (tmp_path / "file").write_text("mine")
+        whole(*words)
+
+    monkeypatch.setattr(os, "chmod", appear)
+    with pytest.raises(OutputError, match="exists already"):
+        write_new(tmp_path / "file", b"ours")
+    assert (tmp_path / "file").read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_parent_made_for_an_output_that_failed_is_taken_away(tmp_path):
+    def work(error: type[BaseException] | None, name: str) -> None:
+        with parent_folder(tmp_path / "runs" / name):
+            assert (tmp_path / "runs").is_dir()
+            if error is not None:
+                raise error
+            (tmp_path / "runs" / name).mkdir()
+
+    with pytest.raises(KeyboardInterrupt):
+        work(KeyboardInterrupt, "demo")
+    assert not list(tmp_path.iterdir())
+    work(None, "demo")
+    with pytest.raises(ValueError):  # noqa: PT011
+        work(ValueError, "demo-2")  # was there before, and is kept
+    assert [p.name for p in (tmp_path / "runs").iterdir()] == ["demo"]
+    with (
+        pytest.raises(OutputError, match="cannot be written"),
+        parent_folder(tmp_path / "a" / "b" / "c"),
+    ):
+        pass
 
 
 def test_a_new_file_is_written_once(tmp_path):

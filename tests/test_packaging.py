@@ -19,6 +19,11 @@ from pathlib import Path
 
 import pytest
 
+from abs_engine.assets import read_image
+from abs_engine.track.record import load_run
+from abs_engine.video import Frame as Image
+from abs_engine.video import VideoWriter
+
 ROOT = Path(__file__).resolve().parents[1]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 
@@ -138,6 +143,47 @@ def test_the_sdist_holds_all_that_the_readme_speaks_of(installed):
 def test_version_is_that_of_the_project(installed):
     program = installed.environment / "bin/abs-engine"
     assert _succeed(program, "--version", cwd=installed.empty).strip() == f"abs-engine {VERSION}"
+
+
+def test_the_bundled_speaker_is_loaded_from_the_wheel(installed):
+    code = (
+        "from abs_engine import load_speaker\n"
+        "speaker = load_speaker()\n"
+        "print(len(speaker.people), speaker.texture('clara').shape[2])"
+    )
+    people, channels = installed.python(code).split()
+    assert int(people) >= 3
+    assert channels == "3"
+
+
+@pytest.fixture(scope="module")
+def picture(installed, tmp_path_factory) -> Image:
+    """A face that the wheel has drawn."""
+    program, file = installed.environment / "bin/abs-engine", tmp_path_factory.mktemp("p") / "p.png"
+    words = ["-o", file, "--size", "256", "256", "--renderer", "cpu"]
+    _succeed(program, "render", *words, cwd=installed.empty)
+    return read_image(file)
+
+
+def test_a_picture_is_rendered_without_the_repository(installed, picture):
+    assert picture.shape == (256, 256, 3)
+    assert picture.std() > 20  # a head before a background
+    assert not list(installed.empty.iterdir())
+
+
+def test_a_clip_is_tracked_without_the_repository(installed, picture, tmp_path):
+    """The whole way on frames that stand still, not its precision."""
+    with VideoWriter(tmp_path / "clip.mp4", (256, 256), 25.0) as writer:
+        for _ in range(3):
+            writer.write(picture)
+    program, run = installed.environment / "bin/abs-engine", tmp_path / "run"
+    words = [tmp_path / "clip.mp4", "-o", run, "--renderer", "cpu", "--person", "clara"]
+    _succeed(program, "track", *words, cwd=installed.empty)
+    assert {"results.csv", "results.npz", "run.json", "overlay.mp4", "contact_sheet.png"} <= {
+        path.name for path in run.iterdir()
+    }
+    assert load_run(run)["found"].all()
+    assert not list(installed.empty.iterdir())
 
 
 def test_doctor_runs_without_the_repository(installed):

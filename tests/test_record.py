@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -137,3 +138,15 @@ def test_a_person_moves_the_whole_mesh_as_the_drawn_part():
 def test_a_missing_mesh_is_named(tmp_path):
     with pytest.raises(InputFileError, match="no mesh"):
         load_mesh(tmp_path)
+
+
+def test_times_are_the_videos_where_it_says_them():
+    uneven = (0.0, 0.03, 0.1)
+    for times, expected in ((uneven, uneven), ((0.0, 0.5), (0.0, 0.04, 0.08))):
+        recorder = Recorder(replace(toy_setting(), times=times))
+        for index in range(3):
+            recorder.add(toy_result(index))
+        np.testing.assert_allclose(recorder.arrays()["time"], expected)
+        rows = list(recorder.rows())
+        column = rows[0].index("time")
+        assert [float(row[column]) for row in rows[1:]] == pytest.approx(list(expected))

@@ -46,8 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "abs-engine: error: there is not enough memory; ask for a smaller size", file=sys.stderr
         )
         return BAD_INPUT
-    except KeyboardInterrupt:
-        print("abs-engine: interrupted; nothing was left behind", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        what = str(stop) or "nothing was left behind"
+        print(f"abs-engine: interrupted; {what}", file=sys.stderr)
         return INTERRUPTED
 
 

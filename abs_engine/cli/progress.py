@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
+from collections.abc import Callable
 from types import TracebackType
 
 INTERVAL = 2.0  # seconds between lines where stderr is no terminal
 _TERMINAL_INTERVAL = 0.1
+_TICK = 1.0  # seconds between the marks of a stage's clock on a terminal
 
 
 class Progress:
-    """Frames done, rate and time left; a context manager, called after every frame.
+    """Stages, then frames done, rate and time left; a context manager, called after every frame.
 
-    A terminal sees one line that changes; a log sees a line every two seconds.
+    A terminal sees one line that changes; a log sees a line every two seconds at most.
 
     Parameters
     ----------
@@ -26,42 +29,68 @@ class Progress:
         self._terminal = sys.stderr.isatty()
         self._start = self._shown = time.perf_counter()
         self._dirty = False
-
-    def restart(self, _seconds: float = 0.0) -> None:
-        """Count the rate from now on."""
-        self._start = self._shown = time.perf_counter()
+        self._clock: _Clock | None = None
 
     def announce(self, stage: str) -> None:
-        """Name what goes before the first frame; a terminal shows it."""
+        """Name a stage that has no frames to count.
+
+        A terminal shows it with a clock; a log gets a line once it has taken two seconds.
+        """
+        self._stop_clock()
         if self._terminal:
             self._line(f"{self._what}: {stage}")
+            self._clock = _Clock(lambda s: self._line(f"{self._what}: {stage}, {s:.0f} s"), _TICK)
+        else:
+            self._clock = _Clock(lambda _: self._log(stage), INTERVAL, once=True)
+
+    def restart(self, seconds: float = 0.0) -> None:
+        """The stages are over after so many seconds: count the rate from now on."""
+        self._stop_clock()
+        if seconds >= INTERVAL:
+            ready = f"prepared in {seconds:.0f} s"
+            if self._terminal:
+                self._line(f"{self._what}: {ready}")
+                self.finish()
+            else:
+                self._log(ready)
+        self._start = self._shown = time.perf_counter()
 
     def __call__(self, done: int, total: int) -> None:
         """Show that `done` of `total` frames are done; 0 where the total is not known."""
+        self._stop_clock()
         now = time.perf_counter()
         interval = _TERMINAL_INTERVAL if self._terminal else INTERVAL
         if now - self._shown < interval and not (self._terminal and done == total):
             return
         self._shown = now
-        line = f"{self._what}: {progress_text(done, total, now - self._start)}"
+        text = progress_text(done, total, now - self._start)
         if self._terminal:
-            self._line(line)
+            self._line(f"{self._what}: {text}")
         else:
-            sys.stderr.write(line + "\n")
-            sys.stderr.flush()
-
-    def _line(self, line: str) -> None:
-        """Put a line in place of the last one."""
-        sys.stderr.write(f"\r{line:78}")
-        sys.stderr.flush()
-        self._dirty = True
+            self._log(text)
 
     def finish(self) -> None:
-        """End the line of a terminal."""
+        """Stop the clock and end the line of a terminal."""
+        self._stop_clock()
         if self._dirty:
             sys.stderr.write("\n")
             sys.stderr.flush()
         self._dirty = False
+
+    def _line(self, line: str) -> None:
+        """Put a line in place of the last one on a terminal."""
+        sys.stderr.write(f"\r{line:78}")
+        sys.stderr.flush()
+        self._dirty = True
+
+    def _log(self, text: str) -> None:
+        sys.stderr.write(f"{self._what}: {text}\n")
+        sys.stderr.flush()
+
+    def _stop_clock(self) -> None:
+        if self._clock is not None:
+            self._clock.stop()
+            self._clock = None
 
     def __enter__(self) -> Progress:
         return self
@@ -73,6 +102,28 @@ class Progress:
         trace: TracebackType | None,
     ) -> None:
         self.finish()
+
+
+class _Clock:
+    """Calls back with the seconds since it was made, from a thread, until it is stopped."""
+
+    def __init__(self, tell: Callable[[float], None], interval: float, once: bool = False) -> None:
+        self._tell, self._interval, self._once = tell, interval, once
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        start = time.perf_counter()
+        while not self._ended.wait(self._interval):
+            self._tell(time.perf_counter() - start)
+            if self._once:
+                return
+
+    def stop(self) -> None:
+        """Stop, and return when nothing more is told."""
+        self._ended.set()
+        self._thread.join()
 
 
 def progress_text(done: int, total: int, seconds: float) -> str:

@@ -69,6 +69,11 @@ class Attempt:
     detail: str
     remedy: str = ""
 
+    @property
+    def hidden(self) -> bool:
+        """Whether it was not tried, for `HIDE_VARIABLE` says so."""
+        return self.detail == _HIDDEN_TEXT[0]
+
 
 class GLContext:
     """An open OpenGL context; make one with `GLContext.open`, in a `with` statement.

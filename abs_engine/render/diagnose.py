@@ -14,7 +14,7 @@ import numpy as np
 from abs_engine.camera import Camera
 from abs_engine.errors import AbsEngineError, OpenGLError
 from abs_engine.geometry import Pose
-from abs_engine.render.context import BACKENDS, Attempt, GLContext, remedy_of
+from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, Attempt, GLContext, remedy_of
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer, VertexPath
 from abs_engine.scene import Candidates, ColourError, Renderer, Scene
@@ -92,8 +92,14 @@ def diagnose() -> Diagnosis:
         renderer=works[0].renderer if works else "",
         version=works[0].version if works else "",
         timings=(*gl_timings, cpu),
-        remedy="" if works else remedy_of(attempts),
+        remedy="" if works else _remedy(attempts),
     )
+
+
+def _remedy(attempts: tuple[Attempt, ...]) -> str:
+    if all(attempt.hidden for attempt in attempts):
+        return f"unset {HIDE_VARIABLE}"
+    return remedy_of(attempts)
 
 
 def report_lines(diagnosis: Diagnosis) -> list[str]:

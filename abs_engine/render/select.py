@@ -6,7 +6,7 @@ import logging
 from typing import Protocol
 
 from abs_engine.errors import OpenGLError, ParameterError
-from abs_engine.render.context import BACKENDS
+from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, NoOpenGLError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
 from abs_engine.scene import Renderer
@@ -35,7 +35,7 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
     Parameters
     ----------
     name : str
-        "auto": OpenGL, or the CPU rasteriser with a warning in the log where no OpenGL loads.
+        "auto": OpenGL, or the CPU rasteriser with a line in the log where no OpenGL loads.
         "gl": any OpenGL or an error. "egl-device", "egl-surfaceless", "osmesa": that backend or
         an error. "cpu": the CPU rasteriser.
 
@@ -60,5 +60,18 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
     try:
         return OpenGLRenderer("auto")
     except OpenGLError as error:
-        _log.warning("running on the CPU rasteriser, for %s", error)
+        _log.warning("%s", _why_not(error))
         return CpuRenderer()
+
+
+def draws_by_software(renderer: Renderer) -> bool:
+    """Whether OpenGL draws without a GPU: the CPU rasteriser is faster then."""
+    return isinstance(renderer, OpenGLRenderer) and not renderer.gl.hardware
+
+
+def _why_not(error: OpenGLError) -> str:
+    """Why OpenGL is not used, short; `abs-engine doctor` says more."""
+    attempts = error.attempts if isinstance(error, NoOpenGLError) else ()
+    if attempts and all(attempt.hidden for attempt in attempts):
+        return f"OpenGL is hidden by {HIDE_VARIABLE}"
+    return f"no OpenGL loads; to get it: {error.remedy}"

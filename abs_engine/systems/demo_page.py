@@ -33,21 +33,42 @@ def head_given(person: str, person_known: bool) -> str:
     )
 
 
+def camera_error(along: float, across: float) -> str:
+    """Why lip points are worse in camera coordinates than in head coordinates.
+
+    Parameters
+    ----------
+    along, across : float, mm
+        Error of the head's position along and across the line of sight, RMS.
+    """
+    return (
+        "In camera coordinates the error of the head's position is added. Distance is the hard "
+        "direction for one camera, which sees it by the head's size only. Head position, RMS: "
+        f"{along:.2f} mm along the line of sight, {across:.2f} mm across it."
+    )
+
+
 def demo_page(
-    person: str, person_known: bool, run: dict[str, Any], rows: Sequence[tuple[str, str]]
+    person: str,
+    video: str,
+    run: dict[str, Any],
+    rows: Sequence[tuple[str, str]],
+    remarks: Sequence[str],
 ) -> str:
-    """The page; it shows the files of the folders ``clip``, ``run`` and ``evaluation`` beside it.
+    """The page; it shows the video and the files of ``run`` and ``evaluation`` beside it.
 
     Parameters
     ----------
     person : str
         Who was filmed.
-    person_known : bool
-        Whether the tracker knew the head.
+    video : str
+        Address of what was filmed, from the page.
     run : dict
         What ``run.json`` holds.
     rows : sequence of (str, str)
         What was measured, and its number.
+    remarks : sequence of str
+        What was given to the tracker, and what to know about the numbers.
     """
     summary = run["summary"]
     key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
@@ -56,11 +77,13 @@ def demo_page(
 <style>{_STYLE}</style></head><body>
 <h1>Lips tracked by rendering</h1>
 <p>The studio filmed {html.escape(person)} with a renderer of its own, with noise and compression
-(<a href="clip/video.mp4">clip/video.mp4</a>). Of the clip the tracker saw only that video and
-the camera's calibration. Everything is compared with the known truth.</p>
-<p>{html.escape(head_given(person, person_known))}</p>
+(<a href="{html.escape(video)}">{html.escape(video)}</a>). The tracker was given that video,
+the camera's calibration and a head, nothing else of the truth, with which its results are compared
+here.</p>
+<p>{html.escape(remarks[0])}</p>
 <h2>Tracked against truth</h2>
 {_table(rows)}
+{"".join(f"<p>{html.escape(remark)}</p>" for remark in remarks[1:])}
 <p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared and
 {summary["seconds_per_frame"]:.3f} s a frame after {summary["preparation_seconds"]:.1f} s of
 preparation, drawn by {html.escape(str(run["renderer"]))}.</p>

@@ -6,7 +6,7 @@ place of learned physics, and Nelder-Mead in place of forces.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,7 +66,12 @@ class LipTracker:
         return track(self.setting, self.motion.poses(read_frames(self.video)))
 
 
-def prepare_lips(video: Path, renderer: Renderer, options: LipOptions = LipOptions()) -> LipTracker:
+def prepare_lips(
+    video: Path,
+    renderer: Renderer,
+    options: LipOptions = LipOptions(),
+    stage: Callable[[str], None] | None = None,
+) -> LipTracker:
     """Find the face, learn the clip's colours and fit the person's mouth.
 
     Parameters
@@ -74,6 +79,8 @@ def prepare_lips(video: Path, renderer: Renderer, options: LipOptions = LipOptio
     video : Path
     renderer : Renderer
     options : LipOptions
+    stage : callable, optional
+        Told what is begun, in a few words.
 
     Raises
     ------
@@ -82,14 +89,22 @@ def prepare_lips(video: Path, renderer: Renderer, options: LipOptions = LipOptio
     FaceNotFoundError
         If no face is found.
     """
+    tell = stage or _silent
+    tell("reading the video")
     info = probe(video)
     camera = options.camera or Camera.ideal(info.size)
     model = lip_model(load_speaker(options.speaker), options.person)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     motion = HeadMotion(model, camera, renderer, box)
+    tell("finding and following the face")
     frames = choose_frames(motion.poses(read_frames(video)), str(video))
+    tell("learning the clip's colours, fitting the mouth")
     calibration = calibrate(model, frames, camera, renderer)
     return LipTracker(video, info, _setting(model, calibration, camera, renderer, info), motion)
+
+
+def _silent(_stage: str) -> None:
+    """Tell nobody."""
 
 
 def lip_model(speaker: Speaker, person: str | None) -> MouthModel:
@@ -106,4 +121,4 @@ def _setting(
     model: MouthModel, calibration: Calibration, camera: Camera, renderer: Renderer, info: VideoInfo
 ) -> TrackerSetting:
     scene = model.held(calibration.person)
-    return TrackerSetting(model, scene, calibration, camera, renderer, info.rate)
+    return TrackerSetting(model, scene, calibration, camera, renderer, info.rate, times=info.times)

@@ -25,6 +25,7 @@ def track_video(
     options: LipOptions = DEFAULTS,
     progress: Progress | None = None,
     prepared: Callable[[float], None] | None = None,
+    stage: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Track the lips in a video and write a run; see `abs_engine.track.record`.
 
@@ -39,6 +40,8 @@ def track_video(
         Called after every frame with the number of frames done and of all frames.
     prepared : callable, optional
         Called before the first frame with the seconds that the preparation took.
+    stage : callable, optional
+        Told what the preparation begins, in a few words.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def track_video(
     check_options(options, probe(video))
     with NewFolder(folder) as made:
         start = time.perf_counter()
-        tracker = prepare_lips(video, renderer, options)
+        tracker = prepare_lips(video, renderer, options, stage)
         took = time.perf_counter() - start
         if prepared is not None:
             prepared(took)

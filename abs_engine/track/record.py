@@ -83,7 +83,7 @@ class Recorder:
             "engine_version": engine_version(),
             "renderer": setting.renderer.description,
             **each,
-            "time": each["index"] / setting.rate,
+            "time": self._times(),
             "parameters": np.array([r.vector for r in results]),
             "parameter_names": pose_spec(setting.model.n_expression).names,
             "rotation": np.array([rotation_vector(r) for r in results]),
@@ -112,10 +112,17 @@ class Recorder:
     def rows(self) -> Iterator[list[Any]]:
         """The rows of ``results.csv``, its heading first."""
         yield table_heading(self._setting)
-        for result in self._results:
-            yield [_cell(value) for value in self._row(result)]
+        for result, time in zip(self._results, self._times(), strict=True):
+            yield [_cell(value) for value in self._row(result, float(time))]
 
-    def _row(self, result: FrameResult) -> list[Any]:
+    def _times(self) -> NDArray[np.float64]:
+        """When each frame is shown, (T,), seconds: as the video says, or by its rate."""
+        count, setting = len(self._results), self._setting
+        if len(setting.times) == count:
+            return np.array(setting.times, np.float64)
+        return np.arange(count) / setting.rate
+
+    def _row(self, result: FrameResult, time: float) -> list[Any]:
         setting = self._setting
         points = np.full((len(POINT_NAMES), 3), np.nan)
         if result.found:
@@ -123,7 +130,7 @@ class Recorder:
             points = vertices[setting.model.rings["points"]]
         return [
             result.index,
-            result.index / setting.rate,
+            time,
             int(result.found),
             *rotation_vector(result),
             *translation(result),

@@ -87,6 +87,8 @@ class TrackerSetting:
     rate : float
         Frames per second.
     solver : Simplex
+    times : tuple of float
+        When each frame is shown, seconds; empty where only the rate is known.
     """
 
     model: MouthModel
@@ -96,6 +98,7 @@ class TrackerSetting:
     renderer: Renderer
     rate: float
     solver: Simplex = FRAME_SOLVER
+    times: tuple[float, ...] = ()
 
     @property
     def classes(self) -> ColourClasses:
