@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from collections.abc import Container, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.geometry import check_mesh
 
 FORMAT, VERSION = "abs_engine.speaker", 1
+POINTS, POINTS_FORMAT, POINTS_VERSION = "points.json", "abs_engine.points", 1
 _PACKAGE = Path(__file__).resolve().parent
 
 
@@ -44,6 +46,9 @@ class Speaker:
     landmarks : mapping of str to int32 vertex indices
     folder : Path
         Where the textures lie.
+    points : mapping of str to int32 vertex indices
+        The frozen lists of ``points.json``: `landmark_68` and the areas `face`, `lips` and `jaw`,
+        each described in the file; empty for a head without that file.
     """
 
     vertices: NDArray[np.float32]
@@ -59,6 +64,7 @@ class Speaker:
     people: Mapping[str, NDArray[np.float32]]
     landmarks: Mapping[str, NDArray[np.int32]]
     folder: Path
+    points: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
 
     def class_id(self, name: str) -> int:
         """Id of a facet class by its name."""
@@ -178,6 +184,7 @@ def load_speaker(path: Path | None = None) -> Speaker:
             people=dict(zip(map(str, data["people_names"]), people, strict=True)),
             landmarks={k: np.atleast_1d(np.asarray(data[k], np.int32)) for k in _LANDMARKS},
             folder=path.parent,
+            points=load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"])),
         )
     except KeyError as error:
         raise ModelFormatError(
@@ -185,6 +192,40 @@ def load_speaker(path: Path | None = None) -> Speaker:
         ) from error
     check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
     return speaker
+
+
+def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:
+    """Read the frozen vertex lists of a head with that many vertices and faces.
+
+    Returns
+    -------
+    dict of str to int32 vertex indices
+        Empty where there is no such file.
+
+    Raises
+    ------
+    InputFileError
+        If the file is no JSON.
+    ModelFormatError
+        If it has another format or version, or belongs to another mesh.
+    """
+    if not path.is_file():
+        return {}
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        kind = told["format"], told["version"], told["vertices"], told["faces"]
+        lists = {k: np.asarray(v["vertices"], np.int32) for k, v in told["lists"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputFileError(
+            f"{path} is no list of points", "make it again with assets/speaker_points.py"
+        ) from error
+    inside = all(v.size and v.min() >= 0 and v.max() < vertices for v in lists.values())
+    if kind != (POINTS_FORMAT, POINTS_VERSION, vertices, faces) or not inside:
+        raise ModelFormatError(
+            f"{path} has another format or belongs to another mesh",
+            "make it again with assets/speaker_points.py",
+        )
+    return lists
 
 
 def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generic]]:

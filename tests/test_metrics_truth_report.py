@@ -45,7 +45,6 @@ def truth():
         class_names=("background",),
         rotations=np.tile([np.pi - 0.05, 0.02, 0.1], (FRAMES, 1)),
         translations=np.tile([3.0, 5, 600], (FRAMES, 1)),
-        visemes=("rest",) * FRAMES,
         closed=-offsets[:, 6, 1] < 1.0,
         landmarks={"inner_lip_8": np.arange(8), "mouth_corners": np.array([8, 9])},
     )

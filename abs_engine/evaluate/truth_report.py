@@ -14,11 +14,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, OutputError, ParameterError
+from abs_engine.errors import OutputError
+from abs_engine.evaluate.estimate import CLOSED_APERTURE, check_run
 from abs_engine.evaluate.metrics import (
     PointError,
     closure,
     curve_error,
+    head_angle,
+    head_distance,
     lip_rms_mm,
     spikes,
     to_camera,
@@ -27,10 +30,6 @@ from abs_engine.evaluate.metrics import (
 from abs_engine.truth import Truth
 
 Run = Mapping[str, NDArray[Any]]
-RUN_KEYS = ("lip_points", "lip_vertex", "rotation", "translation", "aperture", "width")
-CLOSED_APERTURE = 1.0
-"""A run that does not say which frames are closed is closed below this aperture, mm."""
-
 SPIKE = 3.0
 """Millimetres by which an aperture must stand out from both neighbours to be a spike."""
 
@@ -100,7 +99,7 @@ def score(run: Run, truth: Truth) -> dict[str, Any]:
     ParameterError
         If it is of other frames or of another mesh than the truth.
     """
-    check_run(run, truth)
+    check_run(run, len(truth), len(truth.neutral))
     found, vertex = run["lip_points"], run["lip_vertex"]
     true = truth.points(vertex)
     in_camera = to_camera(found, run["rotation"], run["translation"])
@@ -119,25 +118,6 @@ def score(run: Run, truth: Truth) -> dict[str, Any]:
         "closure": asdict(closure(closed_frames(run), truth.closed)),
         "aperture_spikes": spikes(run["aperture"], SPIKE),
     }
-
-
-def check_run(run: Run, truth: Truth) -> None:
-    """Raise unless a run has all arrays and is of the truth's frames and mesh."""
-    missing = [key for key in RUN_KEYS if key not in run]
-    if missing:
-        raise InputFileError(f"the run lacks {', '.join(missing)}", "track the clip again")
-    frames = {key: len(run[key]) for key in RUN_KEYS if key != "lip_vertex"}
-    if set(frames.values()) != {len(truth)}:
-        raise ParameterError(
-            f"the run has {sorted(set(frames.values()))} frames, the truth {len(truth)}",
-            "evaluate a run of this very clip",
-        )
-    vertex = run["lip_vertex"]
-    if len(vertex) == 0 or vertex.min() < 0 or vertex.max() >= len(truth.neutral):
-        raise ParameterError(
-            f"the run's points are not among the truth's {len(truth.neutral)} vertices",
-            "track with the speaker that was filmed",
-        )
 
 
 def closed_frames(run: Run) -> NDArray[np.bool_]:
@@ -179,15 +159,11 @@ def _aligned(run: Run, truth: Truth) -> PointError:
 
 def _pose_error(run: Run, truth: Truth, tracked: NDArray[np.bool_]) -> dict[str, float]:
     """Root mean square over frames of the angle between poses, and of their distance."""
-    origin = np.zeros((len(truth), 1, 3))
-    axes = np.broadcast_to(np.eye(3), (len(truth), 3, 3))
-    still = np.zeros((len(truth), 3))
-    found, true = (to_camera(axes, r, still) for r in (run["rotation"], truth.rotations))
-    cosine = np.clip((np.einsum("tij,tij->t", found, true) - 1) / 2, -1, 1)
-    away = to_camera(origin, run["rotation"], run["translation"])[:, 0] - truth.translations
+    angle = head_angle(run["rotation"], truth.rotations)
+    away = head_distance(run["translation"], truth.translations)
     return {
-        "head_angle_rms_deg": _rms(np.degrees(np.arccos(cosine[tracked]))),
-        "head_position_rms_mm": _rms(np.linalg.norm(away[tracked], axis=1)),
+        "head_angle_rms_deg": _rms(angle[tracked]),
+        "head_position_rms_mm": _rms(away[tracked]),
     }
 
 

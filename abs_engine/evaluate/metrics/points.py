@@ -1,8 +1,4 @@
-"""Numbers that say how far a track is from the truth. Lengths in mm.
-
-Points are (T, N, 3): T frames of N points. A frame in which an estimate is not finite was not
-tracked; it is left out of every number, and the caller reports how many there are.
-"""
+"""Distances between points and their truth, (T, N, 3) in mm, and changes of coordinates."""
 
 from __future__ import annotations
 
@@ -33,39 +29,6 @@ class PointError:
     per_frame: FloatArray
 
 
-@dataclass(frozen=True)
-class CurveError:
-    """How a curve differs from its truth.
-
-    Parameters
-    ----------
-    rms, bias : float
-        Root mean square and mean of estimate - truth.
-    correlation : float
-        Pearson's; NaN where one of the curves is constant.
-    """
-
-    rms: float
-    bias: float
-    correlation: float
-
-
-@dataclass(frozen=True)
-class Detection:
-    """Frames found against frames that are there.
-
-    Parameters
-    ----------
-    precision : float
-        Share of the found frames that are true; NaN where none was found.
-    recall : float
-        Share of the true frames that were found; NaN where there is none.
-    """
-
-    precision: float
-    recall: float
-
-
 def lip_rms_mm(estimated: ArrayLike, truth: ArrayLike) -> PointError:
     """RMS distance of points as they are, without any alignment ("raw").
 
@@ -88,6 +51,23 @@ def lip_rms_mm(estimated: ArrayLike, truth: ArrayLike) -> PointError:
     found, true = _points(estimated, truth)
     squared = ((found - true) ** 2).sum(axis=2).mean(axis=1)
     return PointError(float(np.sqrt(squared[_tracked(found)].mean())), np.sqrt(squared))
+
+
+def squared_distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """Mean over points of the squared distance, (T,) mm^2; NaN where a frame was not tracked.
+
+    The square root of its mean over frames is the root mean square (RMS) error of `lip_rms_mm`.
+    """
+    found, true = _points(estimated, truth)
+    return np.asarray(((found - true) ** 2).sum(axis=2).mean(axis=1))
+
+
+def vertex_rms(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """RMS distance of each point over the tracked frames, (N,) mm: the error map of a clip."""
+    found, true = _points(estimated, truth)
+    chosen = _tracked(found)
+    squared = ((found[chosen] - true[chosen]) ** 2).sum(axis=2)
+    return np.asarray(np.sqrt(squared.mean(axis=0)))
 
 
 def without_constant_offset(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
@@ -144,61 +124,10 @@ def to_camera(points: ArrayLike, rotation: ArrayLike, translation: ArrayLike) ->
     return np.asarray(turned + np.asarray(translation, np.float64)[:, None])
 
 
-def curve_error(estimated: ArrayLike, truth: ArrayLike) -> CurveError:
-    """Difference and correlation of two curves (T,), such as lip aperture or width.
-
-    Raises
-    ------
-    ParameterError
-        If the lengths differ, or no frame was tracked.
-    """
-    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
-    if found.shape != true.shape or found.ndim != 1:
-        raise ParameterError(
-            f"curves of shapes {found.shape} and {true.shape} cannot be compared",
-            "compare the same frames of one clip",
-        )
-    chosen = np.isfinite(found)
-    if not chosen.any():
-        raise ParameterError("no frame was tracked", "look at the overlay of the run")
-    found, true = found[chosen], true[chosen]
-    error = found - true
-    constant = np.ptp(found) == 0 or np.ptp(true) == 0
-    correlation = np.nan if constant else float(np.corrcoef(found, true)[0, 1])
-    return CurveError(float(np.sqrt((error**2).mean())), float(error.mean()), correlation)
-
-
-def closure(estimated: ArrayLike, truth: ArrayLike) -> Detection:
-    """Precision and recall, counted in frames, of the frames (T,) in which lips are closed.
-
-    Raises
-    ------
-    ParameterError
-        If the lengths differ.
-    """
-    found, true = np.asarray(estimated, bool), np.asarray(truth, bool)
-    if found.shape != true.shape:
-        raise ParameterError(
-            f"{found.size} frames cannot be compared with {true.size}",
-            "compare the same frames of one clip",
-        )
-    hits = float((found & true).sum())
-    precision = hits / found.sum() if found.any() else np.nan
-    recall = hits / true.sum() if true.any() else np.nan
-    return Detection(float(precision), float(recall))
-
-
-def spikes(curve: ArrayLike, threshold: float) -> int:
-    """Number of frames that stand out from both neighbours, to one side, by more than `threshold`.
-
-    No lip moves there and back within two frames; such a frame is a tracker's slip. The first and
-    the last frame, and neighbours of frames that were not tracked, never count.
-    """
-    values = np.asarray(curve, np.float64)
-    before, here, after = values[:-2], values[1:-1], values[2:]
-    above = here - np.maximum(before, after) > threshold
-    below = np.minimum(before, after) - here > threshold
-    return int((above | below).sum())
+def to_head(points: ArrayLike, rotation: ArrayLike, translation: ArrayLike) -> FloatArray:
+    """Points (T, N, 3) of the camera frame in the head frame: the inverse of `to_camera`."""
+    moved = np.asarray(points, np.float64) - np.asarray(translation, np.float64)[:, None]
+    return np.asarray(moved @ rotations(np.asarray(rotation, np.float64)))
 
 
 def _points(estimated: ArrayLike, truth: ArrayLike) -> tuple[FloatArray, FloatArray]:

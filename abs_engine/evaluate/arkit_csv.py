@@ -1,0 +1,143 @@
+"""Face-unit files of other systems, as Live Link Face writes them for ARKit.
+
+A line for each frame: the 52 weights under ARKit's names (``JawOpen`` or ``jawOpen``), and perhaps
+``Timecode`` (hours:minutes:seconds:frames) and ``HeadYaw``,
+``HeadPitch``, ``HeadRoll``, radians: R = Ry(yaw) Rx(pitch) Rz(roll) in axes of the head frame's
+sense. The vertices are those of the filmed person with the weights on the bundled head's units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.evaluate import metrics
+from abs_engine.evaluate.csv_table import Table, read_table
+from abs_engine.evaluate.estimate import (
+    CLOSED_APERTURE,
+    Areas,
+    Estimate,
+    LinearSurface,
+    PointTrack,
+)
+from abs_engine.evaluate.landmark_csv import Reference
+
+FloatArray = NDArray[np.float64]
+HEAD = ("headyaw", "headpitch", "headroll")
+TICKS = (24, 25, 30, 48, 50, 60, 120)
+"""Frames a second that timecodes count."""
+
+LARGEST = 1.5
+"""ARKit's weights lie between 0 and 1; above this they are something else, such as per cent."""
+
+
+def read_arkit(
+    path: Path, clip: Reference, unit_names: Sequence[str], units: NDArray[Any], areas: Areas
+) -> Estimate:
+    """Read a file of face units as an estimate of a clip.
+
+    Parameters
+    ----------
+    path : Path
+    clip : Reference
+    unit_names : sequence of 52 str
+    units : (52, V, 3) float, mm at weight 1
+    areas : mapping of str to vertex indices
+        `landmark_68` and those that are scored as tracks of their own.
+
+    Raises
+    ------
+    InputFileError
+        If units are missing or a cell is no number.
+    ParameterError
+        If it is of other frames than the clip.
+    """
+    table = _lower_case(read_table(path))
+    table.require(name.lower() for name in unit_names)
+    head = HEAD if all(name in table.columns for name in HEAD) else ()
+    numbers = table.numbers([*(name.lower() for name in unit_names), *head])
+    numbers = _on_frames(table, numbers, clip)
+    weights = numbers[:, : len(unit_names)]
+    if np.nanmax(np.abs(weights), initial=0) > LARGEST:
+        raise InputFileError(
+            f"a weight of {path} is {np.nanmax(np.abs(weights)):.3g}", "give weights from 0 to 1"
+        )
+    surface = LinearSurface(clip.neutral, units, weights)
+    scored = {k: v for k, v in areas.items() if k != "landmark_68"}
+    points = surface.points(clip.landmark_68)
+    curves = metrics.lip_curves(points[:, 48:60], points[:, 60:68])
+    return Estimate(
+        name=Path(path).stem,
+        found=np.asarray(np.isfinite(weights).all(axis=1)),
+        tracks={k: PointTrack(v, surface.points(v)) for k, v in scored.items()},
+        rotations=_rotations(numbers[:, len(unit_names) :]) if head else None,
+        turned="camera",
+        curves=curves,
+        closed=np.asarray(curves["aperture"] < CLOSED_APERTURE),
+        surface=surface,
+    )
+
+
+def is_arkit(columns: Sequence[str]) -> bool:
+    """Whether a file with these columns holds face units."""
+    return "jawopen" in {name.lower() for name in columns}
+
+
+def _lower_case(table: Table) -> Table:
+    return Table(table.path, {k.lower(): v for k, v in table.columns.items()}, table.rows)
+
+
+def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray:
+    """Rows (T, ...) at the times of the frames.
+
+    As many rows as frames are the frames; otherwise the timecodes, from the first on, must cover
+    the clip, and rows are interpolated.
+    """
+    if len(numbers) == clip.frames:
+        return numbers
+    problem = f"{table.path} has {len(numbers)} rows, the truth {clip.frames} frames"
+    remedy = "give a row for each frame, or timecodes that cover the clip"
+    if "timecode" not in table.columns:
+        raise ParameterError(problem, remedy)
+    times = timecodes(table.text("timecode"), table.path)
+    times = times - times[0]
+    wanted = np.arange(clip.frames) / clip.rate
+    if (np.diff(times) <= 0).any() or abs(times[-1] - wanted[-1]) > 1.5 / clip.rate:
+        raise ParameterError(f"{problem}, and lasts {times[-1]:.2f} s", remedy)
+    columns = [np.interp(wanted, times, column) for column in numbers.T]
+    return np.stack(columns, axis=1)
+
+
+def timecodes(cells: Sequence[str], path: Path) -> FloatArray:
+    """Timecodes ``hh:mm:ss:ff.fff`` in seconds, (N,).
+
+    Frames are parts of a second by the smallest usual rate above the largest frame number.
+
+    Raises
+    ------
+    InputFileError
+        If one is none.
+    """
+    try:
+        parts = np.array([[float(part) for part in cell.split(":")] for cell in cells])
+        hours, minutes, seconds, ticks = parts.T
+    except ValueError as error:
+        raise InputFileError(
+            f"the Timecode of {path} is not hh:mm:ss:ff.fff", "write it so in every row"
+        ) from error
+    base = next((rate for rate in TICKS if rate > ticks.max()), TICKS[-1])
+    return np.asarray(3600 * hours + 60 * minutes + seconds + ticks / base)
+
+
+def _rotations(angles: FloatArray) -> FloatArray:
+    """Rotation vectors (T, 3) of yaw, pitch and roll, (T, 3)."""
+    vectors = np.full(angles.shape, np.nan)
+    known = np.isfinite(angles).all(axis=1)
+    vectors[known] = Rotation.from_euler("YXZ", angles[known]).as_rotvec()
+    return vectors

@@ -1,0 +1,169 @@
+"""What each number of a score means, its unit, and where it is defined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number of a score.
+
+    Parameters
+    ----------
+    key : str
+        Its name in ``scores.json``.
+    label : str
+        Its row in the table.
+    unit : str
+    definition : str
+        What is computed; the functions of `abs_engine.evaluate.metrics` cite their sources.
+    """
+
+    key: str
+    label: str
+    unit: str
+    definition: str
+
+
+TRACKS = {
+    "lip_points": "lip points",
+    "landmarks": "68 landmarks",
+    "face": "face",
+    "lips": "lips",
+    "jaw": "jaw",
+}
+CURVES = {"aperture": "aperture", "width": "width", "protrusion": "protrusion"}
+
+
+def _points(track: str, name: str) -> list[Metric]:
+    sure = "root mean square of the distance to the truth"
+    return [
+        Metric(f"{track}_rms_head_mm", f"{name}, head coordinates, RMS", "mm", sure),
+        Metric(
+            f"{track}_rms_head_offset_removed_mm",
+            "  the same, one constant rigid offset removed",
+            "mm",
+            f"{sure}, after the one rigid motion of the whole clip that brings it closest (Kabsch)",
+        ),
+        Metric(f"{track}_rms_camera_mm", f"{name}, camera coordinates, RMS", "mm", sure),
+        Metric(
+            f"{track}_jitter_mm",
+            f"{name}, jitter",
+            "mm",
+            "RMS of the error's second difference over sqrt(6): the size of frame-to-frame noise "
+            "(Gasser et al. 1986); head coordinates, or the camera's where there is no head pose",
+        ),
+        Metric(
+            f"{track}_acceleration_mm_s2",
+            f"{name}, acceleration error",
+            "mm/s2",
+            "mean size of the error's second derivative (Kanazawa et al. 2019)",
+        ),
+        Metric(
+            f"{track}_coverage_95",
+            f"{name}, truth inside of 95 % intervals",
+            "share",
+            "share of coordinates that lie in the interval given for them",
+        ),
+    ]
+
+
+def _curve(key: str, name: str) -> list[Metric]:
+    return [
+        Metric(f"{key}_rms_mm", f"{name}, RMS", "mm", "root mean square difference"),
+        Metric(f"{key}_bias_mm", f"{name}, bias", "mm", "mean difference, estimate - truth"),
+        Metric(f"{key}_correlation", f"{name}, correlation", "", "Pearson's, over frames"),
+        Metric(
+            f"{key}_coverage_95",
+            f"{name}, truth inside of 95 % intervals",
+            "share",
+            "share of frames in which the true value lies in the interval given for it",
+        ),
+    ]
+
+
+METRICS: tuple[Metric, ...] = (
+    Metric(
+        "frames",
+        "frames",
+        "",
+        "frames of the truth with the face in the picture; the others do not count",
+    ),
+    Metric("frames_lost", "frames lost", "", "frames in which the system gave nothing"),
+    Metric(
+        "failure_share",
+        "frames that failed",
+        "share",
+        "lost, or lip error above 5 mm; where there is no 3D, landmark error above 0.08 of the "
+        "distance of the eyes (Shen et al. 2015)",
+    ),
+    *(metric for track, name in TRACKS.items() for metric in _points(track, name)),
+    Metric(
+        "landmarks_rms_px", "68 landmarks, picture, RMS", "px", "root mean square of the distance"
+    ),
+    Metric(
+        "landmarks_nme",
+        "68 landmarks, over distance of eyes",
+        "share",
+        "mean distance over the true distance of points 36 and 45 (Sagonas et al. 2016)",
+    ),
+    Metric("lips_rms_px", "lip landmarks, picture, RMS", "px", "the same for points 48 to 67"),
+    Metric("lips_nme", "lip landmarks, over distance of eyes", "share", "for points 48 to 67"),
+    *(metric for key, name in CURVES.items() for metric in _curve(key, name)),
+    Metric(
+        "closure_precision_frames",
+        "closed frames, precision",
+        "share",
+        "share of the frames called closed that are",
+    ),
+    Metric(
+        "closure_recall_frames",
+        "closed frames, recall",
+        "share",
+        "share of the closed frames that are called so",
+    ),
+    Metric(
+        "closure_precision_events",
+        "closures, precision",
+        "share",
+        "share of the runs of frames called closed that overlap with a closure, one to one",
+    ),
+    Metric(
+        "closure_recall_events",
+        "closures, recall",
+        "share",
+        "share of the closures that overlap with a run of frames called closed, one to one",
+    ),
+    Metric(
+        "closure_onset_error_ms",
+        "closure onset, mean error",
+        "ms",
+        "mean size of the difference of onsets, over closures found",
+    ),
+    Metric(
+        "closure_onset_bias_ms",
+        "closure onset, bias",
+        "ms",
+        "mean difference of onsets; positive: late",
+    ),
+    Metric(
+        "head_angle_rms_deg",
+        "head direction, RMS",
+        "deg",
+        "root mean square of the geodesic angle (Huynh 2009)",
+    ),
+    Metric(
+        "head_angle_offset_removed_rms_deg",
+        "  the same, one constant turn removed",
+        "deg",
+        "after the one constant turn that brings the clip closest (Hartley et al. 2013)",
+    ),
+    Metric(
+        "head_position_rms_mm",
+        "head position, RMS",
+        "mm",
+        "root mean square distance of the head's origin in camera coordinates",
+    ),
+)
+BY_KEY = {metric.key: metric for metric in METRICS}

@@ -1,0 +1,139 @@
+"""The video against the labels: all frames there, and each label at the frame that it is of.
+
+A head under steady light is, pixel by pixel, close to a linear function of its albedo and of its
+albedo times its normals (light of the first order of spherical harmonics: Basri & Jacobs 2003).
+That function is fitted to the frame that a label is of, and to its neighbours. The frame that fits
+best must be the label's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import AbsEngineError
+from abs_engine.evaluate.check.finding import Finding
+from abs_engine.evaluate.check.sight import Head, Sight
+from abs_engine.evaluate.check.surface import smooth_normals
+from abs_engine.truth import Truth
+from abs_engine.video import probe, read_frames
+
+FloatArray = NDArray[np.float64]
+LAGS = (-1, 0, 1)
+WATCHED = 6
+"""How many label frames are held against the video."""
+
+BETTER = 0.98
+"""Another frame fits better if what it leaves unexplained is less than this share."""
+
+EXPLAINED = 0.2
+"""Share of the variance of a picture that its labels must explain."""
+
+LOSS = 14.0
+"""Mean grey levels by which compression may change a picture."""
+
+PIXELS = 300
+"""A head of fewer pixels says nothing about a picture."""
+
+
+def watched(frames: int) -> list[int]:
+    """Label frames that are held against the video; each has neighbours."""
+    inner = np.arange(1, max(frames - 1, 1))
+    return (
+        inner[np.linspace(0, len(inner) - 1, WATCHED).round().astype(int)].tolist()
+        if len(inner)
+        else []
+    )
+
+
+def video_findings(truth: Truth, sights: list[Sight], name: str) -> Iterator[Finding]:
+    """A video of other frames, or of another size or rate, or that shows something else."""
+    try:
+        info = probe(truth.video)
+        wanted = {s.frame + lag for s in sights for lag in LAGS}
+        kept, count = {}, 0
+        for picture in read_frames(truth.video):
+            if count in wanted:
+                kept[count] = picture
+            count += 1
+    except AbsEngineError as error:
+        yield Finding(name, "cannot be read", error.problem)
+        return
+    if count != len(truth):
+        yield Finding(name, "has another number of frames than the clip", f"{count}, {len(truth)}")
+    if info.size != truth.camera.size:
+        yield Finding(name, "has another size than the camera", f"{info.size}")
+        return
+    if abs(info.rate - truth.rate) > 0.01 * truth.rate:
+        yield Finding(name, "has another rate than the clip", f"{info.rate:g} a second")
+    yield from time_findings(truth, sights, kept, name)
+    for sight in sights:
+        if sight.frame in kept and truth.frame_path(sight.frame) is not None:
+            yield from _loss_findings(truth, sight.frame, kept[sight.frame], name)
+
+
+def _loss_findings(
+    truth: Truth, frame: int, shown: NDArray[np.uint8], name: str
+) -> Iterator[Finding]:
+    path = truth.frame_path(frame)
+    exact = None if path is None else cv2.imread(str(path))
+    if exact is None or exact.shape != shown.shape:
+        return
+    loss = float(np.abs(exact[..., ::-1].astype(np.float64) - shown).mean())
+    if loss > LOSS:
+        yield Finding(name, "differs from the frames before compression", f"{loss:.1f}", frame)
+
+
+def time_findings(
+    truth: Truth, sights: list[Sight], kept: dict[int, NDArray[np.uint8]], name: str
+) -> Iterator[Finding]:
+    """Labels that fit a neighbouring frame better than their own, or none."""
+    left, total = dict.fromkeys(LAGS, 0.0), 0.0
+    for sight in sights:
+        if len(sight) < PIXELS or any(sight.frame + lag not in kept for lag in LAGS):
+            continue
+        model, near = features(truth, sight)
+        for lag in LAGS:
+            levels = kept[sight.frame + lag].mean(axis=2)[near]
+            rest = unexplained(model, levels)
+            left[lag] += rest
+            total += ((levels - levels.mean()) ** 2).sum() if lag == 0 else 0.0
+    if total == 0:
+        return
+    best = min(left, key=lambda lag: left[lag])
+    explained = 1 - left[0] / total
+    if best != 0 and left[best] < BETTER * left[0]:
+        how = f"labels fit the frame {best:+d} away better, {1 - left[best] / total:.1%} against "
+        yield Finding(name, "is not in step with the labels", how + f"{explained:.1%}")
+    elif explained < EXPLAINED:
+        yield Finding(name, "does not look like its labels", f"they explain {explained:.0%} of it")
+
+
+def features(truth: Truth, sight: Sight) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """What a picture should be made of, (N, K), and the pixels (H, W) that it is about."""
+    seen = sight.ids > 0
+    disc = np.ones((7, 7), np.uint8)
+    near = cv2.dilate(seen.astype(np.uint8), disc).astype(np.bool_)
+    near &= truth.cover(sight.frame) == 0
+    normal = np.zeros((*seen.shape, 3))
+    direct = smooth_normals(truth, Head.of(truth, sight.frame).points)
+    image = None if sight.reflection is None else sight.reflection.directions(direct)
+    normal[sight.y, sight.x] = sight.blend(truth, direct, image)
+    light = np.concatenate([seen[..., None], normal], axis=2)
+    if truth.has("albedo"):
+        colours = truth.albedo(sight.frame).mean(axis=2)[..., None]
+        parts = [light, light * colours]
+    else:
+        kinds = truth.class_ids(sight.frame)
+        parts = [light * (kinds == k)[..., None] for k in np.unique(kinds[seen])]
+    return np.concatenate([np.ones((*seen.shape, 1)), *parts], axis=2)[near], near
+
+
+def unexplained(model: FloatArray, levels: FloatArray) -> float:
+    """Sum of squares that a linear fit of features (N, K) to levels (N,) leaves."""
+    scale = np.maximum(np.abs(model).max(axis=0), 1e-9)
+    weights = np.linalg.lstsq(model / scale, levels, rcond=1e-6)[0]
+    return float(((levels - (model / scale) @ weights) ** 2).sum())

@@ -1,0 +1,160 @@
+"""Landmarks in the picture, and the COCO keypoints made of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.evaluate.check.finding import Finding
+from abs_engine.evaluate.check.sight import FloatArray, Reflection, Sight, reflection
+from abs_engine.truth import Truth
+from abs_engine.truth.coco import box_and_area, keypoint_names, keypoints
+
+PLACE = 0.02
+"""px by which a landmark may be off its projection."""
+
+UNSURE = 0.04
+"""Share of the landmarks whose visibility may differ: some lie at the very edge."""
+
+
+def point_findings(truth: Truth, name: str) -> Iterator[Finding]:
+    """Landmark pixels that are not where the vertices project to."""
+    frames = len(truth)
+    shapes = {
+        "landmark_pixels": (truth.landmark_pixels, (frames, 68, 2)),
+        "landmark_visible": (truth.landmark_visible, (frames, 68)),
+        "in_picture": (truth.in_picture, (frames,)),
+    }
+    for label, (array, wanted) in shapes.items():
+        if array.shape != wanted:
+            yield Finding(name, f"{label} has a wrong shape", f"{array.shape}, not {wanted}")
+            return
+    mirror = reflection(truth)
+    points = truth.points(truth.landmarks["landmark_68"])
+    told: list[tuple[str, FloatArray, Reflection | None]] = [
+        ("landmark_pixels", truth.landmark_pixels, None)
+    ]
+    if mirror is not None:
+        if truth.mirror_pixels is None or truth.mirror_pixels.shape != (frames, 68, 2):
+            yield Finding(name, "mirror_landmark_pixels is missing or has a wrong shape")
+        else:
+            told.append(("mirror_landmark_pixels", truth.mirror_pixels, mirror))
+    for label, pixels, through in told:
+        yield from _projected(truth, points, label, pixels, through, name)
+
+
+def _projected(
+    truth: Truth,
+    points: FloatArray,
+    label: str,
+    pixels: FloatArray,
+    mirror: Reflection | None,
+    name: str,
+) -> Iterator[Finding]:
+    for frame in range(len(truth)):
+        place = truth.pose(frame).apply(points[frame])
+        place = place if mirror is None else mirror.points(place)
+        before = place[:, 2] > truth.camera.near
+        if not before.any():
+            continue
+        away = np.linalg.norm(truth.camera.project(place) - pixels[frame], axis=1)[before]
+        if not away.max() <= PLACE:
+            how = f"up to {away.max():.2f} px"
+            yield Finding(name, f"{label} are not where the vertices project to", how, frame)
+
+
+def visible_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]:
+    """Landmarks that are said to be hidden where the picture shows them, or the reverse."""
+    told = truth.landmark_visible[sight.frame]
+    seen, hidden = certain(truth, sight)
+    wrong = int((seen & ~told).sum() + (hidden & told).sum())
+    sure = int(seen.sum() + hidden.sum())
+    if wrong > max(UNSURE * sure, 2):
+        how = f"{wrong} of {sure} that are clear"
+        yield Finding(name, "landmark_visible does not agree with the ids", how, sight.frame)
+    direct = bool((~sight.mirrored).any())
+    if bool(truth.in_picture[sight.frame]) not in {direct, bool(len(sight))}:
+        how = f"{len(sight)} pixels of it are seen"
+        yield Finding(name, "in_picture does not agree with the ids", how, sight.frame)
+
+
+def certain(truth: Truth, sight: Sight) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which of the 68 landmarks are seen for certain, and which are hidden for certain.
+
+    What is seen shows a facet of its own, with nothing of another class around it: where lips
+    touch, each lies before the other by less than this can tell.
+    """
+    vertex = truth.landmarks["landmark_68"]
+    points = truth.pose(sight.frame).apply(truth.vertices(sight.frame)[vertex].astype(np.float64))
+    pixels, depth = truth.camera.project(points), points[:, 2]
+    height, width = sight.ids.shape
+    cover = truth.cover(sight.frame) > 0
+    drawn = np.full((height, width), np.inf)
+    drawn[sight.y, sight.x] = np.where(sight.mirrored, np.inf, sight.depth)
+    blocked = np.where(cover, -np.inf, drawn)
+    kinds = truth.class_ids(sight.frame)
+    seen, hidden = np.zeros(68, np.bool_), np.zeros(68, np.bool_)
+    for i, (pixel, z) in enumerate(zip(pixels, depth, strict=True)):
+        if (pixel < -0.5).any() or pixel[0] >= width - 0.5 or pixel[1] >= height - 0.5 or z <= 0:
+            hidden[i] = True
+            continue
+        x, y = (int(v) for v in np.clip(np.rint(pixel), 0, (width - 1, height - 1)))
+        around = blocked[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
+        hidden[i] = bool((around < z - 5.0).all())
+        if np.isfinite(drawn[y, x]):
+            own = (truth.weld[truth.faces] == truth.weld[vertex[i]]).any(axis=1)
+            shown = np.minimum(sight.ids[y, x], len(own)) - 1
+            near = kinds[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
+            seen[i] = own[shown] and bool(np.isin(near, truth.facet_class[own]).all())
+    return seen, hidden
+
+
+Boxes = dict[int, tuple[Any, Any]]
+
+
+def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator[Finding]:
+    """COCO keypoints that are not those of ``points.npz``.
+
+    Parameters
+    ----------
+    truth : Truth
+    path : Path
+    name : str
+    boxes : dict
+        Filled with the box and the area of every frame that has an annotation.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        flat = {a["image_id"]: np.array(a["keypoints"], np.float64) for a in data["annotations"]}
+        boxes |= {a["image_id"]: (list(a["bbox"]), a["area"]) for a in data["annotations"]}
+        names, images = data["categories"][0]["keypoints"], len(data["images"])
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        yield Finding(name, "is no COCO keypoints file", str(error)[:80])
+        return
+    if images != len(truth) or names != keypoint_names():
+        yield Finding(name, "has other pictures or keypoints than the clip", f"{images} pictures")
+        return
+    if set(flat) != set(np.flatnonzero(truth.in_picture).tolist()):
+        yield Finding(name, "has annotations of other frames than those that show the head")
+    pixels, visible = truth.landmark_pixels, truth.landmark_visible
+    for frame in sorted(set(flat) & set(range(len(truth)))):
+        wanted = np.array(keypoints(pixels[frame], visible[frame], truth.camera.size))
+        if flat[frame].shape != wanted.shape or np.abs(flat[frame] - wanted).max() > 0.01:
+            yield Finding(name, "keypoints are not those of points.npz", "", frame)
+
+
+def box_findings(truth: Truth, sight: Sight, boxes: Boxes, name: str) -> Iterator[Finding]:
+    """A box and an area must be those of the head's pixels, with or without its mirror image."""
+    if sight.frame not in boxes:
+        return
+    direct = np.zeros(sight.ids.shape, np.bool_)
+    direct[sight.y, sight.x] = ~sight.mirrored
+    wanted = [box_and_area(sight.ids > 0), box_and_area(direct)]
+    if boxes[sight.frame] not in wanted:
+        how = f"{boxes[sight.frame]}, not {wanted[0]}"
+        yield Finding(name, "a box or an area is not that of the ids", how, sight.frame)

@@ -1,0 +1,100 @@
+"""Arrays of a clip: shapes, and motion that a head can make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.evaluate.check.finding import Finding
+from abs_engine.evaluate.check.sight import rotation_angle
+from abs_engine.geometry import Pose
+from abs_engine.truth import Clip, Truth
+from abs_engine.truth.dataset import ClipEntry
+
+OFFSET = 80.0
+"""No face unit moves a vertex farther than this, mm."""
+
+TURN = 0.6
+"""A head or a camera does not turn farther than this from frame to frame, radians."""
+
+NEAREST = 60.0
+"""No camera is nearer to the middle of the head than this, mm."""
+
+
+def shape_findings(clip: Clip, entry: ClipEntry, name: str) -> Iterator[Finding]:
+    """Arrays that are not of the clip's frames or not of its mesh, or are not finite."""
+    frames, vertices = entry.frames, len(clip.neutral)
+    shapes: dict[str, tuple[NDArray[np.generic], tuple[int | None, ...]]] = {
+        "unit_weights": (clip.unit_weights, (frames, len(clip.unit_names))),
+        "neutral": (clip.neutral, (None, 3)),
+        "faces": (clip.faces, (None, 3)),
+        "uv": (clip.uv, (vertices, 2)),
+        "rotations": (clip.world_rotations, (frames, 3)),
+        "translations": (clip.world_translations, (frames, 3)),
+        "closed": (clip.closed, (frames,)),
+        "gap": (clip.gap, (frames,)),
+        "phonemes": (np.array(clip.phonemes), (frames,)),
+    }
+    for label, (array, wanted) in shapes.items():
+        fits = array.ndim == len(wanted) and all(
+            w in (None, n) for n, w in zip(array.shape, wanted, strict=True)
+        )
+        if not fits:
+            yield Finding(name, f"{label} has a wrong shape", f"{array.shape}, not {wanted}")
+        elif array.dtype.kind == "f" and not np.isfinite(array).all():
+            yield Finding(name, f"{label} holds NaN or infinity")
+    if clip.faces.size and (clip.faces.min() < 0 or clip.faces.max() >= vertices):
+        yield Finding(name, "faces name vertices that there are not", f"{clip.faces.max()}")
+    for label, indices in clip.landmarks.items():
+        if not indices.size or indices.min() < 0 or indices.max() >= vertices:
+            yield Finding(name, f"{label} names vertices that there are not")
+    if clip.landmarks["landmark_68"].shape != (68,):
+        yield Finding(name, "landmark_68 does not have 68 points")
+    if entry.rate != clip.rate or not 1 <= clip.rate <= 1000:
+        yield Finding(name, "the rate makes no sense", f"{clip.rate:g} and {entry.rate:g} a second")
+
+
+def offset_findings(clip: Clip, frame: int, name: str) -> Iterator[Finding]:
+    """Offsets that no face can make."""
+    far = np.abs(clip.offsets[frame].astype(np.float32)).max()
+    if not far <= OFFSET:
+        yield Finding(name, "vertices are far from where they rest", f"{far:.0f} mm", frame)
+
+
+def pose_findings(clip: Clip, name: str) -> Iterator[Finding]:
+    """Head poses that are not in radians, or jump."""
+    poses = [clip.world_pose(frame) for frame in range(len(clip))]
+    yield from vector_findings(clip.world_rotations, poses, name)
+
+
+def camera_findings(truth: Truth, name: str) -> Iterator[Finding]:
+    """Cameras whose pose is not in radians or jumps, or that are inside the head."""
+    placed = truth.placed
+    if placed is not None:
+        poses = [placed.pose(frame) for frame in range(len(placed.rotations))]
+        yield from vector_findings(placed.rotations, poses, name)
+    near = np.linalg.norm(truth.translations, axis=1)
+    if near.min() < NEAREST:
+        at = int(near.argmin())
+        yield Finding(name, "the camera is inside the head", f"{near[at]:.3g} mm", at)
+
+
+def vector_findings(
+    vectors: NDArray[np.float64], poses: list[Pose], name: str
+) -> Iterator[Finding]:
+    """Rotation vectors (T, 3) that are no radians, and rotations that jump."""
+    size = np.linalg.norm(vectors, axis=1)
+    if size.max() > 2 * np.pi:
+        at = int(size.argmax())
+        yield Finding(
+            name, "rotations are not in radians", f"a vector of length {size[at]:.1f}", at
+        )
+        return
+    turns = [rotation_angle(a, b) for a, b in pairwise(poses)]
+    if turns and max(turns) > TURN:
+        at = int(np.argmax(turns))
+        how = f"{np.degrees(turns[at]):.0f} degrees from one frame to the next"
+        yield Finding(name, "rotations jump", how, at)

@@ -1,0 +1,231 @@
+"""What a system says about the frames of a clip, whatever the system: the input of `score`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import InputFileError, ParameterError
+
+FloatArray = NDArray[np.float64]
+Areas = Mapping[str, NDArray[np.int32]]
+
+NORMAL_95 = 1.959963984540054
+"""Half the width of a normal distribution's central 95 %, in standard deviations."""
+
+CLOSED_APERTURE = 1.0
+"""A result that does not say which frames are closed is closed below this aperture, mm."""
+
+
+class Surface(Protocol):
+    """A mesh over time, on the vertices of the truth."""
+
+    def vertices(self, frame: int) -> FloatArray:
+        """Vertices (V, 3), mm, head frame; NaN in a lost frame."""
+        ...
+
+    def points(self, vertex: NDArray[np.integer[Any]]) -> FloatArray:
+        """Paths (T, N, 3), mm, head frame, of some vertices (N,); NaN in lost frames."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class PointTrack:
+    """Points over time.
+
+    Parameters
+    ----------
+    vertex : (N,) int, indices of the truth's vertices
+    points : (T, N, 3) float64, mm
+        NaN in lost frames.
+    space : {"head", "camera"}
+        The frame of reference.
+    """
+
+    vertex: NDArray[np.integer[Any]]
+    points: FloatArray
+    space: Literal["head", "camera"] = "head"
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What a system says about the T frames of a clip. What it does not say is None or absent.
+
+    Parameters
+    ----------
+    name : str
+    found : (T,) bool
+        False in frames that the system gave up.
+    tracks : mapping of str to PointTrack
+        `lip_points`, `landmarks`, and the areas `face`, `lips` and `jaw`.
+    rotations : (T, 3) float64, optional
+        Rotation vectors, head to camera, radians.
+    translations : (T, 3) float64, optional
+        mm, head to camera.
+    turned : {"head", "camera"}
+        Which side of the rotations is in the system's own axes, see `head_angle_without_offset`.
+    curves : mapping of str to (T,) float64, mm
+        `aperture`, `width`, `protrusion`, as `metrics.lip_curves`.
+    curves_on : {"axes", "rest"}
+        Measured along the axes of the head frame, or after the stable landmarks of each frame were
+        laid on the person at rest (`landmark_curves`); the truth's are then measured so, too.
+    closed : (T,) bool, optional
+    pixels : (T, 68, 2) float64, optional
+        Landmarks in the picture; NaN for points that are not given.
+    intervals : mapping of str to (lower, upper)
+        95 % intervals of a curve or of a track's points, of the same shape.
+    surface : Surface, optional
+        The whole mesh, for error maps.
+    """
+
+    name: str
+    found: NDArray[np.bool_]
+    tracks: Mapping[str, PointTrack] = field(default_factory=dict)
+    rotations: FloatArray | None = None
+    translations: FloatArray | None = None
+    turned: Literal["head", "camera"] = "head"
+    curves: Mapping[str, FloatArray] = field(default_factory=dict)
+    curves_on: Literal["axes", "rest"] = "axes"
+    closed: NDArray[np.bool_] | None = None
+    pixels: FloatArray | None = None
+    intervals: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+    surface: Surface | None = None
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.found)
+
+
+def within(estimate: Estimate, seen: NDArray[np.bool_]) -> Estimate:
+    """The estimate with nothing said about frames outside of `seen` (T,)."""
+
+    def cut(values: FloatArray) -> FloatArray:
+        return np.where(seen.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
+
+    def cut_or_none(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else cut(values)
+
+    return replace(
+        estimate,
+        found=estimate.found & seen,
+        tracks={k: replace(v, points=cut(v.points)) for k, v in estimate.tracks.items()},
+        rotations=cut_or_none(estimate.rotations),
+        translations=cut_or_none(estimate.translations),
+        curves={k: cut(v) for k, v in estimate.curves.items()},
+        closed=None if estimate.closed is None else estimate.closed & seen,
+        pixels=cut_or_none(estimate.pixels),
+        intervals={k: (cut(low), cut(high)) for k, (low, high) in estimate.intervals.items()},
+    )
+
+
+RUN_KEYS = ("lip_points", "lip_vertex", "rotation", "translation", "aperture", "width")
+
+
+def check_run(run: Mapping[str, NDArray[Any]], frames: int, vertices: int) -> None:
+    """Raise unless a run has all arrays, and is of so many frames and of such a mesh.
+
+    Raises
+    ------
+    InputFileError
+        If it lacks an array.
+    ParameterError
+        If it is of other frames or of another mesh.
+    """
+    missing = [key for key in RUN_KEYS if key not in run]
+    if missing:
+        raise InputFileError(f"the run lacks {', '.join(missing)}", "track the clip again")
+    lengths = {len(run[key]) for key in RUN_KEYS if key != "lip_vertex"}
+    if lengths != {frames}:
+        raise ParameterError(
+            f"the run has {sorted(lengths)} frames, the truth {frames}",
+            "evaluate a run of this very clip",
+        )
+    vertex = run["lip_vertex"]
+    if len(vertex) == 0 or vertex.min() < 0 or vertex.max() >= vertices:
+        raise ParameterError(
+            f"the run's points are not among the truth's {vertices} vertices",
+            "track with the speaker that was filmed",
+        )
+
+
+def of_run(
+    name: str, run: Mapping[str, NDArray[Any]], surface: Surface | None, areas: Areas
+) -> Estimate:
+    """The engine's own run as an estimate.
+
+    Parameters
+    ----------
+    name : str
+    run : mapping of str to array
+        As `load_run` gives it. Arrays `X_sd`, or `X_lower` and `X_upper`, of an array `X`
+        (`lip_points`, which may be called `lip`, `aperture`, `width`) are its 95 % intervals.
+    surface : Surface, optional
+        The run's mesh.
+    areas : mapping of str to vertex indices
+        Lists on the mesh that are tracks of their own.
+    """
+    lips = np.asarray(run["lip_points"], np.float64)
+    tracks = {"lip_points": PointTrack(run["lip_vertex"], lips)}
+    if surface is not None:
+        tracks |= {k: PointTrack(v, surface.points(v)) for k, v in areas.items()}
+    aperture = np.asarray(run["aperture"], np.float64)
+    return Estimate(
+        name=name,
+        found=np.asarray(np.isfinite(lips).all(axis=(1, 2))),
+        tracks=tracks,
+        rotations=np.asarray(run["rotation"], np.float64),
+        translations=np.asarray(run["translation"], np.float64),
+        curves={"aperture": aperture, "width": np.asarray(run["width"], np.float64)},
+        closed=np.asarray(run["closed"], bool) if "closed" in run else aperture < CLOSED_APERTURE,
+        intervals=_intervals(run),
+        surface=surface,
+    )
+
+
+def _intervals(run: Mapping[str, NDArray[Any]]) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """The 95 % intervals that a run gives."""
+    found = {}
+    for name, prefixes in (
+        ("lip_points", ("lip_points", "lip")),
+        ("aperture", ("aperture",)),
+        ("width", ("width",)),
+    ):
+        for prefix in prefixes:
+            if f"{prefix}_lower" in run and f"{prefix}_upper" in run:
+                low, high = run[f"{prefix}_lower"], run[f"{prefix}_upper"]
+            elif f"{prefix}_sd" in run:
+                middle, reach = run[name], NORMAL_95 * run[f"{prefix}_sd"]
+                low, high = middle - reach, middle + reach
+            else:
+                continue
+            found[name] = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSurface:
+    """A mesh as a mean and modes: vertices(t) = mean + sum over p of weights[t, p] modes[p].
+
+    Parameters
+    ----------
+    mean : (V, 3) float, mm, head frame
+    modes : (P, V, 3) float, mm at weight 1
+    weights : (T, P) float64
+    """
+
+    mean: NDArray[np.floating[Any]]
+    modes: NDArray[np.floating[Any]]
+    weights: FloatArray
+
+    def vertices(self, frame: int) -> FloatArray:
+        """Vertices (V, 3), mm, head frame."""
+        return np.asarray(self.mean + np.tensordot(self.weights[frame], self.modes, 1), np.float64)
+
+    def points(self, vertex: NDArray[np.integer[Any]]) -> FloatArray:
+        """Paths (T, N, 3), mm, head frame, of some vertices (N,)."""
+        moved = np.tensordot(self.weights, self.modes[:, vertex].astype(np.float64), 1)
+        return np.asarray(self.mean[vertex].astype(np.float64) + moved)

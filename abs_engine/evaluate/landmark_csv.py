@@ -1,0 +1,273 @@
+"""Landmark files of other systems, in two layouts.
+
+Long, a line for each point: ``frame,point,x,y,unit`` and perhaps ``time`` (s), ``z``, ``space``.
+`point` is 0 to 67 in the order of 300-W; `unit` is ``px`` (x, y in the picture, pixel centres at
+integers) or ``mm`` (x, y, z); `space` of mm is ``camera`` (x right, y down, z forward; the default)
+or ``head`` (x to the subject's left, y up, z out of the face). A file may give both units.
+
+Wide, a line for each frame, as OpenFace 2 writes it (Baltrusaitis et al. 2018): ``frame`` and
+perhaps ``timestamp`` (s), ``success``; ``x_0`` ... ``y_67`` in px, ``X_0`` ... ``Z_67`` in mm,
+camera coordinates, and ``pose_Tx`` ... ``pose_Rz`` (mm, radians; R = Rx Ry Rz, no turn being a
+face that looks into the camera). px, or mm, or both.
+
+Frames count from 0 or from 1. Every frame of the clip is there; a lost one has empty cells, or
+success 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.evaluate import metrics
+from abs_engine.evaluate.csv_table import Table, read_table
+from abs_engine.evaluate.estimate import CLOSED_APERTURE, Estimate, PointTrack
+from abs_engine.evaluate.rest import landmark_curves
+from abs_engine.geometry import FACING
+
+FloatArray = NDArray[np.float64]
+COUNT = 68
+EYES_MM = 50.0, 150.0
+"""Between these lies the distance of the outer corners of anybody's eyes."""
+
+POSE = ("pose_Rx", "pose_Ry", "pose_Rz"), ("pose_Tx", "pose_Ty", "pose_Tz")
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What of the truth a reader of results needs.
+
+    Parameters
+    ----------
+    frames : int
+    rate : float
+        Frames per second.
+    neutral : (V, 3) float, mm, head frame
+        The person at rest.
+    landmark_68 : (68,) int
+        The landmarks' vertices.
+    """
+
+    frames: int
+    rate: float
+    neutral: FloatArray
+    landmark_68: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """What a file says: NaN where it says nothing.
+
+    Parameters
+    ----------
+    pixels : (T, 68, 2) float64
+    points : (T, 68, 3) float64, mm
+    space : {"camera", "head"}
+    rotations, translations : (T, 3) float64, optional
+    """
+
+    pixels: FloatArray
+    points: FloatArray
+    space: Literal["camera", "head"] = "camera"
+    rotations: FloatArray | None = None
+    translations: FloatArray | None = None
+
+
+def read_landmarks(path: Path, clip: Reference) -> Estimate:
+    """Read a landmark file as an estimate of a clip.
+
+    Raises
+    ------
+    InputFileError
+        If columns are missing, a cell is no number, or units are not those that are told.
+    ParameterError
+        If it is of other frames than the clip.
+    """
+    table = read_table(path)
+    read = _long if "point" in table.columns else _wide
+    found = read(table, clip)
+    _check_units(table.path, found)
+    return _estimate(Path(path).stem, found, clip)
+
+
+def _long(table: Table, clip: Reference) -> Landmarks:
+    table.require(("frame", "point", "x", "y", "unit"))
+    frame = _frame_rows(table, clip)
+    point = table.numbers(["point"])[:, 0]
+    if not np.isin(point, np.arange(COUNT)).all():
+        raise InputFileError(f"{table.path} has points other than 0 to 67", "use the 68 of 300-W")
+    places = table.numbers(["x", "y", *(["z"] if "z" in table.columns else [])])
+    unit = np.array(table.text("unit"))
+    strange = sorted(set(unit.tolist()) - {"px", "mm"})
+    if strange:
+        raise InputFileError(f"{table.path} has the unit '{strange[0]}'", "give px or mm")
+    in_mm, which = unit == "mm", point.astype(int)
+    if in_mm.any() and places.shape[1] < 3:
+        raise InputFileError(f"{table.path} lacks the column z of its points in mm", "add it")
+    pixels, points = _empty(clip.frames, 2), _empty(clip.frames, 3)
+    for array, rows in ((pixels, ~in_mm), (points, in_mm)):
+        keys = frame[rows] * COUNT + which[rows]
+        if len(np.unique(keys)) != len(keys):
+            raise InputFileError(f"{table.path} gives a point twice in a frame", "give it once")
+        array[frame[rows], which[rows]] = places[rows, : array.shape[2]]
+    return Landmarks(pixels, points, _space(table, in_mm))
+
+
+def _space(table: Table, in_mm: NDArray[np.bool_]) -> Literal["camera", "head"]:
+    if "space" not in table.columns:
+        return "camera"
+    named = {name for name, mm in zip(table.text("space"), in_mm, strict=True) if mm}
+    if len(named) > 1 or not named <= {"camera", "head"}:
+        raise InputFileError(
+            f"{table.path} has the spaces {', '.join(sorted(named))}", "give camera or head"
+        )
+    return "head" if named == {"head"} else "camera"
+
+
+def _wide(table: Table, clip: Reference) -> Landmarks:
+    flat, solid = ([f"{axis}_{k}" for k in range(COUNT) for axis in axes] for axes in ("xy", "XYZ"))
+    has_px, has_mm = (any(n in table.columns for n in names) for names in (flat, solid))
+    table.require(("frame", *(flat if has_px or not has_mm else ()), *(solid if has_mm else ())))
+    frame = _frame_rows(table, clip)
+    if len(np.unique(frame)) != len(frame):
+        raise InputFileError(f"{table.path} gives a frame twice", "give one face only")
+    lost = np.zeros(len(frame), bool)
+    if "success" in table.columns:
+        lost = table.numbers(["success"])[:, 0] != 1
+
+    def columns(names: Iterable[str], *shape: int) -> FloatArray:
+        numbers = table.numbers(names)
+        numbers[lost] = np.nan
+        ordered = np.empty_like(numbers)
+        ordered[frame] = numbers
+        return ordered.reshape(clip.frames, *shape)
+
+    pixels = columns(flat, COUNT, 2) if has_px else _empty(clip.frames, 2)
+    points = columns(solid, COUNT, 3) if has_mm else _empty(clip.frames, 3)
+    if not set(POSE[0] + POSE[1]) <= table.columns.keys():
+        return Landmarks(pixels, points)
+    angles, moved = (columns(names, 3) for names in POSE)
+    return Landmarks(pixels, points, "camera", _turned(angles), moved)
+
+
+def _turned(angles: FloatArray) -> FloatArray:
+    """Rotation vectors (T, 3), head to camera, of angles about x, y, z from facing the camera."""
+    vectors = np.full(angles.shape, np.nan)
+    known = np.isfinite(angles).all(axis=1)
+    turned = Rotation.from_euler("XYZ", angles[known]) * Rotation.from_matrix(FACING)
+    vectors[known] = turned.as_rotvec()
+    return vectors
+
+
+def _frame_rows(table: Table, clip: Reference) -> NDArray[np.int64]:
+    """The frame of each row, from 0; checked against the frames and times of the clip."""
+    given = table.numbers(["frame"])[:, 0]
+    if not (np.isfinite(given) & (given == np.floor(given))).all():
+        raise InputFileError(f"{table.path} has frames that are no numbers", "count frames")
+    known = np.unique(given)
+    first = int(known[0])
+    if first not in (0, 1) or not np.array_equal(known, first + np.arange(clip.frames)):
+        raise ParameterError(
+            f"{table.path} has {len(known)} frames from {first} to {int(known[-1])}, "
+            f"the truth {clip.frames}",
+            "give every frame of this very clip once, lost ones with empty cells",
+        )
+    frame = given.astype(np.int64) - first
+    for name in ("time", "timestamp"):
+        if name in table.columns:
+            check_times(table.path, table.numbers([name])[:, 0], frame, clip.rate)
+    return frame
+
+
+def check_times(path: Path, times: FloatArray, frame: NDArray[np.int64], rate: float) -> None:
+    """Raise `ParameterError` if times (s) are off by more than half a frame, the first being 0."""
+    start = times[frame == 0]
+    away = times - (start[0] if start.size else 0.0) - frame / rate
+    wrong = np.flatnonzero(~(np.abs(away) <= 0.5 / rate + 1e-3))
+    if wrong.size:
+        at = wrong[0]
+        raise ParameterError(
+            f"{path} has frame {frame[at]} at {times[at]:g} s, the truth at {frame[at] / rate:g} s",
+            f"give results for this very clip, {rate:g} frames a second",
+        )
+
+
+def _check_units(path: Path, found: Landmarks) -> None:
+    """Raise `InputFileError` for pixels or mm that cannot be."""
+    pixels = np.abs(found.pixels[np.isfinite(found.pixels)])
+    if pixels.size and pixels.max() <= 2:
+        raise InputFileError(
+            f"the pixels of {path} are all between 0 and {pixels.max():.2g}",
+            "multiply shares by the picture's width and height",
+        )
+    eyes = metrics.interocular(found.points)
+    eyes = eyes[np.isfinite(eyes)]
+    if eyes.size and not EYES_MM[0] <= np.median(eyes) <= EYES_MM[1]:
+        raise InputFileError(
+            f"the eyes of {path} are {np.median(eyes):.3g} mm apart", "give points in mm"
+        )
+
+
+def _estimate(name: str, found: Landmarks, clip: Reference) -> Estimate:
+    has_px, has_mm = (bool(np.isfinite(a).any()) for a in (found.pixels, found.points))
+    shape = found.points if has_mm else found.pixels
+    tracked = _any_point(shape)
+    tracks: dict[str, PointTrack] = {}
+    curves: dict[str, FloatArray] = {}
+    closed = _closed_in_picture(found.pixels, clip)
+    if has_mm:
+        given = np.isfinite(found.points[tracked]).all(axis=(0, 2))
+        track = PointTrack(clip.landmark_68[given], found.points[:, given], found.space)
+        tracks["landmarks"] = track
+        rest = None if found.space == "head" else clip.neutral[clip.landmark_68]
+        curves = landmark_curves(found.points, rest)
+        closed = _closed(curves["aperture"], closed)
+    return Estimate(
+        name=name,
+        found=tracked,
+        tracks=tracks,
+        rotations=found.rotations,
+        translations=found.translations,
+        closed=closed,
+        pixels=found.pixels if has_px else None,
+        curves=curves,
+        curves_on="axes" if found.space == "head" else "rest",
+    )
+
+
+def _any_point(points: FloatArray) -> NDArray[np.bool_]:
+    """Frames (T,) in which some point is given."""
+    return np.asarray(np.any(np.all(np.isfinite(points), axis=2), axis=1))
+
+
+def _closed(aperture: FloatArray, otherwise: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
+    if not np.isfinite(aperture).any():
+        return otherwise
+    return np.asarray(aperture < CLOSED_APERTURE)
+
+
+def _closed_in_picture(pixels: FloatArray, clip: Reference) -> NDArray[np.bool_] | None:
+    """Frames (T,) in which the inner lips are less than `CLOSED_APERTURE` apart in the picture.
+
+    Point 62 above point 66, square to the line of the eyes. The distance of the outer corners of
+    the eyes is the ruler; the person's own is known in mm. None without these points.
+    """
+    eyes = metrics.interocular(pixels)
+    along = (pixels[:, 45] - pixels[:, 36]) / eyes[:, None]
+    up = np.stack([along[:, 1], -along[:, 0]], axis=1)  # y of the picture points down
+    gap = ((pixels[:, 62] - pixels[:, 66]) * up).sum(axis=1) / eyes
+    if not np.isfinite(gap).any():
+        return None
+    ruler = metrics.interocular(clip.neutral[clip.landmark_68][None])[0]
+    return np.asarray(gap * ruler < CLOSED_APERTURE)
+
+
+def _empty(frames: int, axes: int) -> FloatArray:
+    return np.full((frames, COUNT, axes), np.nan)

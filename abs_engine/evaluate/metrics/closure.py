@@ -1,0 +1,129 @@
+"""Closed lips: which frames and which closures are found, and how far off their onset is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
+
+from abs_engine.errors import ParameterError
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Detection:
+    """What was found against what is there.
+
+    Parameters
+    ----------
+    precision : float
+        Share of the found that are true; NaN where none was found.
+    recall : float
+        Share of the true that were found; NaN where there is none.
+    """
+
+    precision: float
+    recall: float
+
+
+def closure(estimated: ArrayLike, truth: ArrayLike) -> Detection:
+    """Precision and recall, counted in frames, of the frames (T,) in which lips are closed.
+
+    Precision and recall as in van Rijsbergen, Information Retrieval (1979), chapter 7.
+
+    Raises
+    ------
+    ParameterError
+        If the lengths differ.
+    """
+    found, true = _same_frames(estimated, truth)
+    hits = float((found & true).sum())
+    precision = hits / found.sum() if found.any() else np.nan
+    recall = hits / true.sum() if true.any() else np.nan
+    return Detection(float(precision), float(recall))
+
+
+def closed_intervals(closed: ArrayLike) -> IntArray:
+    """Runs of closed frames, (E, 2): the first frame of each, and the first one after it."""
+    flags = np.concatenate([[0], np.asarray(closed, bool).astype(np.int64), [0]])
+    step = np.diff(flags)
+    return np.stack([np.flatnonzero(step == 1), np.flatnonzero(step == -1)], axis=1)
+
+
+def match_events(estimated: IntArray, truth: IntArray) -> IntArray:
+    """Pairs (P, 2) of closures, index of the estimated and of the true one, that overlap in time.
+
+    One to one; of all assignments the one with the largest total overlap.
+    """
+    first = np.maximum(estimated[:, None, 0], truth[None, :, 0])
+    last = np.minimum(estimated[:, None, 1], truth[None, :, 1])
+    overlap = np.maximum(last - first, 0)
+    rows, columns = linear_sum_assignment(overlap, maximize=True)
+    pairs = np.stack([rows, columns], axis=1)[overlap[rows, columns] > 0]
+    return np.asarray(pairs, np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class ClosureEvents:
+    """Closures found and true, as runs of frames, and which of them belong together.
+
+    Parameters
+    ----------
+    found, true : (E, 2) int64
+        See `closed_intervals`.
+    pairs : (P, 2) int64
+        See `match_events`.
+    """
+
+    found: IntArray
+    true: IntArray
+    pairs: IntArray
+
+    @property
+    def detection(self) -> Detection:
+        """Precision and recall, counted in closures."""
+        hits = len(self.pairs)
+        precision = hits / len(self.found) if len(self.found) else np.nan
+        recall = hits / len(self.true) if len(self.true) else np.nan
+        return Detection(float(precision), float(recall))
+
+    @property
+    def onsets(self) -> IntArray:
+        """First frames (P', 2) of the pairs, found and true; not of closures that begin a clip."""
+        both = np.stack([self.found[self.pairs[:, 0], 0], self.true[self.pairs[:, 1], 0]], axis=1)
+        return both[(both > 0).all(axis=1)]
+
+
+def closure_events(estimated: ArrayLike, truth: ArrayLike) -> ClosureEvents:
+    """Closures (runs of closed frames) against the true ones.
+
+    One is found if it overlaps with a true one, each being used once: the event-based scores of
+    Mesaros, Heittola & Virtanen, Metrics for polyphonic sound event detection, Applied Sciences 6
+    (2016), with overlap instead of a collar around onsets.
+
+    Parameters
+    ----------
+    estimated, truth : (T,) bool
+
+    Raises
+    ------
+    ParameterError
+        If the lengths differ.
+    """
+    found, true = (closed_intervals(a) for a in _same_frames(estimated, truth))
+    return ClosureEvents(found, true, match_events(found, true))
+
+
+def _same_frames(
+    estimated: ArrayLike, truth: ArrayLike
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    found, true = np.asarray(estimated, bool), np.asarray(truth, bool)
+    if found.shape != true.shape:
+        raise ParameterError(
+            f"{found.size} frames cannot be compared with {true.size}",
+            "compare the same frames of one clip",
+        )
+    return found, true

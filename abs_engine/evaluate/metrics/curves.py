@@ -1,0 +1,97 @@
+"""Curves over time: how they differ from the truth, and what of them is a slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CurveError:
+    """How a curve differs from its truth.
+
+    Parameters
+    ----------
+    rms, bias : float
+        Root mean square and mean of estimate - truth.
+    correlation : float
+        Pearson's; NaN where one of the curves is constant.
+    """
+
+    rms: float
+    bias: float
+    correlation: float
+
+
+def curve_error(estimated: ArrayLike, truth: ArrayLike) -> CurveError:
+    """Difference and correlation of two curves (T,), such as lip aperture or width.
+
+    Raises
+    ------
+    ParameterError
+        If the lengths differ, or no frame was tracked.
+    """
+    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
+    if found.shape != true.shape or found.ndim != 1:
+        raise ParameterError(
+            f"curves of shapes {found.shape} and {true.shape} cannot be compared",
+            "compare the same frames of one clip",
+        )
+    chosen = np.isfinite(found)
+    if not chosen.any():
+        raise ParameterError("no frame was tracked", "look at the overlay of the run")
+    found, true = found[chosen], true[chosen]
+    error = found - true
+    constant = np.ptp(found) == 0 or np.ptp(true) == 0
+    correlation = np.nan if constant else float(np.corrcoef(found, true)[0, 1])
+    return CurveError(float(np.sqrt((error**2).mean())), float(error.mean()), correlation)
+
+
+def lip_curves(outer_12: ArrayLike, inner_8: ArrayLike) -> dict[str, FloatArray]:
+    """The three curves by which lips are described, from their points in the head frame.
+
+    Parameters
+    ----------
+    outer_12 : (T, 12, 3) float, mm, head frame
+        Points 48 to 59 of the 68.
+    inner_8 : (T, 8, 3) float, mm, head frame
+        Points 60 to 67.
+
+    Returns
+    -------
+    dict of str to (T,) float64, mm
+        `aperture`: y of point 62 less y of point 66, 0 where the lips overlap; `width`: distance
+        between points 48 and 54; `protrusion`: mean z of points 51 and 57, how far the middle of
+        the lips lies in front of the ear canals.
+
+    Notes
+    -----
+    These are the internal height, the external width and the forward position of the two lips
+    by which Abry & Boe, "Laws" for lips, Speech Communication 5 (1986), describe lip shapes;
+    which points stand for them is our choice.
+    """
+    outer, inner = np.asarray(outer_12, np.float64), np.asarray(inner_8, np.float64)
+    return {
+        "aperture": np.maximum(inner[:, 2, 1] - inner[:, 6, 1], 0.0),
+        "width": np.linalg.norm(outer[:, 0] - outer[:, 6], axis=1),
+        "protrusion": (outer[:, 3, 2] + outer[:, 9, 2]) / 2,
+    }
+
+
+def spikes(curve: ArrayLike, threshold: float) -> int:
+    """Number of frames that stand out from both neighbours, to one side, by more than `threshold`.
+
+    No lip moves there and back within two frames; such a frame is a tracker's slip. The first and
+    the last frame, and neighbours of frames that were not tracked, never count.
+    """
+    values = np.asarray(curve, np.float64)
+    before, here, after = values[:-2], values[1:-1], values[2:]
+    above = here - np.maximum(before, after) > threshold
+    below = np.minimum(before, after) - here > threshold
+    return int((above | below).sum())

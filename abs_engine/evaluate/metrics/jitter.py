@@ -1,0 +1,51 @@
+"""Jitter: what shakes from frame to frame although the face does not."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+
+
+def acceleration_error(estimated: ArrayLike, truth: ArrayLike, rate: float) -> FloatArray:
+    """Mean over points of the size of the error's second difference, (T,) mm/s^2.
+
+    The acceleration error of Kanazawa et al., Learning 3D human dynamics from video, CVPR (2019),
+    here in mm/s^2. NaN in the first and the last frame and beside lost frames.
+
+    Parameters
+    ----------
+    estimated, truth : (T, N, 3) float, mm
+    rate : float
+        Frames per second.
+    """
+    second = _second_difference(estimated, truth)
+    return np.asarray(np.linalg.norm(second, axis=2).mean(axis=1) * rate**2)
+
+
+def noise_level(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """Mean square of the error's second difference over six, (T,) mm^2.
+
+    For an error that is white noise, the square root of the mean over frames is the noise's RMS
+    length; a slow drift leaves it at 0. This is the residual variance of Gasser, Sroka & Jennen-
+    Steinmetz, Biometrika 73 (1986), for equal steps: (1, -2, 1) / sqrt(6). NaN as in
+    `acceleration_error`.
+    """
+    return np.asarray((_second_difference(estimated, truth) ** 2).sum(axis=2).mean(axis=1) / 6.0)
+
+
+def _second_difference(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
+    """Of the error, (T, N, 3), with NaN in the first and the last frame."""
+    found, true = np.asarray(estimated, np.float64), np.asarray(truth, np.float64)
+    if found.shape != true.shape or found.ndim != 3:
+        raise ParameterError(
+            f"points of shapes {found.shape} and {true.shape} cannot be compared",
+            "give the same frames and the same points",
+        )
+    error = found - true
+    second = np.full(error.shape, np.nan)
+    second[1:-1] = error[:-2] - 2 * error[1:-1] + error[2:]
+    return second

@@ -1,0 +1,269 @@
+"""The parts of the page as HTML."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from abs_engine.evaluate.catalogue import BY_KEY, METRICS, Metric
+from abs_engine.evaluate.report import colours
+from abs_engine.evaluate.report.data import FloatArray, ReportData, Rows, System
+from abs_engine.evaluate.report.embed import data_url
+from abs_engine.evaluate.score import Score
+
+CARDS = (
+    ("frames_lost",),
+    ("lips_rms_head_mm", "lip_points_rms_head_mm", "landmarks_rms_head_mm", "lips_rms_px"),
+    ("face_rms_head_mm", "landmarks_rms_px"),
+    ("aperture_rms_mm",),
+    ("closure_recall_events",),
+    ("head_angle_rms_deg",),
+)
+"""Metrics of the first glance; of each group the first that there is."""
+
+_NO_WEBGL = (
+    '<p class="warning no-webgl" hidden>This browser gives the page no WebGL 2, which the 3D '
+    "pictures need.</p>"
+)
+
+
+def heading(data: ReportData) -> str:
+    """Title, legend and the numbers of the first glance."""
+    items = [
+        f'<li><span class="swatch" style="background:{colour}"></span>{_safe(name)}</li>'
+        for name, colour in _names(data)
+    ]
+    closed = (
+        '<li><span class="swatch area" style="background:#dddde3"></span>lips truly closed</li>'
+        if data.true is not None
+        else ""
+    )
+    return f"""<header><h1>{_safe(data.title)}</h1><p class="soft">{_safe(data.subtitle)}</p>
+<ul class="legend">{"".join(items)}{closed}</ul></header>{_cards(data)}"""
+
+
+def player(data: ReportData) -> str:
+    """The video beside the heads, and what controls them."""
+    if data.film is None and not _heads(data):
+        return ""
+    film = (
+        '<div class="film"><video muted playsinline></video><canvas></canvas></div>'
+        if data.film is not None
+        else ""
+    )
+    stage = '<div class="stage"><canvas></canvas></div>' if _heads(data) else ""
+    cut = (
+        f'<p class="soft">The first {data.played} of {data.frames} frames.</p>'
+        if data.played < data.frames
+        else ""
+    )
+    return f"""<section><h2>Video and heads</h2>{cut}
+<div class="player">{film}{stage}</div>
+<div class="bar"><button id="play">Play</button>
+<input type="range" id="scrub" min="0" max="{data.played - 1}" value="0" aria-label="frame">
+<span id="where"></span>
+<label>speed <select id="speed"><option value="1">1</option><option value="0.5">1/2</option>
+<option value="0.25">1/4</option><option value="0.1">1/10</option></select></label></div>
+{_contour_boxes(data)}{_head_controls(data)}{_NO_WEBGL if stage else ""}</section>"""
+
+
+def lip_curves(data: ReportData, charts: Mapping[str, Any]) -> str:
+    """The lip curves."""
+    if "lips" not in charts:
+        return ""
+    about = (
+        "Black: truth. Phonemes above. Grey: the lips truly closed. A band is a 95 % interval."
+        if data.true is not None
+        else "As tracked. A band is a 95 % interval."
+    )
+    return f"""<section><h2>Lip curves</h2><p>{about} <span class="soft hint">Drag to enlarge,
+double-click for the whole clip, click to go to a frame.</span></p>
+<div class="chart" id="chart-lips"></div></section>"""
+
+
+def errors(data: ReportData, charts: Mapping[str, Any]) -> str:
+    """Errors over time, and their spread."""
+    if "errors" not in charts:
+        return ""
+    names = ", ".join(q.label for q in data.errors)
+    return f"""<section><h2>Errors</h2><p>In each frame: {_safe(names)}; for points the root mean
+square distance to the truth. Gaps are lost frames.</p>
+<div class="chart" id="chart-errors"></div>
+<h3>Their spread over the frames</h3>
+<p>Box: quartiles and median. Dashed: mean. Whiskers: the farthest values within 1.5 times the
+box's height; dots lie beyond.</p>
+<div class="chart" id="chart-boxes"></div></section>"""
+
+
+def error_maps(data: ReportData, end: float) -> str:
+    """Errors painted on the face, with their scale."""
+    if not any(s.error_map is not None and s.head is not None for s in data.systems):
+        return ""
+    steps = ",".join(f"rgb({r},{g},{b})" for r, g, b in colours.bar_colours()[::16])
+    ticks = "".join(f"<span>{end * k / 4:g}</span>" for k in range(4))
+    return f"""<section><h2>Error on the face</h2>
+<p>RMS error of each vertex over the tracked frames, head coordinates, painted on the true head at
+rest. <span class="soft hint">Drag to turn.</span></p>{_NO_WEBGL}
+<div class="maps"><canvas></canvas></div>
+<div class="scale"><div><div class="ramp" style="background:linear-gradient(90deg,{steps})"></div>
+<div class="ticks">{ticks}<span>{end:g}+</span></div></div><span>mm</span></div></section>"""
+
+
+def worst(data: ReportData) -> str:
+    """The frames of the largest errors."""
+    parts = []
+    for number, system in enumerate(data.systems):
+        if system.worst:
+            name = f'<h3 style="color:{colours.system_colour(number)}">{_safe(system.name)}</h3>'
+            parts.append(f'{name}<div class="worst">{"".join(_figures(system, data.played))}</div>')
+    if not parts:
+        return ""
+    return f"""<section><h2>Worst frames</h2><p>White: the true contours of the lips.
+Coloured: the tracked ones. <span class="soft hint">Click to see the frame
+above.</span></p>{"".join(parts)}</section>"""
+
+
+def scores(data: ReportData) -> str:
+    """The table of scores and, folded, what they mean."""
+    used = [m for m in METRICS if any(m.key in s.scores for s in data.systems)]
+    if not used:
+        return ""
+    head = "".join(f"<th>{_safe(s.name)}</th>" for s in data.systems)
+    rows = "".join(_score_row(metric, data) for metric in used)
+    means = "".join(
+        f"<tr><th>{_safe(m.label.strip())}</th><td>{_safe(m.definition)}</td></tr>" for m in used
+    )
+    return f"""<section><h2>Scores</h2>
+<p>In brackets: 95 % confidence interval by a bootstrap over blocks of frames.</p>
+<div class="wide"><table class="scores"><thead><tr><th></th><th></th>{head}</tr></thead>
+<tbody>{rows}</tbody></table></div>
+<details><summary>What the numbers mean</summary><table>{means}</table></details></section>"""
+
+
+def facts(data: ReportData) -> str:
+    """Where everything comes from."""
+    blocks = [_facts(title, rows) for title, rows in data.facts.items() if rows]
+    blocks += [_facts(f"System: {s.name}", s.facts) for s in data.systems if s.facts]
+    return f"<section><h2>How it was made</h2>{''.join(blocks)}</section>" if blocks else ""
+
+
+def contours(data: ReportData) -> list[tuple[str, str, Mapping[str, FloatArray]]]:
+    """Name, colour and contours: of the truth, then of the systems that have them."""
+    found = []
+    if data.true is not None and data.true.contours:
+        found.append(("truth", colours.TRUTH_ON_PICTURES, data.true.contours))
+    for number, system in enumerate(data.systems):
+        if system.contours:
+            found.append((system.name, colours.picture_colour(number), system.contours))
+    return found
+
+
+def _names(data: ReportData) -> list[tuple[str, str]]:
+    """Names and colours of the truth and the systems."""
+    named = [("truth", colours.TRUTH)] if data.true is not None else []
+    return named + [(s.name, colours.system_colour(k)) for k, s in enumerate(data.systems)]
+
+
+def _heads(data: ReportData) -> bool:
+    return data.true is not None or any(s.head is not None for s in data.systems)
+
+
+def _cards(data: ReportData) -> str:
+    """For each system the numbers of the first glance."""
+    lines = []
+    for number, system in enumerate(data.systems):
+        found = ([key for key in group if key in system.scores] for group in CARDS)
+        keys = [group[0] for group in found if group]
+        if not keys:
+            continue
+        title = f"<h3>{_safe(system.name)}</h3>" if len(data.systems) > 1 else ""
+        cards = "".join(_card(key, system.scores[key], number) for key in keys)
+        lines.append(f'{title}<div class="cards">{cards}</div>')
+    return "".join(lines)
+
+
+def _card(key: str, score: Score, number: int) -> str:
+    metric = BY_KEY[key]
+    unit = "" if metric.unit in ("", "share") else f" {metric.unit}"
+    sure = "" if math.isnan(score.low) else f" [{_short(score.low)}, {_short(score.high)}]"
+    return (
+        f'<div class="card" style="border-color:{colours.system_colour(number)}">'
+        f"<b>{_short(score.value)}{unit}</b><small>{_safe(metric.label)}<br>{sure}</small></div>"
+    )
+
+
+def _contour_boxes(data: ReportData) -> str:
+    shown = contours(data)
+    if data.film is None or not shown:
+        return ""
+    boxes = "".join(
+        f'<label><input type="checkbox" data-contour="{k}" checked> <span class="swatch" '
+        f'style="background:{colour}"></span> {_safe(name)}</label>'
+        for k, (name, colour, _) in enumerate(shown)
+    )
+    return f'<div class="bar"><span class="soft">lips on the video:</span>{boxes}</div>'
+
+
+def _head_controls(data: ReportData) -> str:
+    if not _heads(data):
+        return ""
+    modes = [("beside", "side by side")]
+    if data.true is not None and any(s.head is not None for s in data.systems):
+        modes += [("over", "over the truth"), ("error", "error of this frame")]
+    buttons = "".join(
+        f'<button data-mode="{mode}"{" class=chosen" if mode == "beside" else ""}>{text}</button>'
+        for mode, text in modes
+    )
+    return f"""<div class="bar"><span>{buttons}</span>
+<span><button data-yaw="0">front</button><button data-yaw="-0.8">three quarters</button><button
+data-yaw="-1.5708">side</button></span>
+<label><input type="checkbox" id="close"> mouth only</label>
+<label><input type="checkbox" id="motion"> head motion</label>
+<span class="soft">drag to turn, Ctrl + wheel to enlarge</span></div>"""
+
+
+def _figures(system: System, played: int) -> list[str]:
+    out = []
+    for one in system.worst:
+        seek = f' data-frame="{one.frame}"' if one.frame < played else ""
+        source = data_url(one.picture, "image/jpeg")
+        out.append(
+            f'<figure><img src="{source}" alt="mouth in frame {one.frame}"{seek}>'
+            f"<figcaption>{_safe(one.text)}</figcaption></figure>"
+        )
+    return out
+
+
+def _score_row(metric: Metric, data: ReportData) -> str:
+    cells = []
+    for system in data.systems:
+        score = system.scores.get(metric.key)
+        if score is None or math.isnan(score.value):
+            cells.append('<td class="number">-</td>')
+            continue
+        sure = "" if math.isnan(score.low) else f"[{_short(score.low)}, {_short(score.high)}]"
+        cells.append(
+            f'<td class="number">{_short(score.value)} <span class="between">{sure}</span></td>'
+        )
+    unit = "" if metric.unit == "share" else metric.unit
+    return f'<tr><th>{_safe(metric.label)}</th><td class="soft">{unit}</td>{"".join(cells)}</tr>'
+
+
+def _facts(title: str, rows: Rows) -> str:
+    lines = "".join(
+        f"<tr><th>{_safe(name)}</th><td><code>{_safe(text)}</code></td></tr>" for name, text in rows
+    )
+    return f'<h3>{_safe(title)}</h3><table class="facts">{lines}</table>'
+
+
+def _short(number: float) -> str:
+    """Three digits after the point, fewer where the number is large, none where it is whole."""
+    if math.isnan(number) or number == round(number) or abs(number) >= 1000:
+        return f"{number:.0f}"
+    return f"{number:.{2 if abs(number) >= 10 else 3}f}"
+
+
+def _safe(text: str) -> str:
+    return html.escape(str(text))

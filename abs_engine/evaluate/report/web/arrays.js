@@ -1,0 +1,53 @@
+"use strict";
+// Arrays out of base64, meshes out of modes.
+
+const KINDS = { f4: Float32Array, i2: Int16Array, u1: Uint8Array, u2: Uint16Array, u4: Uint32Array };
+
+function bytesOf(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+function unpack(packed) {
+  return new KINDS[packed.kind](bytesOf(packed.data).buffer);
+}
+
+// A moving mesh: mean + weights x modes, see LinearMotion in Python.
+class Motion {
+  constructor(packed) {
+    this.mean = unpack(packed.mean);
+    this.modes = unpack(packed.modes);
+    this.weights = unpack(packed.weights);
+    this.lost = unpack(packed.lost);
+    this.count = packed.modes.shape[0];
+    this.length = this.mean.length;
+    this.now = new Float32Array(this.length);
+    this.frame = -1;
+  }
+
+  // Vertices of a frame, x y z after x y z; null in a lost frame. Valid until the next call.
+  at(frame) {
+    if (this.lost[frame]) return null;
+    if (frame === this.frame) return this.now;
+    this.now.set(this.mean);
+    for (let r = 0; r < this.count; r++) {
+      const weight = this.weights[frame * this.count + r], from = r * this.length;
+      if (weight === 0) continue;
+      for (let k = 0; k < this.length; k++) this.now[k] += weight * this.modes[from + k];
+    }
+    this.frame = frame;
+    return this.now;
+  }
+}
+
+// A rotation vector as the rows of its matrix (Rodrigues).
+function rotationOf(x, y, z) {
+  const angle = Math.hypot(x, y, z);
+  if (angle < 1e-9) return [1, 0, 0, 0, 1, 0, 0, 0, 1];
+  const c = Math.cos(angle), s = Math.sin(angle), k = 1 - c;
+  const a = x / angle, b = y / angle, d = z / angle;
+  return [
+    c + a * a * k, a * b * k - d * s, a * d * k + b * s,
+    a * b * k + d * s, c + b * b * k, b * d * k - a * s,
+    a * d * k - b * s, b * d * k + a * s, c + d * d * k,
+  ];
+}

@@ -1,0 +1,121 @@
+"use strict";
+// One clock for the video, the heads and the lines on the charts.
+
+class Player {
+  constructor(told, film, onframe) {
+    this.rate = told.rate;
+    this.length = told.played;
+    this.film = film;
+    this.onframe = onframe;
+    this.frame = 0;
+    this.playing = false;
+    this.speed = 1;
+    this.began = null;
+    if (film) {
+      film.loop = true;
+      film.addEventListener("play", () => this.follow());
+      if (film.requestVideoFrameCallback) {
+        const seen = (_now, facts) => {
+          // a seek that is not yet done must not take the slider back
+          if (!film.seeking) this.show(Math.round(facts.mediaTime * this.rate));
+          film.requestVideoFrameCallback(seen);
+        };
+        film.requestVideoFrameCallback(seen);
+      }
+    }
+  }
+
+  show(frame) {
+    this.frame = Math.max(0, Math.min(this.length - 1, frame));
+    this.onframe(this.frame);
+  }
+
+  seek(frame) {
+    if (frame >= this.length) return;
+    this.pause();
+    if (this.film) this.film.currentTime = (frame + 0.5) / this.rate;
+    this.show(frame);
+  }
+
+  play() {
+    this.playing = true;
+    this.began = null;
+    if (this.film) {
+      this.film.playbackRate = this.speed;
+      this.film.play().catch(() => this.pause());
+    } else {
+      requestAnimationFrame((now) => this.tick(now));
+    }
+    this.onframe(this.frame);
+  }
+
+  pause() {
+    this.playing = false;
+    if (this.film) this.film.pause();
+    this.onframe(this.frame);
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    this.began = null;
+    if (this.film) this.film.playbackRate = speed;
+  }
+
+  // Where the browser does not tell which picture it shows.
+  follow() {
+    if (this.film.requestVideoFrameCallback || !this.playing) return;
+    this.show(Math.floor(this.film.currentTime * this.rate + 1e-3));
+    requestAnimationFrame(() => this.follow());
+  }
+
+  // Without a video.
+  tick(now) {
+    if (!this.playing) return;
+    if (this.began === null) this.began = now - 1000 * this.frame / this.rate / this.speed;
+    const frame = Math.floor((now - this.began) * this.speed / 1000 * this.rate);
+    if (frame >= this.length) this.began = null;
+    const next = frame >= this.length ? 0 : frame;
+    if (next !== this.frame) this.show(next);
+    requestAnimationFrame((later) => this.tick(later));
+  }
+}
+
+// Contours of the lips on the picture of the video. The picture is drawn with them, since the
+// browser may show the element's own a little earlier or later.
+class Contours {
+  constructor(canvas, film, told) {
+    this.canvas = canvas;
+    this.film = film;
+    this.size = told.film.size;
+    this.lines = told.contours.map((one) => ({
+      ...one, shown: true, loops: one.loops.map((l) => ({ points: unpack(l), count: l.shape[1] })),
+    }));
+  }
+
+  show(frame) {
+    const fine = window.devicePixelRatio || 1, canvas = this.canvas;
+    canvas.width = Math.max(1, canvas.clientWidth * fine);
+    canvas.height = Math.max(1, canvas.clientHeight * fine);
+    const context = canvas.getContext("2d"), scale = canvas.width / this.size[0];
+    if (this.film.readyState >= 2 && !this.film.seeking) {
+      context.drawImage(this.film, 0, 0, canvas.width, canvas.height);
+    }
+    for (const line of this.lines) {
+      if (!line.shown) continue;
+      for (const { points, count } of line.loops) {
+        const from = 2 * count * frame;
+        if (!isFinite(points[from])) continue;
+        context.beginPath();
+        for (let k = 0; k < count; k++) {
+          // centres of pixels are at integers
+          const x = (points[from + 2 * k] + 0.5) * scale, y = (points[from + 2 * k + 1] + 0.5) * scale;
+          if (k) context.lineTo(x, y); else context.moveTo(x, y);
+        }
+        context.closePath();
+        context.strokeStyle = line.colour;
+        context.lineWidth = (line.truth ? 2.2 : 1.4) * fine;
+        context.stroke();
+      }
+    }
+  }
+}

@@ -1,0 +1,219 @@
+"""Scores any system's estimate of a clip against its truth, by the same metrics on the same frames.
+
+Each metric is first kept frame by frame (`Mean`), so that clips can be pooled and confidence
+intervals drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import ParameterError
+from abs_engine.evaluate import metrics
+from abs_engine.evaluate.catalogue import METRICS
+from abs_engine.evaluate.estimate import Estimate, within
+from abs_engine.evaluate.measures import (
+    closure_means,
+    curve_means,
+    pixel_means,
+    pose_means,
+    track_means,
+)
+from abs_engine.evaluate.metrics.bootstrap import Mean, confidence, value
+from abs_engine.evaluate.metrics.failure import LIMIT_MM, LIMIT_NORMALISED
+from abs_engine.evaluate.rest import landmark_curves
+from abs_engine.truth import Truth
+
+FloatArray = NDArray[np.float64]
+PRIMARY = ("lips", "lip_points", "landmarks", "face", "jaw")
+"""The track by which frames fail: the first of these that a system gives."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """A number and its 95 % confidence interval; NaN where there is none."""
+
+    value: float
+    low: float = float("nan")
+    high: float = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class ClipScores:
+    """The metrics of one clip, frame by frame, and those that are no means.
+
+    Parameters
+    ----------
+    name : str
+        Of the system.
+    rate : float
+        Frames per second.
+    means : mapping of str to Mean
+    numbers : mapping of str to float
+    """
+
+    name: str
+    rate: float
+    means: dict[str, Mean]
+    numbers: dict[str, float]
+
+
+def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) -> ClipScores:
+    """All metrics of an estimate that it says enough for.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    truth : Truth
+    landmark_68 : (68,) int, optional
+        The landmarks on the truth's mesh, for landmarks in the picture.
+
+    Raises
+    ------
+    ParameterError
+        If the estimate is of other frames or of another mesh than the truth.
+    """
+    check(estimate, truth)
+    seen = in_picture(truth, landmark_68)
+    said = _with_protrusion(within(estimate, seen), truth)
+    means: dict[str, Mean] = {}
+    errors: dict[str, FloatArray] = {}
+    for name, track in said.tracks.items():
+        if np.isfinite(track.points).all(axis=(1, 2)).any():
+            found, squared = track_means(name, track, said, truth)
+            means |= found
+            errors[name] = np.sqrt(squared)
+    if said.pixels is not None and landmark_68 is not None:
+        found, errors["pixels"] = pixel_means(said.pixels, truth, landmark_68)
+        means |= found
+    means["failure_share"] = Mean.share(_failed(said, errors), seen)
+    means |= pose_means(said, truth)
+    numbers = {
+        "frames": float(seen.sum()),
+        "frames_lost": float((~said.found & seen).sum()),
+    }
+    if said.curves_on == "rest" and landmark_68 is not None:
+        rest = truth.neutral[landmark_68].astype(np.float64)
+        true_curves = landmark_curves(truth.points(landmark_68), rest)
+    else:
+        true_curves = truth_curves(truth)
+    for name, true in true_curves.items():
+        if name in said.curves and np.isfinite(said.curves[name]).any():
+            means |= curve_means(name, said.curves[name], true, said)
+            correlation = metrics.curve_error(said.curves[name], true).correlation
+            numbers[f"{name}_correlation"] = correlation
+    if said.closed is not None:
+        means |= closure_means(said.closed, np.asarray(truth.closed, bool) & seen, truth.rate)
+    return ClipScores(estimate.name, truth.rate, means, numbers)
+
+
+def in_picture(truth: Truth, landmark_68: NDArray[Any] | None) -> NDArray[np.bool_]:
+    """Frames (T,) in which a landmark lies in the picture, hidden or not; the others do not count.
+
+    Without landmarks all frames count.
+    """
+    if landmark_68 is None:
+        return np.ones(len(truth), bool)
+    points = metrics.to_camera(truth.points(landmark_68), truth.rotations, truth.translations)
+    pixels, size = truth.camera.project(points), np.array(truth.camera.size)
+    inside = ((pixels > -0.5) & (pixels < size - 0.5)).all(axis=2) & (points[..., 2] > 0)
+    return np.asarray(inside.any(axis=1))
+
+
+def check(estimate: Estimate, truth: Truth) -> None:
+    """Raise `ParameterError` unless an estimate is of the truth's frames and mesh."""
+    if len(estimate) != len(truth):
+        raise ParameterError(
+            f"{estimate.name} has {len(estimate)} frames, the truth {len(truth)}",
+            "evaluate results for the frames of this very clip",
+        )
+    for track in estimate.tracks.values():
+        vertex = track.vertex
+        if len(vertex) == 0 or vertex.min() < 0 or vertex.max() >= len(truth.neutral):
+            raise ParameterError(
+                f"points of {estimate.name} are not among the truth's {len(truth.neutral)} "
+                "vertices",
+                "evaluate with the speaker that was filmed",
+            )
+    if not estimate.found.any():
+        raise ParameterError(
+            f"{estimate.name} has tracked no frame", "look at its overlay or its file"
+        )
+
+
+def summary(clips: Sequence[ClipScores], *, seed: int = 0) -> dict[str, Score]:
+    """Scores over one clip, or pooled over several of one system, in the catalogue's order.
+
+    Parameters
+    ----------
+    clips : sequence of ClipScores
+    seed : int
+        Of the bootstrap.
+    """
+    scores: dict[str, Score] = {}
+    for metric in METRICS:
+        means = [clip.means[metric.key] for clip in clips if metric.key in clip.means]
+        if means:
+            low, high = confidence(means, clips[0].rate, seed=seed)
+            scores[metric.key] = Score(value(means), low, high)
+        numbers = [clip.numbers[metric.key] for clip in clips if metric.key in clip.numbers]
+        if numbers:
+            whole = sum(numbers) if metric.key.startswith("frames") else float(np.mean(numbers))
+            scores[metric.key] = Score(whole)
+    return scores
+
+
+def truth_curves(truth: Truth) -> dict[str, FloatArray]:
+    """The true lip curves (T,), mm, see `metrics.lip_curves`."""
+    curves = {"aperture": truth.aperture, "width": truth.width}
+    if "outer_lip_20" in truth.landmarks:
+        outer = truth.points(truth.landmarks["outer_lip_20"][[3, 9]])
+        curves["protrusion"] = outer[:, :, 2].mean(axis=1)
+    return curves
+
+
+def error_map(estimate: Estimate, truth: Truth) -> FloatArray:
+    """RMS error of every vertex over the tracked frames, (V,) mm, head frame.
+
+    NaN for vertices of which the estimate says nothing.
+    """
+    out = np.full(len(truth.neutral), np.nan)
+    if estimate.surface is not None:
+        squares, count = np.zeros(len(out)), 0
+        for frame in np.flatnonzero(estimate.found).tolist():
+            away = estimate.surface.vertices(frame) - truth.vertices(frame)
+            squares += (away**2).sum(axis=1)
+            count += 1
+        return np.asarray(np.sqrt(squares / max(count, 1)))
+    for track in estimate.tracks.values():
+        if track.space == "head":
+            out[track.vertex] = metrics.vertex_rms(track.points, truth.points(track.vertex))
+    return out
+
+
+def _with_protrusion(said: Estimate, truth: Truth) -> Estimate:
+    """The estimate with its protrusion, where it gives the points 51 and 57 in head coordinates."""
+    if "protrusion" in said.curves or "outer_lip_20" not in truth.landmarks:
+        return said
+    middle = truth.landmarks["outer_lip_20"][[3, 9]]
+    for track in said.tracks.values():
+        place = {int(vertex): k for k, vertex in enumerate(track.vertex)}
+        if track.space == "head" and all(int(vertex) in place for vertex in middle):
+            lips = track.points[:, [place[int(vertex)] for vertex in middle], 2]
+            return replace(said, curves={**said.curves, "protrusion": lips.mean(axis=1)})
+    return said
+
+
+def _failed(estimate: Estimate, errors: dict[str, FloatArray]) -> NDArray[np.bool_]:
+    for name in PRIMARY:
+        if name in errors:
+            return metrics.failed(np.where(estimate.found, errors[name], np.nan), LIMIT_MM)
+    if "pixels" in errors:
+        error = np.where(estimate.found, errors["pixels"], np.nan)
+        return metrics.failed(error, LIMIT_NORMALISED)
+    return np.asarray(~estimate.found)

@@ -1,0 +1,97 @@
+"""Scores side by side: for the terminal, as JSON and as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from abs_engine.evaluate.catalogue import METRICS
+from abs_engine.evaluate.score import Score
+
+FORMAT, VERSION = "abs_engine.scores", 1
+Systems = Mapping[str, Mapping[str, Score]]
+
+
+def lines(systems: Systems) -> list[str]:
+    """The table for a terminal: a row for each metric, a column for each system.
+
+    In brackets the 95 % confidence interval.
+    """
+    labels = [m for m in METRICS if any(m.key in scores for scores in systems.values())]
+    rows = [["", *systems]]
+    for metric in labels:
+        unit = f" ({metric.unit})" if metric.unit not in ("", "share") else ""
+        cells = [_cell(scores.get(metric.key)) for scores in systems.values()]
+        rows.append([metric.label + unit, *cells])
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
+
+
+def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
+    """``scores.json``: every number with its interval, and what it means.
+
+    Parameters
+    ----------
+    systems : mapping of name to mapping of metric to Score
+    facts : mapping of str to JSON values
+        What else it says.
+    """
+    used = [m for m in METRICS if any(m.key in scores for scores in systems.values())]
+    told = {
+        "format": FORMAT,
+        "version": VERSION,
+        **facts,
+        "metrics": {
+            m.key: {"label": m.label.strip(), "unit": m.unit, "definition": m.definition}
+            for m in used
+        },
+        "systems": {
+            name: {
+                key: {"value": _plain(s.value), "low": _plain(s.low), "high": _plain(s.high)}
+                for key, s in scores.items()
+            }
+            for name, scores in systems.items()
+        },
+    }
+    return json.dumps(told, indent=1, allow_nan=False) + "\n"
+
+
+def as_csv(systems: Systems) -> str:
+    """``scores.csv``: a line for each system and metric."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["system", "metric", "unit", "value", "low", "high"])
+    for name, scores in systems.items():
+        for metric in METRICS:
+            if metric.key in scores:
+                score = scores[metric.key]
+                numbers = (score.value, score.low, score.high)
+                shown = ["" if math.isnan(n) else f"{n:.6g}" for n in numbers]
+                writer.writerow([name, metric.key, metric.unit, *shown])
+    return text.getvalue()
+
+
+def _cell(score: Score | None) -> str:
+    if score is None or math.isnan(score.value):
+        return "-"
+    middle = _short(score.value)
+    return (
+        middle if math.isnan(score.low) else f"{middle} [{_short(score.low)}, {_short(score.high)}]"
+    )
+
+
+def _short(number: float) -> str:
+    """Three digits after the point, fewer where the number is large, none where it is whole."""
+    if math.isnan(number) or number == round(number) or abs(number) >= 1000:
+        return f"{number:.0f}"
+    digits = 2 if abs(number) >= 10 else 3
+    return f"{round(number, digits) + 0.0:.{digits}f}"  # + 0.0: no -0.000
+
+
+def _plain(number: float) -> float | None:
+    """The number, None where it is NaN, as JSON has no NaN."""
+    return None if math.isnan(number) else number
