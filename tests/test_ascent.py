@@ -1,0 +1,104 @@
+"""The climbing drivers on functions with known minima."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.errors import ParameterError
+from abs_engine.objective import Evaluation
+from abs_engine.optimise.ascent import Forces, Gradient
+from abs_engine.params import ParamSpec
+
+SCALE = np.array([1.0, 0.1, 20.0])
+SPEC = ParamSpec(("a", "b", "c"), ("sd", "rad", "mm"), SCALE, -50 * SCALE, 50 * SCALE)
+BOTTOM = np.array([2.0, -0.3, 35.0])
+
+
+class Bowl:
+    """A bowl that is round when parameters are measured by their scales, perhaps in steps."""
+
+    def __init__(self, step: float = 0.0) -> None:
+        self.step, self.calls, self.directions = step, 0, 0
+
+    def _value(self, x):
+        value = float((((x - BOTTOM) / SCALE) ** 2).sum())
+        return round(value / self.step) * self.step if self.step else value
+
+    def __call__(self, x):
+        self.calls += 1
+        return Evaluation(self._value(x), {"bowl": self._value(x)})
+
+    def values(self, vectors):
+        self.calls += len(vectors)
+        return np.array([self._value(x) for x in vectors])
+
+    def push(self, x):
+        """A force that is right in its sense, wrong in its length, and not quite downhill."""
+        self.directions += 1
+        turned = np.array([[1, 0.3, 0], [-0.3, 1, 0], [0, 0, 0.5]])
+        return 0.4 * SCALE * (turned @ ((BOTTOM - x) / SCALE))
+
+
+@pytest.mark.parametrize("driver", [Forces(1e-6, 100), Gradient(1e-6, 100, 1e-3)])
+def test_the_bottom_is_found(driver):
+    bowl = Bowl()
+    found = driver.minimise(bowl, np.zeros(3), SPEC)
+    np.testing.assert_allclose((found.x - BOTTOM) / SCALE, 0, atol=0.02)
+    assert found.status == "converged"
+    assert found.value == pytest.approx(bowl._value(found.x))
+    assert found.terms == {"bowl": found.value}
+
+
+def test_every_evaluation_is_counted():
+    for driver in (Forces(1e-6, 100), Gradient(1e-6, 100)):
+        bowl = Bowl()
+        assert driver.minimise(bowl, np.zeros(3), SPEC).n_evaluations == bowl.calls
+
+
+def test_forces_ask_for_one_direction_an_iteration():
+    bowl = Bowl()
+    found = Forces(0.0, 5).minimise(bowl, np.zeros(3), SPEC)
+    assert bowl.directions == 5
+    assert found.status == "evaluation limit"
+
+
+def test_the_value_never_rises_along_accepted_steps():
+    found = Forces(1e-9, 50).minimise(Bowl(), np.array([9.0, 2.0, -300.0]), SPEC)
+    assert found.value == found.trace.min() < found.trace[0]
+
+
+def test_steps_of_whole_pixels_do_not_stop_the_gradient():
+    rough = Bowl(step=0.05)
+    fine, coarse = (Gradient(0.0, 60, r).minimise(rough, np.zeros(3), SPEC) for r in (1e-3, 0.5))
+    assert coarse.value <= 0.05 < fine.value
+
+
+def test_at_the_bottom_they_stay():
+    for driver in (Forces(), Gradient()):
+        found = driver.minimise(Bowl(), BOTTOM, SPEC)
+        np.testing.assert_array_equal(found.x, BOTTOM)
+        assert found.status == "converged"
+
+
+def test_bounds_hold():
+    near = ParamSpec(SPEC.names, SPEC.units, SCALE, -SCALE, SCALE)
+    for driver in (Forces(1e-6, 50), Gradient(1e-6, 50)):
+        found = driver.minimise(Bowl(), np.zeros(3), near)
+        assert (np.abs(found.x) <= SCALE).all()
+        assert found.x[0] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_push_that_is_far_too_long_is_shortened():
+    class Wild(Bowl):
+        def push(self, x):
+            return 1e9 * super().push(x)
+
+    found = Forces(1e-6, 100).minimise(Wild(), np.zeros(3), SPEC)
+    assert found.value < 0.5
+
+
+@pytest.mark.parametrize("start", [np.zeros(2), np.array([0, np.nan, 0])])
+def test_a_bad_start_is_refused(start):
+    with pytest.raises(ParameterError, match="start"):
+        Forces().minimise(Bowl(), start, SPEC)
