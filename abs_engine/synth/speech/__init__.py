@@ -1,0 +1,21 @@
+"""What is said: phonemes or recordings to face-unit weights, frame by frame."""
+
+from abs_engine.synth.speech.articulate import Interval, Speech, articulate
+from abs_engine.synth.speech.gestures import Contact
+from abs_engine.synth.speech.livelink import Recording, play_recording, read_livelink
+from abs_engine.synth.speech.textgrid import read_textgrid
+from abs_engine.synth.speech.utterance import Segment, Utterance, parse_phonemes
+
+__all__ = [
+    "Contact",
+    "Interval",
+    "Recording",
+    "Segment",
+    "Speech",
+    "Utterance",
+    "articulate",
+    "parse_phonemes",
+    "play_recording",
+    "read_livelink",
+    "read_textgrid",
+]
