@@ -151,15 +151,15 @@ class _Looker:
     def __init__(self, truth: Truth, name: str, kinds: list[str], boxes: marks.Boxes) -> None:
         self._truth, self._name, self._kinds, self._boxes = truth, name, kinds, boxes
         self._colours: dict[int, FloatArray] = {}
-        self._renderer = CpuRenderer()
+        self._renderer, self._classes = CpuRenderer(), marks.mark_classes(truth)
 
     def findings(self, frame: int) -> Iterator[Finding]:
         """What is wrong with the pictures of a frame."""
-        truth, folder = self._truth, self._name
+        truth, folder, points = self._truth, self._name, f"{self._name}/{codec.POINTS}"
         sight = look(truth, frame)
         yield from ids.id_findings(truth, sight, f"{folder}/ids")
         yield from ids.cover_findings(truth, sight, f"{folder}/ids", self._renderer)
-        yield from marks.visible_findings(truth, sight, f"{folder}/{codec.POINTS}")
+        yield from marks.visible_findings(truth, sight, self._classes, points)
         yield from marks.box_findings(truth, sight, self._boxes, f"{folder}/{codec.COCO}")
         yield from labels.depth_findings(truth, sight, f"{folder}/depth")
         if "normals" in self._kinds:

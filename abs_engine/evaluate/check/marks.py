@@ -18,6 +18,9 @@ from abs_engine.truth.coco import box_and_area, keypoint_names, keypoints
 PLACE = 0.02
 """px by which a landmark may be off its projection."""
 
+JUMP = 5.0
+"""mm in depth that make something clearly nearer."""
+
 UNSURE = 0.04
 """Share of the landmarks whose visibility may differ: some lie at the very edge."""
 
@@ -68,10 +71,28 @@ def _projected(
             yield Finding(name, f"{label} are not where the vertices project to", how, frame)
 
 
-def visible_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]:
-    """Landmarks that are said to be hidden where the picture shows them, or the reverse."""
+def mark_classes(truth: Truth) -> NDArray[np.bool_]:
+    """Which classes the facets at each of the 68 landmarks have, (68, C)."""
+    marks, corners = truth.weld[truth.landmarks["landmark_68"]], truth.weld[truth.faces]
+    found = [np.isin(marks, corners[truth.facet_class == k]) for k in range(len(truth.class_names))]
+    return np.stack(found, axis=1)
+
+
+def visible_findings(
+    truth: Truth, sight: Sight, classes: NDArray[np.bool_], name: str
+) -> Iterator[Finding]:
+    """Landmarks that are said to be hidden where the picture shows them, or the reverse.
+
+    Parameters
+    ----------
+    truth : Truth
+    sight : Sight
+    classes : (68, C) bool
+        See `mark_classes`.
+    name : str
+    """
     told = truth.landmark_visible[sight.frame]
-    seen, hidden = certain(truth, sight)
+    seen, hidden = certain(truth, sight, classes)
     wrong = int((seen & ~told).sum() + (hidden & told).sum())
     sure = int(seen.sum() + hidden.sum())
     if wrong > max(UNSURE * sure, 2):
@@ -83,20 +104,22 @@ def visible_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]
         yield Finding(name, "in_picture does not agree with the ids", how, sight.frame)
 
 
-def certain(truth: Truth, sight: Sight) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def certain(
+    truth: Truth, sight: Sight, classes: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which of the 68 landmarks are seen for certain, and which are hidden for certain.
 
-    What is seen shows a facet of its own, with nothing of another class around it: where lips
-    touch, each lies before the other by less than this can tell.
+    What is seen shows a facet of its own, with nothing around it that is clearly nearer or of
+    another class: where lips touch, each lies before the other by less than this can tell. What
+    is hidden is outside of the picture, or has something clearly nearer all around it.
     """
     vertex = truth.landmarks["landmark_68"]
     points = truth.pose(sight.frame).apply(truth.vertices(sight.frame)[vertex].astype(np.float64))
     pixels, depth = truth.camera.project(points), points[:, 2]
     height, width = sight.ids.shape
-    cover = truth.cover(sight.frame) > 0
     drawn = np.full((height, width), np.inf)
     drawn[sight.y, sight.x] = np.where(sight.mirrored, np.inf, sight.depth)
-    blocked = np.where(cover, -np.inf, drawn)
+    nearest = np.where(truth.cover(sight.frame) > 0, -np.inf, drawn)
     kinds = truth.class_ids(sight.frame)
     seen, hidden = np.zeros(68, np.bool_), np.zeros(68, np.bool_)
     for i, (pixel, z) in enumerate(zip(pixels, depth, strict=True)):
@@ -104,13 +127,11 @@ def certain(truth: Truth, sight: Sight) -> tuple[NDArray[np.bool_], NDArray[np.b
             hidden[i] = True
             continue
         x, y = (int(v) for v in np.clip(np.rint(pixel), 0, (width - 1, height - 1)))
-        around = blocked[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
-        hidden[i] = bool((around < z - 5.0).all())
-        if np.isfinite(drawn[y, x]):
-            own = (truth.weld[truth.faces] == truth.weld[vertex[i]]).any(axis=1)
-            shown = np.minimum(sight.ids[y, x], len(own)) - 1
-            near = kinds[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
-            seen[i] = own[shown] and bool(np.isin(near, truth.facet_class[own]).all())
+        around = slice(max(y - 1, 0), y + 2), slice(max(x - 1, 0), x + 2)
+        hidden[i] = bool((nearest[around] < z - JUMP).all())
+        if np.isfinite(drawn[y, x]) and (nearest[around] > z - JUMP).all():
+            own = truth.weld[truth.faces[sight.ids[y, x] - 1]] == truth.weld[vertex[i]]
+            seen[i] = bool(own.any() and classes[i, kinds[around]].all())
     return seen, hidden
 
 

@@ -30,12 +30,20 @@ def interval_findings(clip: Clip, name: str) -> Iterator[Finding]:
             how = f"'{said.label}' at {said.start:.3f} to {said.end:.3f} s of {length:.3f} s"
             yield Finding(name, "a phoneme lies outside of the clip", how)
         end = max(end, said.end)
-    half = 0.5 / clip.rate
+    yield from frame_findings(clip, name)
+
+
+def frame_findings(clip: Clip, name: str) -> Iterator[Finding]:
+    """Frames that are labelled with no phoneme of their time, give or take half a frame."""
+    labels = [said.label for said in clip.intervals]
+    starts, ends = [said.start for said in clip.intervals], [said.end for said in clip.intervals]
+    times, half = np.arange(len(clip)) / clip.rate, 0.5 / clip.rate
+    first = np.searchsorted(ends, times - half, side="left")
+    last = np.searchsorted(starts, times + half, side="right")
     for frame, label in enumerate(clip.phonemes):
-        time = frame / clip.rate
-        near = {s.label for s in clip.intervals if s.start <= time + half and s.end >= time - half}
+        near = labels[first[frame] : last[frame]]
         if near and label not in near:
-            how = f"'{label}', not {' or '.join(sorted(near))}"
+            how = f"'{label}', not {' or '.join(sorted(set(near)))}"
             yield Finding(name, "a frame has another phoneme than its time", how, frame)
 
 

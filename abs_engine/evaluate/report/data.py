@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,5 +214,3 @@ class ReportData:
     def times(self) -> FloatArray:
         """Seconds (T,) of the frames."""
         return np.arange(self.frames) / self.rate
-
-

@@ -43,7 +43,7 @@ def packed_motion(motion: LinearMotion) -> dict[str, Any]:
     scale = np.where(reach > 0, reach / 32767, 1.0)
     steps = np.rint(motion.modes / scale[:, None, None]).astype(np.int16)
     weights = motion.weights * scale
-    lost = ~np.isfinite(motion.weights).all(axis=1)
+    lost = np.asarray(~np.isfinite(motion.weights).all(axis=1))
     return {
         "mean": packed(motion.mean.astype(np.float32)),
         "modes": packed(steps),

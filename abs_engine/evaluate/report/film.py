@@ -91,7 +91,7 @@ def mouth_picture(
     low, high = np.nanmin(mouth, axis=0), np.nanmax(mouth, axis=0)
     wide = _ACROSS * max(4.0, float(high[0] - low[0]))
     tall = wide * _PICTURE[1] / _PICTURE[0]
-    x, y = ((low + high) / 2 - np.array([wide, tall]) / 2).tolist()
+    x, y = ((low + high - [wide, tall] + 1) / 2).tolist()  # of the first pixel's centre
     window = Window(x, y, wide, tall, _PICTURE[0] / wide)
     drawn = np.ascontiguousarray(window.sample(picture), np.uint8)
     for points, colour in loops:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 LARGEST_ERROR_MM = 0.05
 """No coordinate of a mesh is farther from the original than this."""
 
+_COLUMNS = 4096
+
 
 @dataclass(frozen=True, eq=False)
 class LinearMotion:
@@ -51,27 +53,37 @@ def compress(
     largest : float, mm
         The largest error that is allowed.
     """
-    first = np.asarray(vertices(0), np.float64)
-    moved = np.stack([np.asarray(vertices(k), np.float64).ravel() for k in range(frames)])
-    found = np.isfinite(moved).all(axis=1)
-    if not found.any():
-        nothing = np.zeros((1, *first.shape), np.float32)
-        return LinearMotion(nothing[0], nothing, np.full((frames, 1), np.nan, np.float32))
-    mean = moved[found].mean(axis=0)
-    moved = moved[found] - mean
-    # the eigenvectors of the small matrix of frames are those of the large one of vertices
-    values, sides = np.linalg.eigh(moved @ moved.T)
-    order = np.argsort(values)[::-1]
-    count, left = 0, moved.copy()
-    while count == 0 or (count < len(order) and np.abs(left).max() > largest):
-        side = sides[:, order[count]]
+    shape = vertices(0).shape
+    moved = np.empty((frames, int(np.prod(shape))), np.float32)
+    for frame in range(frames):
+        moved[frame] = vertices(frame).ravel()
+    known = np.isfinite(moved).all(axis=1)
+    weights = np.full((frames, 1), np.nan, np.float32)
+    if not known.any():
+        return LinearMotion(np.zeros(shape, np.float32), np.zeros((1, *shape), np.float32), weights)
+    moved = moved[known]
+    mean = moved.mean(axis=0, dtype=np.float64).astype(np.float32)
+    moved -= mean
+    sides = _sides(moved)
+    left, count = moved.copy(), 0
+    while count == 0 or (count < len(moved) and np.abs(left).max() > largest):
+        side = sides[:, count]
         left -= np.outer(side, side @ moved)
         count += 1
-    sides = sides[:, order[:count]]
-    modes = (sides.T @ moved).reshape(count, *first.shape)
+    modes = (sides[:, :count].T @ moved).reshape(count, *shape)
     weights = np.full((frames, count), np.nan, np.float32)
-    weights[found] = sides
-    return LinearMotion(
-        mean.reshape(first.shape).astype(np.float32), modes.astype(np.float32), weights
-    )
+    weights[known] = sides[:, :count]
+    return LinearMotion(mean.reshape(shape), modes, weights)
 
+
+def _sides(moved: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Left singular vectors (T, T) of (T, 3 V), the strongest first.
+
+    They are eigenvectors of the small matrix of inner products, which is summed in double
+    precision, a part of the columns at a time.
+    """
+    products = np.zeros((len(moved), len(moved)))
+    for start in range(0, moved.shape[1], _COLUMNS):
+        part = moved[:, start : start + _COLUMNS].astype(np.float64)
+        products += part @ part.T
+    return np.asarray(np.linalg.eigh(products)[1][:, ::-1], np.float32)

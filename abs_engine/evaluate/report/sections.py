@@ -212,9 +212,14 @@ def _head_controls(data: ReportData) -> str:
     modes = [("beside", "side by side")]
     if data.true is not None and any(s.head is not None for s in data.systems):
         modes += [("over", "over the truth"), ("error", "error of this frame")]
-    buttons = "".join(
-        f'<button data-mode="{mode}"{" class=chosen" if mode == "beside" else ""}>{text}</button>'
-        for mode, text in modes
+    heads = sum(s.head is not None for s in data.systems) + (data.true is not None)
+    buttons = (
+        ""
+        if heads < 2
+        else "".join(
+            f'<button data-mode="{mode}" {chosen}>{text}</button>'
+            for (mode, text), chosen in zip(modes, ("class=chosen", "", ""), strict=False)
+        )
     )
     return f"""<div class="bar"><span>{buttons}</span>
 <span><button data-yaw="0">front</button><button data-yaw="-0.8">three quarters</button><button

@@ -31,6 +31,8 @@ void main() {
   result = vec4(min(ink * shade, 1.0), 1.0);
 }`;
 
+const BREADTH = 0.82;  // of a head, as a share of its height
+
 class HeadView {
   constructor(canvas, faces, weld) {
     const options = { antialias: true, preserveDrawingBuffer: true, alpha: false };
@@ -130,8 +132,10 @@ class HeadView {
     gl.uniform3fv(at("moved"), look.moved);
     gl.uniformMatrix3fv(at("view"), true, viewOf(yaw, this.turn.pitch));
     gl.uniform3fv(at("target"), look.target);
-    gl.uniform1f(at("reach"), look.reach / this.zoom);
-    gl.uniform1f(at("aspect"), pixels[2] / Math.max(1, pixels[3]));
+    const aspect = pixels[2] / Math.max(1, pixels[3]);
+    const reach = Math.max(look.reach, BREADTH * look.reach / aspect);  // a narrow box
+    gl.uniform1f(at("reach"), reach / this.zoom);
+    gl.uniform1f(at("aspect"), aspect);
     gl.uniform1f(at("lit"), look.wire ? 0 : look.lit);
     gl.uniform4fv(at("flat_ink"), look.wire || [0, 0, 0, 1]);
     this.feed("position", look.positions, gl.FLOAT);

@@ -52,7 +52,7 @@ function filmElement() {
   const element = document.querySelector(".film video");
   element.src = URL.createObjectURL(new Blob([bytesOf(told.film.data)], { type: "video/mp4" }));
   element.addEventListener("loadeddata", () => player && onframe(player.frame));
-  element.addEventListener("seeked", () => player && onframe(player.frame));
+  element.addEventListener("seeked", () => player && !player.playing && onframe(player.frame));
   return element;
 }
 

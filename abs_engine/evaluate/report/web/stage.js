@@ -71,9 +71,9 @@ class Stage {
 
   show(frame) {
     const boxes = this.boxes();
-    const columns = boxes.length > 3 ? Math.ceil(boxes.length / 2) : boxes.length;
+    const columns = boxes.length < 3 ? boxes.length : boxes.length < 5 ? 2 : 3;
     const lines = Math.ceil(boxes.length / columns);
-    this.canvas.style.height = `${lines > 1 ? 330 * lines : 400}px`;
+    this.canvas.style.height = `${lines > 1 ? 300 * lines : 400}px`;
     this.view.begin();
     this.label(boxes, columns, lines, frame);
     boxes.forEach((heads, k) => {

@@ -1,0 +1,132 @@
+"""``camera.json``: a camera's intrinsics and distortion, where it stands, and its mirror."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.camera import Camera
+from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.geometry import Pose
+from abs_engine.truth.codec import CAMERA_FORMAT, VERSION
+from abs_engine.truth.picture import AGAIN
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedCamera:
+    """A camera and where it stands.
+
+    Parameters
+    ----------
+    camera : Camera
+    rotations : (N, 3) float64
+        Rotation vectors, world to camera, radians; N is 1 where the camera stands still, else the
+        number of frames.
+    translations : (N, 3) float64, mm, camera frame
+    mirror : (4, 3) float64, mm, camera frame, optional
+        Corners of a plane mirror that stands still before the camera.
+    """
+
+    camera: Camera
+    rotations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
+    translations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
+    mirror: FloatArray | None = None
+
+    def pose(self, frame: int) -> Pose:
+        """World to camera in a frame."""
+        at = 0 if len(self.rotations) == 1 else frame
+        return Pose.from_vectors(self.rotations[at], self.translations[at])
+
+
+def camera_json(
+    camera: Camera,
+    rotations: ArrayLike | None = None,
+    translations: ArrayLike | None = None,
+    mirror: ArrayLike | None = None,
+) -> str:
+    """The text of a ``camera.json``; see `PlacedCamera` for what its parts are."""
+    fields = {
+        "format": CAMERA_FORMAT,
+        "version": VERSION,
+        "size": list(camera.size),
+        "matrix": camera.matrix.tolist(),
+        "distortion": camera.distortion.tolist(),
+        "near": camera.near,
+        "far": camera.far,
+        "rotations": _rows(rotations),
+        "translations": _rows(translations),
+    }
+    if mirror is not None:
+        fields["mirror"] = {"rectangle": np.asarray(mirror, np.float64).reshape(4, 3).tolist()}
+    return json.dumps(fields, indent=1) + "\n"
+
+
+def _rows(vectors: ArrayLike | None) -> list[list[float]]:
+    given = np.zeros((1, 3)) if vectors is None else np.asarray(vectors, np.float64)
+    rows: list[list[float]] = given.reshape(-1, 3).tolist()
+    return rows
+
+
+def load_camera(path: Path) -> Camera:
+    """Read the intrinsics and the distortion of a ``camera.json``.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no JSON.
+    ModelFormatError
+        If it has another format or version, or lacks a field.
+    """
+    return load_placed_camera(path).camera
+
+
+def load_placed_camera(path: Path) -> PlacedCamera:
+    """Read a ``camera.json``; one without `rotations` stands at the origin of the world.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no JSON.
+    ModelFormatError
+        If it has another format or version, or lacks a field.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputFileError(f"{path} does not exist", "check the path")
+    try:
+        return _parse(path, json.loads(path.read_text(encoding="utf-8")))
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        raise ModelFormatError(
+            f"{path} lacks a field or has a wrong one ({error})", AGAIN
+        ) from error
+    except ValueError as error:
+        raise InputFileError(f"{path} is not a camera file", AGAIN) from error
+
+
+def _parse(path: Path, fields: dict[str, Any]) -> PlacedCamera:
+    kind = fields["format"], fields["version"]
+    if kind != (CAMERA_FORMAT, VERSION):
+        raise ModelFormatError(
+            f"{path} is {kind[0]} version {kind[1]}, wanted {CAMERA_FORMAT} {VERSION}", AGAIN
+        )
+    width, height = (int(n) for n in fields["size"])
+    matrix, distortion = (np.array(fields[k], np.float64) for k in ("matrix", "distortion"))
+    camera = Camera(
+        matrix, (width, height), distortion, float(fields["near"]), float(fields["far"])
+    )
+    rotations, translations = (
+        np.array(fields.get(k, [[0, 0, 0]]), np.float64).reshape(-1, 3)
+        for k in ("rotations", "translations")
+    )
+    if len(rotations) != len(translations) or not len(rotations):
+        raise ModelFormatError(f"{path} has rotations without translations", AGAIN)
+    mirror = fields.get("mirror")
+    corners = None if mirror is None else np.array(mirror["rectangle"], np.float64).reshape(4, 3)
+    return PlacedCamera(camera, rotations, translations, corners)
