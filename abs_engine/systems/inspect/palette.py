@@ -1,0 +1,125 @@
+"""Colours that ids, depths, normals and flow are shown in."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.uint8]
+FloatArray = NDArray[np.float64]
+
+CLASS_COLOURS: Image = np.array(
+    [(255, 255, 255), (236, 200, 176), (214, 39, 40), (255, 127, 14), (96, 44, 60),
+     (31, 119, 180), (23, 190, 207), (227, 119, 194), (44, 160, 44)],
+    np.uint8,
+)  # fmt: skip
+"""Background, then the classes of the bundled head."""
+
+CLAY_COLOURS: Image = np.array(
+    [(255, 255, 255), (216, 210, 202), (200, 188, 180), (200, 188, 180), (110, 100, 96),
+     (238, 236, 230), (238, 236, 230), (168, 150, 144), (228, 226, 222)],
+    np.uint8,
+)  # fmt: skip
+"""The same in clay: lips a little darker, the inner mouth dark."""
+
+FACET_COLOURS: Image = np.array(
+    [(230, 25, 75), (60, 180, 75), (255, 225, 25), (0, 100, 220), (245, 130, 48),
+     (145, 30, 180), (70, 240, 240), (240, 50, 230), (190, 240, 70), (250, 190, 212),
+     (0, 128, 128), (150, 90, 30), (128, 0, 0), (170, 255, 195), (110, 110, 0),
+     (0, 0, 117), (150, 150, 150), (220, 190, 255)],
+    np.uint8,
+)  # fmt: skip
+"""Colours that are told apart at a glance."""
+
+
+def colours_of(name: str, count: int = 256) -> Image:
+    """A colour scale of matplotlib as (count, 3) uint8, low to high."""
+    rows = matplotlib.colormaps[name](np.linspace(0, 1, count))[:, :3]
+    return np.asarray(np.rint(255 * rows), np.uint8)
+
+
+def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Colours of facets such that neighbours differ.
+
+    Facets that share an edge always have different colours, and so have, wherever the colours
+    suffice, facets that share a vertex. Greedy, in the order of the facets; of the free colours
+    the one that was used least is taken.
+
+    Parameters
+    ----------
+    faces : (F, 3) int
+    weld : (V,) int
+        Index of the geometric vertex, so that seams of the texture do not part neighbours.
+
+    Returns
+    -------
+    (F,) int64, indices into `FACET_COLOURS`
+    """
+    corners = weld[faces]
+    around: dict[int, list[int]] = {}
+    for facet, row in enumerate(corners.tolist()):
+        for vertex in row:
+            around.setdefault(vertex, []).append(facet)
+    chosen = np.full(len(faces), -1, np.int64)
+    used = np.zeros(len(FACET_COLOURS), np.int64)
+    for facet, row in enumerate(corners.tolist()):
+        groups = [around[vertex] for vertex in row]
+        touching = {int(chosen[f]) for group in groups for f in group}
+        free = [c for c in range(len(used)) if c not in touching]
+        if not free:
+            shared = _sharing_edge(facet, groups)
+            free = [c for c in range(len(used)) if c not in {int(chosen[f]) for f in shared}]
+        pick = min(free, key=lambda c: used[c])
+        chosen[facet] = pick
+        used[pick] += 1
+    return chosen
+
+
+def _sharing_edge(facet: int, groups: list[list[int]]) -> set[int]:
+    """Facets that share two vertices with the one."""
+    a, b, c = (set(group) for group in groups)
+    return ((a & b) | (b & c) | (c & a)) - {facet}
+
+
+def paint_ids(
+    ids: NDArray[np.integer], colours: Image, background: tuple[int, int, int] = (255, 255, 255)
+) -> Image:
+    """Ids (H, W), index + 1 and 0 for the background, in the colours (N, 3) of the indices."""
+    table = np.concatenate([np.array([background], np.uint8), colours])
+    return np.asarray(table[ids], np.uint8)
+
+
+def paint_values(
+    values: NDArray[np.floating],
+    limits: tuple[float, float],
+    colours: Image,
+    known: NDArray[np.bool_],
+) -> Image:
+    """Numbers (H, W) on a scale of colours (K, 3), white where they are not `known`."""
+    share = np.clip((values - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0)
+    picture = colours[np.rint(np.where(known, share, 0) * (len(colours) - 1)).astype(int)]
+    return np.where(known[..., None], picture, np.uint8(255))
+
+
+def paint_normals(normals: NDArray[np.floating], known: NDArray[np.bool_]) -> Image:
+    """Normals (H, W, 3), camera frame (x right, y down, z forward), in the usual colours.
+
+    Red to the right, green upwards, blue towards the camera: (x, -y, -z) from -1..1 to 0..255.
+    """
+    coded = 127.5 * (normals * np.array([1.0, -1.0, -1.0]) + 1)
+    return np.where(known[..., None], np.clip(np.rint(coded), 0, 255), 255).astype(np.uint8)
+
+
+def paint_flow(flow: NDArray[np.floating], largest: float, known: NDArray[np.bool_]) -> Image:
+    """Flow (H, W, 2), pixels: hue is the direction, saturation the length up to `largest`."""
+    u, v = flow[..., 0], flow[..., 1]
+    hue = (np.arctan2(v, u) / (2 * np.pi)) % 1.0
+    length = np.clip(np.hypot(u, v) / largest, 0, 1)
+    hsv = np.stack([hue, length, 1 - 0.15 * length], axis=-1)
+    from matplotlib.colors import hsv_to_rgb
+
+    coloured = np.rint(255 * cast("FloatArray", hsv_to_rgb(np.where(known[..., None], hsv, 0))))
+    return np.where(known[..., None], coloured, 255).astype(np.uint8)

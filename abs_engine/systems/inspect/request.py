@@ -1,0 +1,126 @@
+"""What can be asked for, and which choices go with which kind of picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.errors import ParameterError
+
+_BODY = ("person", "units", "speaker", "size")
+_LOOK = (*_BODY, "palette", "crop")
+_LABEL = (*_BODY, "turn", "crop", "views", "run", "truth", "frame")
+
+CHOICES: dict[str, tuple[str, ...]] = {
+    "portrait": (*_LOOK, "turn", "views"),
+    "postures": (*_LOOK, "turn", "rows", "weight"),
+    "nomogram": (*_LOOK, "turn", "rows", "modes", "columns", "run"),
+    "turntable": (*_LOOK, "views"),
+    "overlay": ("run", "speaker", "video", "style", "palette", "frame"),
+    "ids": _LABEL,
+    "classes": _LABEL,
+    "depth": (*_LABEL, "limits"),
+    "normals": _LABEL,
+    "albedo": ("truth", "speaker", "frame"),
+    "flow": ("truth", "speaker", "frame", "largest"),
+    "error": (*_BODY, "values", "run", "truth", "frame", "largest", "views"),
+}
+"""Which choices each kind of picture takes, besides file and renderer."""
+
+LARGEST = 4096
+"""Pixels a side of one picture; multisampled, it takes a gigabyte."""
+
+FLAGS = {"run": "RUN", "units": "--unit", "largest": "--max", "limits": "--range"}
+"""How choices are typed whose option has another name."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """An inspection picture or film.
+
+    Parameters
+    ----------
+    kind : str
+        A key of `CHOICES`.
+    output : Path
+        A new ``.png`` or ``.mp4``.
+    run, truth, video, values, speaker : Path, optional
+    person : str
+    units : mapping of str to float
+        Posture, weights of face units by name.
+    palette : str, optional
+    crop : {"head", "mouth"}
+    size : tuple of int, optional
+        Width and height of one picture, pixels.
+    turn : float
+        Degrees to the head's left.
+    rows : tuple of str
+        Face units that are shown; all where it is empty.
+    weight : float
+        Of the face unit in a posture.
+    modes : int, optional
+        Show so many modes of the mouth's shape model instead.
+    columns : int, optional
+    views : int, optional
+        Of a turntable.
+    style : str
+        Of an overlay.
+    frame : int, optional
+    largest : float, optional
+        End of a colour scale.
+    limits : tuple of float, optional
+        Both ends of one.
+
+    Raises
+    ------
+    ParameterError
+        If something was chosen that the kind does not take, or a number is not finite.
+    """
+
+    kind: str
+    output: Path
+    run: Path | None = None
+    truth: Path | None = None
+    video: Path | None = None
+    values: Path | None = None
+    speaker: Path | None = None
+    person: str = "clara"
+    units: Mapping[str, float] = field(default_factory=dict)
+    palette: str | None = None
+    crop: str = "head"
+    size: tuple[int, int] | None = None
+    turn: float = 0.0
+    rows: tuple[str, ...] = ()
+    weight: float = 1.0
+    modes: int | None = None
+    columns: int | None = None
+    views: int | None = None
+    style: str = "wireframe"
+    frame: int | None = None
+    largest: float | None = None
+    limits: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        defaults = Request.__dataclass_fields__
+        for name in defaults:
+            if name in ("kind", "output", "units"):
+                continue
+            if getattr(self, name) != defaults[name].default and name not in CHOICES[self.kind]:
+                self._refuse(name)
+        if self.units and "units" not in CHOICES[self.kind]:
+            self._refuse("units")
+        if not np.isfinite([self.turn, self.weight]).all():
+            raise ParameterError("an angle or a weight is NaN or infinite", "give a number")
+        if self.size is not None and not (16 <= min(self.size) <= max(self.size) <= LARGEST):
+            raise ParameterError(
+                "a picture of {}x{} pixels cannot be drawn".format(*self.size),
+                f"give 16 to {LARGEST} pixels a side",
+            )
+
+    def _refuse(self, name: str) -> None:
+        flag = FLAGS.get(name, f"--{name}")
+        takers = ", ".join(kind for kind, names in CHOICES.items() if name in names)
+        raise ParameterError(f"'{self.kind}' takes no {flag}", f"it goes with {takers}")
