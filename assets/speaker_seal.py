@@ -18,7 +18,7 @@ from speaker_mesh import CONTACT_RING, INNER_MOUTH
 if TYPE_CHECKING:
     from speaker_head import Head
 
-OVERLAP = 0.3  # mm by which the upper lip's lower edge lies below the lower lip's upper edge
+OVERLAP = 0.8  # mm by which the upper lip's lower edge lies below the lower lip's upper edge
 REACH = 4.0  # mm, how far into the mouth the displacement fades
 ROUNDS = 12
 

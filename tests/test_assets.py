@@ -8,9 +8,13 @@ import pytest
 from runs import write_speaker
 
 from abs_engine.assets import load_speaker, read_image, read_npz, shipped
+from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, MeshError, ModelFormatError, ParameterError
-from abs_engine.geometry import vertex_normals
+from abs_engine.geometry import FACING, Pose, vertex_normals
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.scene import Candidates
 from abs_engine.shape.mouth import mouth_units
+from abs_engine.systems.lips import lip_model
 
 CLASSES = {
     "skin", "upper_lip", "lower_lip", "inner_mouth", "upper_teeth", "lower_teeth", "tongue", "eyes",
@@ -52,17 +56,39 @@ def test_the_jaw_opens_the_mouth(speaker):
     assert jaw[top, 1] - jaw[bottom, 1] > 10
 
 
-@pytest.mark.parametrize("person", ["average", "clara", "kofi", "mei", "walter"])
+PEOPLE = ["average", "clara", "kofi", "mei", "walter", "amara", "ravi"]
+
+
+@pytest.mark.parametrize("person", PEOPLE)
 def test_the_mouth_of_everybody_is_sealed_at_rest(speaker, person):
+    """The upper lip comes down behind or before the lower one, by little."""
     vertices = speaker.vertices if person == "average" else speaker.named(person)
     top = vertices[speaker.landmarks["inner_lip_upper"]]
     bottom = vertices[speaker.landmarks["inner_lip_lower"]]
     order = np.argsort(bottom[:, 0])
     x = top[:, 0]
     under = np.interp(x, bottom[order, 0], bottom[order, 1])
-    assert np.abs(top[:, 1] - under).max() < 1.0
+    gap = top[:, 1] - under
+    assert gap.max() < 0.1
+    assert -1.0 < np.median(gap) < -0.5
+    assert gap.min() > -1.3
     width = np.ptp(vertices[speaker.lip_ring, 0])
     assert 35 < width < 70
+
+
+@pytest.mark.parametrize("person", PEOPLE[1:])
+def test_no_light_falls_between_resting_lips(speaker, person):
+    """Neither teeth nor the dark show from 15 degrees below to 15 above, but for a few pixels."""
+    head = lip_model(speaker, person).head
+    mouth = head.mean[speaker.lip_ring].mean(axis=0).astype(float)
+    camera = Camera(np.array([[3000, 0, 160], [0, 3000, 100], [0, 0, 1.0]]), (320, 200))
+    inside = [speaker.class_id(n) for n in ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")]
+    for pitch in (-0.26, -0.13, 0.0, 0.13, 0.26):
+        turned = Pose.from_vectors([pitch, 0, 0], np.zeros(3)).rotation @ FACING
+        pose = Pose(turned, np.array([0, 0, 600.0]) - turned @ mouth)
+        one = Candidates.one(np.zeros(0), pose)
+        seen = CpuRenderer().draw(head, one, camera, camera.whole)[0].class_id
+        assert np.isin(seen, inside).sum() < 25, pitch  # a square millimetre here
 
 
 def test_facets_look_outwards(speaker):

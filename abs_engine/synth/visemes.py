@@ -63,7 +63,7 @@ VISEMES: dict[str, Viseme] = {
         Viseme("i", {"jawOpen": 0.13, "Stretch": 0.35, "Smile": 0.45, "LowerDown": 0.35}, 0.20),
         Viseme("o", {"jawOpen": 0.30, "Funnel": 0.50, "Pucker": 0.35}, 0.22, 0.06),
         Viseme("u", {"jawOpen": 0.13, "Pucker": 0.70, "Funnel": 0.15}, 0.22, 0.06),
-        Viseme("w", {"jawOpen": 0.15, "Pucker": 0.85}, 0.16, 0.04),
+        Viseme("w", {"jawOpen": 0.165, "Pucker": 0.85}, 0.16, 0.04),
         Viseme("s", {"jawOpen": 0.06, "Stretch": 0.20, "LowerDown": 0.30, "UpperUp": 0.20}, 0.14),
         Viseme("l", {"jawOpen": 0.20, "LowerDown": 0.15, "Stretch": 0.10}, 0.14),
         Viseme("sh", {"jawOpen": 0.10, "Funnel": 0.50, "UpperUp": 0.20, "LowerDown": 0.2}, 0.16),

@@ -120,6 +120,12 @@ def best_start(posterior: FramePosterior, starts: FloatArray) -> FloatArray:
 
 
 def contact_prior(model: MouthModel, person: FloatArray) -> ContactPrior:
-    """Contact of the lips as a prior over (6 + P)."""
+    """Contact of the lips as a prior over (6 + P).
+
+    The head's lips overlap a little at rest, so that no light falls between them; only what they
+    overlap beyond that is pressing.
+    """
     gap, slope = model.gaps(person)
-    return ContactPrior(gap, np.hstack([np.zeros((len(gap), 6)), slope]))
+    rest = gap + slope @ model.prototypes[0]
+    slope = np.hstack([np.zeros((len(gap), 6)), slope])
+    return ContactPrior(gap - np.minimum(rest, 0.0), slope)

@@ -15,7 +15,7 @@ from abs_engine.synth.speech.lips import Lips
 FloatArray = NDArray[np.float64]
 Measure = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
-PRESS = 0.5
+PRESS = 0.1
 """How much farther (mm) than at rest the lips overlap in a closure: lips press together in p."""
 _SETTLED = 2e-3
 """Change of a weight below which a search ends: less than 0.1 mm for the strongest unit."""

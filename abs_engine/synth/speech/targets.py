@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from abs_engine.synth.speech.phonemes import Phoneme
 
@@ -44,7 +44,7 @@ class Goal:
 # is made, the higher the jaw has to be; sibilants need it most, the throat does not care.
 _JAW = {
     "bilabial": Goal(0.05, 0.4),
-    "labiodental": Goal(0.05, 0.6),
+    "labiodental": Goal(0.06, 0.6),
     "labial-velar": Goal(0.13, 0.6),
     "labial-palatal": Goal(0.12, 0.6),
     "dental": Goal(0.10, 0.6),
@@ -66,11 +66,17 @@ _SIBILANTS = {
 }
 
 
+_PARTING = 0.015
+"""Jaw opening that takes up what the lips overlap at rest, 0.8 mm on the bundled head."""
+
+
 def goals(phoneme: Phoneme) -> dict[str, Goal]:
     """Goal of each articulator."""
     if phoneme.manner == "pause":
         return dict.fromkeys(ARTICULATORS, Goal(0.0, 0.5))
     made = _vowel(phoneme) if phoneme.is_vowel else _consonant(phoneme)
+    if not phoneme.closes_lips:
+        made["jaw"] = replace(made["jaw"], target=made["jaw"].target + _PARTING)
     return {name: made.get(name, Goal()) for name in ARTICULATORS}
 
 
