@@ -1,7 +1,8 @@
 """What `./run` does: set this machine up, then start the demo, the tests or the linters.
 
 Only the standard library is used, since nothing else is there yet. Everything is put into `.venv`
-beside this file; the one thing installed outside is Mesa's OpenGL, and only where no OpenGL loads.
+beside this file; what is installed outside is Mesa's OpenGL, only where no OpenGL loads, and for
+the tests, where the user may, OSMesa and Chromium.
 A stamp in `.venv` says for what it was made, and is written last: a set-up that was interrupted is
 started again, one that fits is not touched.
 """
@@ -32,6 +33,8 @@ GL_LIBRARIES = ("libEGL.so.1", "libGL.so.1")  # moderngl loads the first, the st
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri", "libgl1")
 OSMESA_LIBRARY = "libOSMesa.so.8"
 OSMESA_PACKAGE = "libosmesa6"  # Mesa 25.1 dropped it: tested where it exists, never required
+BROWSER = ("chromium", "chromedriver")  # what opens the report in its tests, never required
+BROWSER_PACKAGES = ("chromium", "chromium-driver")
 VENV_PACKAGE = f"python3.{sys.version_info.minor}-venv"
 
 # In a process of its own: a driver may crash, and this one has no moderngl.
@@ -114,6 +117,10 @@ class Machine:
         except OSError:
             return False
         return True
+
+    def finds(self, program: str) -> bool:
+        """Whether a program is on the path."""
+        return shutil.which(program) is not None
 
     def context_error(self) -> str:
         """Why the environment's moderngl gives no OpenGL context; empty when it gives one."""
@@ -267,6 +274,8 @@ def prepare(machine: Machine, dev: bool, gl: bool = True) -> None:
         require_context(machine, installed="libegl1" in packages)
         if fresh and dev and not machine.loads(OSMESA_LIBRARY):
             offer_osmesa(machine)
+        if fresh and dev and not all(machine.finds(program) for program in BROWSER):
+            offer_browser(machine)
 
 
 def require_context(machine: Machine, installed: bool) -> None:
@@ -294,6 +303,14 @@ def offer_osmesa(machine: Machine) -> None:
         install(machine, [OSMESA_PACKAGE], "libOSMesa, the last resort of three, is not here")
     except SetupError:
         say("libOSMesa cannot be installed here; its tests are left out")
+
+
+def offer_browser(machine: Machine) -> None:
+    """Install Chromium for the report's tests where that can be done; go on in any case."""
+    try:
+        install(machine, BROWSER_PACKAGES, "Chromium, which the report is tested in, is not here")
+    except SetupError:
+        say("Chromium cannot be installed here; the report's tests in a browser are left out")
 
 
 def lint(machine: Machine) -> int:

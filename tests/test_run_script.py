@@ -66,6 +66,9 @@ class SimulatedMachine(bootstrap.Machine):
     def loads(self, library):
         return library not in self.lacks
 
+    def finds(self, program):
+        return program not in self.lacks
+
     def context_error(self):
         return "cannot open a display" if "context" in self.lacks else ""
 
@@ -240,6 +243,29 @@ def test_tests_go_on_without_osmesa(tmp_path):
 def test_the_demo_does_not_ask_for_osmesa(tmp_path):
     machine = SimulatedMachine(tmp_path, rights=True, lacks=[bootstrap.OSMESA_LIBRARY])
     bootstrap.prepare(machine, dev=False)
+    assert machine.count("apt-get") == 0
+
+
+def test_with_rights_chromium_is_installed_for_the_tests_only(tmp_path):
+    machine = SimulatedMachine(tmp_path, rights=True, lacks=bootstrap.BROWSER)
+    bootstrap.prepare(machine, dev=False)
+    assert machine.count("apt-get") == 0
+    bootstrap.prepare(machine, dev=True)
+    assert machine.count("install -y --no-install-recommends chromium chromium-driver") == 1
+
+
+@pytest.mark.parametrize("lacks", bootstrap.BROWSER)
+def test_tests_go_on_without_chromium(tmp_path, lacks, capsys):
+    machine = SimulatedMachine(tmp_path, rights=False, lacks=[lacks])
+    bootstrap.prepare(machine, dev=True)
+    assert machine.count("apt-get") == 0
+    assert "in a browser are left out" in capsys.readouterr().out
+    assert bootstrap.is_ready(machine, dev=True)
+
+
+def test_linters_need_no_chromium(tmp_path):
+    machine = SimulatedMachine(tmp_path, rights=True, lacks=bootstrap.BROWSER)
+    bootstrap.prepare(machine, dev=True, gl=False)
     assert machine.count("apt-get") == 0
 
 

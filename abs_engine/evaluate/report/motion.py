@@ -64,9 +64,12 @@ def compress(
     moved = moved[known]
     mean = moved.mean(axis=0, dtype=np.float64).astype(np.float32)
     moved -= mean
-    sides = _sides(moved)
-    left, count = moved.copy(), 0
-    while count == 0 or (count < len(moved) and np.abs(left).max() > largest):
+    strengths, sides = _sides(moved)
+    # as long as the mean square is too large, the largest is: begin behind that
+    after = np.cumsum(strengths[::-1])[::-1] / moved.size
+    count = max(1, int((after > largest**2).sum()))
+    left = moved - sides[:, :count] @ (sides[:, :count].T @ moved)
+    while count < len(moved) and np.abs(left).max() > largest:
         side = sides[:, count]
         left -= np.outer(side, side @ moved)
         count += 1
@@ -76,8 +79,8 @@ def compress(
     return LinearMotion(mean.reshape(shape), modes, weights)
 
 
-def _sides(moved: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Left singular vectors (T, T) of (T, 3 V), the strongest first.
+def _sides(moved: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Squared singular values (T,) and left singular vectors (T, T) of (T, 3 V), falling.
 
     They are eigenvectors of the small matrix of inner products, which is summed in double
     precision, a part of the columns at a time.
@@ -86,4 +89,5 @@ def _sides(moved: NDArray[np.float32]) -> NDArray[np.float32]:
     for start in range(0, moved.shape[1], _COLUMNS):
         part = moved[:, start : start + _COLUMNS].astype(np.float64)
         products += part @ part.T
-    return np.asarray(np.linalg.eigh(products)[1][:, ::-1], np.float32)
+    values, vectors = np.linalg.eigh(products)
+    return np.maximum(values[::-1], 0), np.asarray(vectors[:, ::-1], np.float32)

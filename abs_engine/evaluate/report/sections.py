@@ -23,6 +23,7 @@ CARDS = (
 )
 """Metrics of the first glance; of each group the first that there is."""
 
+SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
 _NO_WEBGL = (
     '<p class="warning no-webgl" hidden>This browser gives the page no WebGL 2, which the 3D '
     "pictures need.</p>"
@@ -108,7 +109,9 @@ def error_maps(data: ReportData, end: float) -> str:
 rest. <span class="soft hint">Drag to turn.</span></p>{_NO_WEBGL}
 <div class="maps"><canvas></canvas></div>
 <div class="scale"><div><div class="ramp" style="background:linear-gradient(90deg,{steps})"></div>
-<div class="ticks">{ticks}<span>{end:g}+</span></div></div><span>mm</span></div></section>"""
+<div class="ticks">{ticks}<span>{end:g}+</span></div></div><span>mm</span>
+<label class="hint">scale ends at <select id="scale">{_ends(end)}</select> mm</label></div>
+</section>"""
 
 
 def worst(data: ReportData) -> str:
@@ -158,6 +161,14 @@ def contours(data: ReportData) -> list[tuple[str, str, Mapping[str, FloatArray]]
         if system.contours:
             found.append((system.name, colours.picture_colour(number), system.contours))
     return found
+
+
+def _ends(end: float) -> str:
+    """Where the scale of errors may end."""
+    return "".join(
+        f'<option value="{k:g}"{" selected" if k == end else ""}>{k:g}</option>'
+        for k in sorted({*SCALE_ENDS, end})
+    )
 
 
 def _names(data: ReportData) -> list[tuple[str, str]]:

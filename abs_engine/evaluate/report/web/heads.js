@@ -31,7 +31,7 @@ void main() {
   result = vec4(min(ink * shade, 1.0), 1.0);
 }`;
 
-const BREADTH = 0.82;  // of a head, as a share of its height
+const BREADTH = 0.92;  // of a head, as a share of its height
 
 class HeadView {
   constructor(canvas, faces, weld) {

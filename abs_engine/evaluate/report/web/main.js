@@ -113,8 +113,16 @@ function openHeads() {
     stage = new Stage(document.querySelector(".stage"), told, actors, faces, ramp);
     stage.view.onturn = () => stage.show(player.frame);
     if (document.querySelector(".maps")) {
-      maps = new ErrorMaps(document.querySelector(".maps"), told, actors, faces, ramp);
-      maps.show();
+      maps = new ErrorMaps(document.querySelector(".maps"), told, actors, faces);
+      maps.paint(ramp);
+      $("scale").onchange = () => {
+        ramp.end = Number($("scale").value);
+        document.querySelectorAll(".ticks span").forEach((tick, k) => {
+          tick.textContent = `${+(ramp.end * k / 4).toPrecision(3)}${k === 4 ? "+" : ""}`;
+        });
+        maps.paint(ramp);
+        stage.show(player.frame);
+      };
     }
   } catch (error) {
     stage = null;

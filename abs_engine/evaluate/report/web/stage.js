@@ -139,7 +139,7 @@ class Stage {
 
 // Mean errors on the true head at rest: a line for each system, from three sides.
 class ErrorMaps {
-  constructor(root, told, actors, faces, ramp) {
+  constructor(root, told, actors, faces) {
     this.root = root;
     this.told = told;
     this.actors = actors.filter((a) => a.map);
@@ -148,8 +148,6 @@ class ErrorMaps {
     this.view.canvas.style.height = `${MAP_HEIGHT * this.actors.length}px`;
     this.view.onturn = () => this.show();
     for (const [k, actor] of this.actors.entries()) {
-      for (let v = 0; v < told.vertices; v++) ramp.paint(actor.painted, v, actor.map[v]);
-      actor.mapColours = actor.painted.slice();
       const tag = document.createElement("div");
       tag.className = "tag";
       tag.textContent = actor.name;
@@ -157,6 +155,14 @@ class ErrorMaps {
       tag.style.top = `${MAP_HEIGHT * k}px`;
       root.append(tag);
     }
+  }
+
+  paint(ramp) {
+    for (const actor of this.actors) {
+      actor.mapColours = new Uint8Array(3 * this.told.vertices);
+      for (let v = 0; v < this.told.vertices; v++) ramp.paint(actor.mapColours, v, actor.map[v]);
+    }
+    this.show();
   }
 
   show() {
