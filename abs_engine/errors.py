@@ -57,3 +57,15 @@ class OpenGLError(AbsEngineError):
 
 class StudioError(AbsEngineError):
     """The studio's worker process failed."""
+
+
+class CalibrationError(AbsEngineError):
+    """Pictures of a calibration board do not determine the cameras."""
+
+
+class TooFewPointsError(AbsEngineError):
+    """Points are missing that a step cannot do without."""
+
+
+class DegenerateViewsError(AbsEngineError):
+    """Views, or points, lie so that depth or rotation cannot be found from them."""

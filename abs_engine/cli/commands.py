@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import logging
-import shlex
 from argparse import Namespace
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from abs_engine.cli.progress import Progress
-from abs_engine.files import check_free, write_new
+from abs_engine.files import check_free, parent_folder, write_new
 
 if TYPE_CHECKING:
     from abs_engine.render.select import OpenRenderer
@@ -23,29 +22,41 @@ def doctor(_chosen: Namespace) -> int:
     """Report the state of the machine; 1 where only the CPU rasteriser works."""
     from abs_engine.render.diagnose import diagnose, report_lines
 
-    diagnosis = diagnose()
+    with Progress("doctor") as progress:
+        progress.announce("trying every renderer")
+        diagnosis = diagnose()
     print("\n".join(report_lines(diagnosis)))
     return diagnosis.exit_status
 
 
 def synth(chosen: Namespace) -> int:
-    """Film a person."""
-    from abs_engine.systems.demo import film_clip
+    """Film a scene, or a person who says a sentence."""
+    from abs_engine.cli.synth import request_of
+    from abs_engine.synth.clock import cost_lines
+    from abs_engine.synth.make import Crew
+    from abs_engine.synth.studio import film_scene
 
     check_free(chosen.output)
-    with Progress("filming") as progress:
-        film_clip(
+    request = request_of(chosen)
+    with Progress("filming") as filming, Progress("encoding") as encoding:
+
+        def stage(name: str) -> None:
+            filming.finish()
+            encoding.announce(name)
+            encoding.restart()
+
+        crew = Crew(chosen.processes or 0, True, stage, filming, encoding)
+        done = film_scene(
+            request.scene,
             chosen.output,
-            chosen.sentence,
-            person=chosen.person,
-            size=tuple(chosen.size),
-            frames=chosen.frames,
-            seed=chosen.seed,
-            lossless=chosen.lossless,
-            command=_command_line("synth", chosen),
-            progress=progress,
+            beside=request.beside,
+            command=request.command,
+            crew=crew,
         )
-    print(f"wrote {chosen.output}")
+    if done.resumed:
+        print(f"{done.resumed} of {done.frames} frames were there from before")
+    print("\n".join(["what a frame cost, by part:", *cost_lines(done.seconds, done.frames)]))
+    print(f"wrote {done.folder}")
     return 0
 
 
@@ -54,7 +65,7 @@ def track(chosen: Namespace) -> int:
     from abs_engine.video import probe
 
     check_free(chosen.output)
-    probe(chosen.video)
+    probe(chosen.video)  # says what is wrong before anything slow is loaded
 
     from abs_engine.systems.lips import LipOptions
     from abs_engine.systems.run import track_video
@@ -67,9 +78,15 @@ def track(chosen: Namespace) -> int:
         speaker=chosen.speaker,
     )
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
-        progress.announce("looking for the face, fitting the mouth")
+        _print_hints(renderer)
         told = track_video(
-            chosen.video, chosen.output, renderer, options, progress, progress.restart
+            chosen.video,
+            chosen.output,
+            renderer,
+            options,
+            progress,
+            progress.restart,
+            progress.announce,
         )
     _print_summary(told["summary"])
     print(f"wrote {chosen.output}")
@@ -77,28 +94,28 @@ def track(chosen: Namespace) -> int:
 
 
 def evaluate(chosen: Namespace) -> int:
-    """Compare a run with its ground truth."""
-    from abs_engine.evaluate.truth_report import report
-    from abs_engine.files import NewFolder
-    from abs_engine.systems.demo import score_lines
-    from abs_engine.track.record import load_run
-    from abs_engine.truth import load_truth
+    """Compare results with their ground truth."""
+    from abs_engine.systems.evaluation import default_folder
+    from abs_engine.systems.evaluation import evaluate as score
 
-    run, truth = load_run(chosen.folder), load_truth(chosen.truth)
-    with NewFolder(chosen.output or chosen.folder / "evaluation") as made:
-        scores = report(run, truth, made.work)
-        folder = made.finish()
-    print("\n".join(score_lines(scores)))
-    print(f"wrote {folder}")
+    folder = chosen.output or default_folder(chosen.results)
+    done = score(chosen.results, chosen.truth, folder, seed=chosen.seed)
+    print("\n".join(done.lines()))
+    print(f"wrote {done.folder}")
     return 0
 
 
 def demo(chosen: Namespace) -> int:
     """Film, track, evaluate and report."""
-    from abs_engine.systems.demo import DemoOptions, run_demo, score_lines
-    from abs_engine.systems.demo_page import head_given
+    output = chosen.output or _next_free(Path("runs/demo"))
+    with nullcontext() if chosen.output else parent_folder(output):
+        check_free(output)
+        return _demo(output, chosen)
 
-    output = check_free(chosen.output or _next_free(Path("runs/demo")))
+
+def _demo(output: Path, chosen: Namespace) -> int:
+    from abs_engine.systems.demo import DemoOptions, run_demo, score_lines
+
     options = DemoOptions(person_known=not chosen.average_head)
     if chosen.frames is not None:
         options = replace(options, frames=chosen.frames)
@@ -107,15 +124,17 @@ def demo(chosen: Namespace) -> int:
         Progress("filming") as filming,
         Progress("tracking") as tracking,
     ):
+        _print_hints(renderer)
+        filming.announce("starting the studio")
 
-        def prepared(seconds: float) -> None:
+        def stage(name: str) -> None:
             filming.finish()
-            tracking.restart(seconds)
+            tracking.announce(name)
 
-        done = run_demo(output, renderer, options, filming, tracking, prepared)
+        done = run_demo(output, renderer, options, filming, tracking, tracking.restart, stage)
     _print_summary(done.run["summary"])
-    print(head_given(options.person, options.person_known))
-    print("\n".join(score_lines(done.scores)))
+    print(done.remarks[0])
+    print("\n".join([*score_lines(done.scores), *done.remarks[1:]]))
     print(f"wrote {output}; open {output / 'index.html'}")
     return 0
 
@@ -134,21 +153,18 @@ def bench(chosen: Namespace) -> int:
 
 
 def render(chosen: Namespace) -> int:
-    """Draw a posture."""
-    from abs_engine.files import png
-    from abs_engine.systems.portrait import draw_portrait
+    """Draw an inspection picture or film."""
+    from abs_engine.cli.render import request_of
+    from abs_engine.systems.inspect.output import is_film
 
     check_free(chosen.output)
-    with _renderer(chosen.renderer) as renderer:
-        picture = draw_portrait(
-            renderer,
-            chosen.person,
-            dict(chosen.units),
-            size=tuple(chosen.size),
-            palette=chosen.palette,
-            turn=chosen.turn,
-        )
-    write_new(chosen.output, png(picture))
+    is_film(chosen.output)
+    request = request_of(chosen)
+
+    from abs_engine.systems.inspect.draw import render_to_file
+
+    with _renderer(chosen.renderer) as renderer, Progress("drawing") as progress:
+        render_to_file(request, renderer, progress)
     print(f"wrote {chosen.output}")
     return 0
 
@@ -182,6 +198,14 @@ class _Notes(logging.Handler):
         self.lines.append(" ".join(record.getMessage().split()))
 
 
+def _print_hints(renderer: OpenRenderer) -> None:
+    """What a user should know before a long run."""
+    from abs_engine.render.select import draws_by_software
+
+    if draws_by_software(renderer):
+        print("hint: no GPU draws here; --renderer cpu is about twice as fast", flush=True)
+
+
 def _print_summary(summary: dict[str, Any]) -> None:
     print(
         f"{summary['frames']} frames, {summary['lost_frames']} lost, "
@@ -192,24 +216,9 @@ def _print_summary(summary: dict[str, Any]) -> None:
 
 
 def _next_free(path: Path) -> Path:
-    """The path, or the first of path-2, path-3, ... that does not exist; its parent is made."""
-    from abs_engine.files import unwritable
-
-    try:
-        path.parent.mkdir(exist_ok=True)
-    except OSError as error:
-        raise unwritable(path, error) from error
+    """The path, or the first of path-2, path-3, ... that does not exist."""
     free, number = path, 1
     while free.exists():
         number += 1
         free = path.with_name(f"{path.name}-{number}")
     return free
-
-
-def _command_line(name: str, chosen: Namespace) -> str:
-    """The command that makes the same clip again, without the place where it is put."""
-    words = ["abs-engine", name, chosen.sentence, "--person", chosen.person]
-    words += ["--size", *map(str, chosen.size), "--seed", str(chosen.seed)]
-    words += ["--frames", str(chosen.frames)] if chosen.frames is not None else []
-    words += ["--lossless"] if chosen.lossless else []
-    return shlex.join(words)

@@ -5,17 +5,45 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from abs_engine.cli import commands
+from abs_engine.cli import check, commands, report
+from abs_engine.cli.observe import add_observe, observe
+from abs_engine.cli.render import add_render
 from abs_engine.release import engine_version
 
+EVALUATE_FORMATS = """\
+CSV files, a line of column names first:
+  landmarks, a line a point   frame,point,x,y,unit and perhaps time,z,space: point 0 to 67 in the
+                              order of 300-W, unit px or mm, space camera (default) or head
+  landmarks, a line a frame   frame, x_0 to y_67 in px and/or X_0 to Z_67 in mm, camera coordinates;
+                              perhaps timestamp, success, pose_Tx to pose_Rz (as OpenFace 2)
+  ARKit, a line a frame       the 52 face units; perhaps Timecode, HeadYaw, HeadPitch, HeadRoll
+                              (as Live Link Face)
+Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
+Numbers in brackets are 95 % confidence intervals.
+"""
 RENDERERS = ("auto", "egl-device", "egl-surfaceless", "osmesa", "cpu")
 Run = Callable[[argparse.Namespace], int]
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaints take one line."""
+    """A parser whose complaints take one line.
+
+    With `intermixed`, what is named may stand before, between or after the options.
+    """
+
+    intermixed = False
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As `argparse`'s; which only then takes optional positionals anywhere, if told to."""
+        if not self.intermixed:
+            return super().parse_known_args(args, namespace)
+        self.intermixed = False  # it calls back
+        try:
+            return self.parse_known_intermixed_args(args, namespace)
+        finally:
+            self.intermixed = True
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
@@ -28,24 +56,30 @@ def build_parser() -> Parser:
     parser = Parser(
         prog="abs-engine",
         description="Tracks 3D face and lip motion in video by rendering the face and comparing.",
-        epilog="Exit status: 0; 2 when the input or the machine is at fault; 130 when interrupted.",
+        epilog="Exit status: 0; 1 when doctor finds no OpenGL or check a fault; 2 when input or "
+        "machine are at fault; 130 when interrupted.",
     )
     parser.add_argument("--version", action="version", version=f"abs-engine {engine_version()}")
     parser.set_defaults(command=None)
     commands_of = parser.add_subparsers(dest="command", metavar="COMMAND")
 
-    def add(name: str, run: Run, text: str) -> argparse.ArgumentParser:
-        command: argparse.ArgumentParser = commands_of.add_parser(name, help=text, description=text)
+    def add(name: str, run: Run, text: str) -> Parser:
+        command: Parser = commands_of.add_parser(name, help=text, description=text)
         command.set_defaults(run=run)
         return command
 
     add("doctor", commands.doctor, "say which OpenGL this machine gives, and how to mend it")
     _demo(add("demo", commands.demo, "film the bundled head, track it, compare with the truth"))
-    _synth(add("synth", commands.synth, "film a bundled person, with ground truth"))
+    _synth(add("synth", commands.synth, "film a scene, with ground truth"))
+    add_observe(add("observe", observe, "calibrate cameras; dots in two views to points in space"))
     _track(add("track", commands.track, "track the lips in a video"))
-    _evaluate(add("evaluate", commands.evaluate, "compare a run with the ground truth of its clip"))
+    _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
+    check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))
+    report.add_arguments(
+        add("report", report.report, "write one HTML file about one run or several")
+    )
     _bench(add("bench", commands.bench, "time one evaluation beside pyrender and NumPy"))
-    _render(add("render", commands.render, "draw a posture of a bundled person as PNG"))
+    _render(add("render", commands.render, "draw postures, nomograms, overlays, labels, errors"))
     return parser
 
 
@@ -65,20 +99,25 @@ def _demo(command: argparse.ArgumentParser) -> None:
 
 def _synth(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "sentence", metavar="SENTENCE",
-        help="demo, wolves, vowels, closures, or viseme symbols in quotes: '_ m a p i _'",
+        "what", metavar="SCENE",
+        help="a scene file, NAME.toml (shipped: short.toml, speech.toml, ten_thousand.toml); or "
+        "demo, wolves, vowels, closures, or viseme symbols in quotes: '_ m a p i _'",
     )  # fmt: skip
-    _output(command, "DIR", "folder of the clip and its ground truth")
-    command.add_argument("--person", default="clara", help="who is filmed (default: clara)")
+    _output(command, "DIR", "folder of the data set; if interrupted, the same command goes on")
     command.add_argument(
-        "--size", type=_count, nargs=2, default=(320, 240), metavar=("WIDTH", "HEIGHT"),
+        "--processes", type=_count, help="how many film at once (default: one for each core)"
+    )
+    sentence = command.add_argument_group("for a sentence; a scene file says these itself")
+    sentence.add_argument("--person", help="who is filmed (default: clara)")
+    sentence.add_argument(
+        "--size", type=_count, nargs=2, metavar=("WIDTH", "HEIGHT"),
         help="even numbers of pixels (default: 320 240)",
     )  # fmt: skip
-    command.add_argument("--frames", type=_count, help="length (default: as the sentence takes)")
-    command.add_argument(
-        "--seed", type=int, default=0, help="of head motion and noise (default: 0)"
+    sentence.add_argument("--frames", type=_count, help="length (default: as the sentence takes)")
+    sentence.add_argument("--seed", type=int, help="of head motion and noise (default: 0)")
+    sentence.add_argument(
+        "--lossless", action="store_true", help="keep every picture before compression, as PNG"
     )
-    command.add_argument("--lossless", action="store_true", help="also write lossless.mp4")
 
 
 def _track(command: argparse.ArgumentParser) -> None:
@@ -99,14 +138,24 @@ def _track(command: argparse.ArgumentParser) -> None:
 
 
 def _evaluate(command: argparse.ArgumentParser) -> None:
-    command.add_argument("folder", type=Path, metavar="RUN", help="what 'track -o' made")
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = EVALUATE_FORMATS
     command.add_argument(
-        "--truth", type=Path, metavar="DIR", required=True, help="what 'synth -o' made"
-    )
+        "results", type=Path, nargs="+", metavar="RUN",
+        help="what 'track -o' made, or a CSV file of another system",
+    )  # fmt: skip
+    command.add_argument(
+        "--truth", type=Path, nargs="+", metavar="DIR", required=True,
+        help="what 'synth -o' made, or DATASET/CLIP/CAMERA; one for all, or one for each RUN, "
+        "which are then pooled as clips, too",
+    )  # fmt: skip
     command.add_argument(
         "-o", "--output", type=Path, metavar="DIR",
         help="folder of the scores, must not exist (default: RUN/evaluation)",
     )  # fmt: skip
+    command.add_argument(
+        "--seed", type=int, default=0, help="of the confidence intervals (default: 0)"
+    )
 
 
 def _bench(command: argparse.ArgumentParser) -> None:
@@ -114,23 +163,10 @@ def _bench(command: argparse.ArgumentParser) -> None:
     command.add_argument("--rounds", type=_count, help="turns of every way (default: 50)")
 
 
-def _render(command: argparse.ArgumentParser) -> None:
-    _output(command, "FILE", "the PNG")
-    command.add_argument("--person", default="clara", help="who is drawn (default: clara)")
-    command.add_argument(
-        "--unit", action="append", default=[], metavar="NAME=WEIGHT", type=_unit, dest="units",
-        help="a face unit of the posture, such as jawOpen=0.4; may be repeated",
-    )  # fmt: skip
-    command.add_argument(
-        "--palette", choices=("colour", "classes"), default="colour", help="what is shown"
-    )
-    command.add_argument(
-        "--size", type=_count, nargs=2, default=(512, 512), metavar=("WIDTH", "HEIGHT"),
-        help="pixels (default: 512 512)",
-    )  # fmt: skip
-    command.add_argument(
-        "--turn", type=float, default=0.0, metavar="DEGREES", help="to the head's left"
-    )
+def _render(command: Parser) -> None:
+    _output(command, "FILE", "a PNG or an MP4")
+    add_render(command)
+    command.intermixed = True
     _renderer(command)
 
 
@@ -152,11 +188,3 @@ def _count(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text} is not 1 or more")
     return number
-
-
-def _unit(text: str) -> tuple[str, float]:
-    name, _, weight = text.partition("=")
-    try:
-        return name, float(weight)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not NAME=WEIGHT") from None

@@ -41,6 +41,8 @@ class Sequence:
         The nearest viseme of each frame.
     closed : (T,) bool
         Whether the lips touch all along, measured on the mesh.
+    intervals : tuple of (str, float, float)
+        Visemes, and when each begins and ends, seconds.
     """
 
     person: str
@@ -51,6 +53,7 @@ class Sequence:
     translations: FloatArray
     visemes: tuple[str, ...]
     closed: NDArray[np.bool_]
+    intervals: tuple[tuple[str, float, float], ...] = ()
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -94,6 +97,40 @@ def say(
     ParameterError
         If a viseme or the person is unknown, or rate or length are not positive.
     """
+    rng = np.random.default_rng(seed)
+    talk = utter(text, speaker, rate, frames)
+    times = np.arange(len(talk.weights)) / rate
+    weights = talk.weights + expression(times, speaker.unit_names, rng)
+    neutral = speaker.named(person)
+    base = portrait(camera, speaker, neutral)
+    rotations, translations = wander(times, base, rng)
+    gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in weights]
+    closed = np.array(gaps) < CLOSED_BELOW
+    return Sequence(
+        person, text, rate, weights, rotations, translations, talk.visemes, closed, talk.intervals
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Talk:
+    """A sentence of visemes, frame by frame.
+
+    Parameters
+    ----------
+    weights : (T, 52) float64
+    visemes : tuple of str
+        The nearest viseme of each frame.
+    intervals : tuple of (str, float, float)
+        Visemes, and when each begins and ends, seconds.
+    """
+
+    weights: FloatArray
+    visemes: tuple[str, ...]
+    intervals: tuple[tuple[str, float, float], ...]
+
+
+def utter(text: str, speaker: Speaker, rate: float, frames: int | None = None) -> Talk:
+    """What a sentence of visemes is in face units; parameters and errors as `say`."""
     if rate <= 0 or (frames is not None and frames < 1):
         raise ParameterError("rate and length must be positive", "give at least one frame")
     visemes = parse(text)
@@ -101,16 +138,13 @@ def say(
     frames = max(1, round(natural * rate)) if frames is None else frames
     times = np.arange(frames) / rate
     spoken = np.minimum(times * natural * rate / frames, natural)
-    rng = np.random.default_rng(seed)
+    ends = np.cumsum([v.seconds for v in visemes]) * (frames / rate / natural)
+    starts = [0.0, *ends[:-1].tolist()]
+    intervals = tuple(
+        (v.name, a, b) for v, a, b in zip(visemes, starts, ends.tolist(), strict=True)
+    )
     weights = articulate(visemes, spoken, speaker.unit_names)
-    weights += expression(times, speaker.unit_names, rng)
-    neutral = speaker.named(person)
-    base = portrait(camera, speaker, neutral)
-    rotations, translations = wander(times, base, rng)
-    gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in weights]
-    closed = np.array(gaps) < CLOSED_BELOW
-    names = _nearest(visemes, spoken)
-    return Sequence(person, text, rate, weights, rotations, translations, names, closed)
+    return Talk(weights, _nearest(visemes, spoken), intervals)
 
 
 def deform(speaker: Speaker, weights: FloatArray) -> NDArray[np.float16]:
@@ -183,7 +217,7 @@ def portrait(camera: Camera, speaker: Speaker, neutral: NDArray[np.float32]) -> 
 def wander(
     times: FloatArray, base: Pose, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Small smooth head motion about `base`.
+    """Small smooth head motion about `base`, a pose before a camera that the face looks into.
 
     Returns
     -------
@@ -192,11 +226,16 @@ def wander(
     translations : (T, 3) float64, mm
         Within 6, 4 and 8 mm of the base.
     """
-    angles = np.radians([5.0, 8.0, 4.0]) * _sway(times, rng)
-    shifts = np.array([6.0, 4.0, 8.0]) * _sway(times, rng)
+    angles, shifts = sway(times, rng)
     turned = [base.rotation @ Pose.from_vectors(row, np.zeros(3)).rotation for row in angles]
     vectors = [Pose(matrix, np.zeros(3)).rotation_vector for matrix in turned]
-    return np.array(vectors), base.translation + shifts
+    return np.array(vectors), base.translation + shifts @ FACING.T
+
+
+def sway(times: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Small smooth head motion: rotation vectors (T, 3), head frame, and shifts (T, 3), mm."""
+    angles = np.radians([5.0, 8.0, 4.0]) * _sway(times, rng)
+    return angles, np.array([6.0, -4.0, -8.0]) * _sway(times, rng)
 
 
 def _sway(times: FloatArray, rng: np.random.Generator) -> FloatArray:

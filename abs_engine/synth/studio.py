@@ -1,38 +1,84 @@
-"""The studio: films a person saying a sequence, and writes video and ground truth.
+"""The studio: films people who say something, and writes video and ground truth.
 
-The pictures come from pyrender in a process of its own, so a tracker is never tested on pictures
-from its own renderer. All draws of chance take one seed: the same call gives the same truth and,
-before compression, the same pixels.
+The pictures come from pyrender in processes of their own, so a tracker is never tested on pictures
+from its own renderer. All draws of chance take one seed: the same scene gives the same truth and,
+before compression, the same pixels, however many processes film it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from contextlib import closing
-from functools import partial
+import hashlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import sparse
 
-from abs_engine.assets import Speaker
+from abs_engine.assets import Speaker, load_speaker
 from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import FACING, Pose
+from abs_engine.release import engine_version
+from abs_engine.synth.cameras import check_view
+from abs_engine.synth.cast import NO_DOTS, Cast
+from abs_engine.synth.dressing import shirt
 from abs_engine.synth.look import Look
-from abs_engine.synth.optics import backdrop, composite
-from abs_engine.synth.process import Worker
-from abs_engine.synth.sequence import Sequence, deform
-from abs_engine.synth.torso import Torso, dress
-from abs_engine.synth.writer import TakeWriter
-from abs_engine.truth import DEPTH_STEP
+from abs_engine.synth.make import Crew, Filmed, Order, Progress, make
+from abs_engine.synth.plan import ClipPlan, View, vectors
+from abs_engine.synth.resolve import plan_clip
+from abs_engine.synth.scenefile import SceneFile, check_size, complete, scene_text
+from abs_engine.synth.sequence import Sequence
+from abs_engine.truth.codec import LABELS
 
-Progress = Callable[[int, int], None]
+OPTIONAL = tuple(label for label in LABELS if label not in ("ids", "depth"))
+"""Label pictures that a scene may do without."""
 
-_REACH = 250.0
-"""No point of a head is farther from its origin, mm."""
+
+def film_scene(
+    scene: SceneFile,
+    folder: Path,
+    *,
+    beside: Path = Path(),
+    command: str = "",
+    crew: Crew | None = None,
+) -> Filmed:
+    """Film a scene and write a data set (see `abs_engine.truth`).
+
+    An unfinished data set of the same scene that lies beside `folder` is gone on with.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    folder : Path
+        Must not exist; it appears when everything is written.
+    beside : Path
+        Folder of the scene file, where the files that it names are looked for.
+    command : str
+        Kept in the ground truth.
+    crew : Crew, optional
+        By default one process for each core, and nothing is kept of what fails.
+
+    Raises
+    ------
+    ParameterError, InputFileError, ModelFormatError
+        If something in the scene cannot be filmed.
+    OutputError
+        If the folder exists or cannot be written, or an unfinished data set of another scene lies
+        beside it.
+    StudioError
+        If pyrender cannot draw on this machine.
+    KeyboardInterrupt
+        If interrupted; its text says what was kept.
+    """
+    scene, speaker = complete(scene), load_speaker()
+    text = scene_text(scene)
+    order = Order(
+        command, scene.seed, scene.labels, scene.frames, text, _digest(scene, text, beside, command)
+    )
+    cast = Cast(speaker, scene.speaker)
+    plans = (
+        plan_clip(scene, number, speaker, cast, beside, command)
+        for number in range(len(scene.clip))
+    )
+    return make(plans, len(scene.clip), folder, speaker, order, crew or Crew())
 
 
 def film(
@@ -44,24 +90,26 @@ def film(
     look: Look | None = None,
     seed: int = 0,
     lossless: bool = False,
+    labels: tuple[str, ...] = OPTIONAL,
     command: str = "",
     progress: Progress | None = None,
 ) -> Path:
-    """Film a sequence and write video and ground truth (see `abs_engine.truth`).
+    """Film one sequence with one camera and write a data set (see `abs_engine.truth`).
 
     Parameters
     ----------
     speaker : Speaker
     sequence : Sequence
     camera : Camera
-        Without distortion.
     folder : Path
         Must not exist; it appears when everything is written.
     look : Look, optional
     seed : int
         Of the sensor noise.
     lossless : bool
-        Also write ``lossless.mp4``.
+        Also keep every picture as it was before compression.
+    labels : tuple of str
+        Which of normals, albedo and flow are written.
     command : str
         Kept in the ground truth.
     progress : callable, optional
@@ -75,190 +123,84 @@ def film(
     Raises
     ------
     ParameterError
-        If the camera has lens distortion or the mesh too many facets.
+        If the camera cannot film the sequence or the mesh has too many facets.
     OutputError
         If the folder exists or cannot be written.
     StudioError
         If pyrender cannot draw on this machine.
     """
-    check(speaker, sequence, camera)
-    offsets = [deform(speaker, row) for row in sequence.weights]
-    with (
-        TakeWriter(folder, camera, sequence.rate, lossless=lossless) as writer,
-        closing(shoot(speaker, sequence, camera, offsets, look or Look(), seed)) as shots,
-    ):
-        for count, (picture, ids, depth) in enumerate(shots, start=1):
-            writer.add(picture, ids, depth)
-            if progress is not None:
-                progress(count, len(sequence))
-        writer.finish(
-            **record(speaker, sequence), offsets=np.array(offsets), seed=seed, command=command
-        )
-    return Path(folder)
+    plan = plan_of(speaker, sequence, camera, look or Look(), seed, command)
+    crew = Crew(processes=1, filming=progress)
+    order = Order(command, seed, labels, lossless)
+    return make([plan], 1, folder, speaker, order, crew).folder
 
 
-def check(speaker: Speaker, sequence: Sequence, camera: Camera) -> None:
-    """Raise `ParameterError` for what this studio cannot film."""
-    if camera.distorted or camera.matrix[0, 1]:
-        raise ParameterError(
-            "the studio has no lens distortion and no skew", "film with an ideal camera"
-        )
-    if camera.size[0] % 2 or camera.size[1] % 2:
-        raise ParameterError(
-            f"H.264 has no pictures of {camera.size[0]}x{camera.size[1]}", "give even sizes"
-        )
-    nearest, farthest = _depth_range(sequence)
-    if nearest <= 0 or farthest > 65_535 * DEPTH_STEP:
-        raise ParameterError(
-            f"the head is {sequence.translations[:, 2].min():.0f} mm or more from the camera",
-            f"place it between {_REACH:.0f} and {65_535 * DEPTH_STEP - _REACH:.0f} mm",
-        )
-    if len(speaker.faces) > 65_534:
-        raise ParameterError(
-            f"{len(speaker.faces)} facets do not fit 16-bit ids", "film a head of fewer facets"
-        )
-
-
-def _depth_range(sequence: Sequence) -> tuple[float, float]:
-    """Nearest and farthest depth, mm, that the head can reach."""
-    depth = sequence.translations[:, 2]
-    return float(depth.min()) - _REACH, float(depth.max()) + _REACH
-
-
-def record(speaker: Speaker, sequence: Sequence) -> dict[str, Any]:
-    """Arrays of ``truth.npz``, but for the offsets."""
-    return {
-        "rate": sequence.rate,
-        "person": sequence.person,
-        "sentence": sequence.text,
-        "unit_names": speaker.unit_names,
-        "unit_weights": sequence.weights,
-        "identity_weights": speaker.people[sequence.person],
-        "neutral": speaker.named(sequence.person),
-        "faces": speaker.faces,
-        "facet_class": speaker.facet_class,
-        "class_names": speaker.class_names,
-        "rotations": sequence.rotations,
-        "translations": sequence.translations,
-        "visemes": sequence.visemes,
-        "closed": sequence.closed,
-        **{n: speaker.landmarks[n] for n in ("outer_lip", "outer_lip_20", "inner_lip_8")},
-        "mouth_corners": speaker.landmarks["mouth_corners"],
-    }
-
-
-Shot = tuple[NDArray[np.uint8], NDArray[np.uint32], NDArray[np.float32]]
-
-
-def shoot(
+def plan_of(
     speaker: Speaker,
     sequence: Sequence,
     camera: Camera,
-    offsets: list[NDArray[np.float16]],
     look: Look,
-    seed: int,
-) -> Generator[Shot, None, None]:
-    """Pictures, facet ids + 1 and depths of every frame; the worker draws one frame ahead."""
-    neutral = speaker.named(sequence.person)
-    behind = backdrop(camera.size, look.top, look.bottom)
-    rng = np.random.default_rng(seed)
-    torso = dress(speaker, neutral)
-    state_of = partial(_state, neutral, torso, Normals(speaker))
+    seed: int = 0,
+    command: str = "",
+) -> ClipPlan:
+    """The plan of a sequence before a camera that stands at the origin of the world.
 
-    def finish(drawn: dict[str, NDArray[Any]]) -> Shot:
-        picture = look.sensor.expose(composite(drawn["rgba"], behind), rng)
-        return picture, drawn["ids"], drawn["depth"]
-
-    with Worker(_setup(speaker, sequence, torso, camera, look)) as worker:
-        worker.post(state_of(sequence.pose(0), offsets[0]))
-        for frame in range(1, len(sequence)):
-            state = state_of(sequence.pose(frame), offsets[frame])
-            drawn = worker.collect()
-            worker.post(state)
-            yield finish(drawn)
-        yield finish(worker.collect())
-
-
-def _setup(
-    speaker: Speaker, sequence: Sequence, torso: Torso, camera: Camera, look: Look
-) -> dict[str, NDArray[Any]]:
-    nearest, farthest = _depth_range(sequence)
-    return {
-        "size": np.array(camera.size),
-        "matrix": camera.matrix,
-        "near": np.array(max(camera.near, nearest)),  # pyrender's default, 0.05, leaves no depth
-        "far": np.array(farthest + 400.0),
-        "faces": speaker.faces,
-        "uv": speaker.uv,
-        "texture": speaker.texture(sequence.person),
-        "shade": inner_shade(speaker),
-        "roughness": np.array(look.roughness),
-        "lights": np.array([[*s.direction, s.intensity, *s.colour] for s in look.lights]),
-        "ambient": np.full(3, look.ambient),
-        "torso_vertices": torso.vertices,
-        "torso_faces": torso.faces if look.shirt is not None else torso.faces[:0],
-        "torso_normals": torso.normals,
-        "torso_colour": np.array(look.shirt or (0.0, 0.0, 0.0)),
-    }
-
-
-def _state(
-    neutral: NDArray[np.float32],
-    torso: Torso,
-    normals: Normals,
-    pose: Pose,
-    offset: NDArray[np.float16],
-) -> dict[str, NDArray[Any]]:
-    vertices = np.asarray(neutral + offset.astype(np.float32), np.float32)
-    lean = Pose.from_vectors(0.25 * _turn(pose), np.zeros(3)).rotation
-    body = Pose(lean @ FACING, pose.apply(torso.anchor))
-    return {
-        "vertices": vertices,
-        "normals": normals(vertices),
-        "pose": _matrix(pose),
-        "torso_pose": _matrix(body),
-    }
-
-
-def _turn(pose: Pose) -> NDArray[np.float64]:
-    """Rotation vector by which the head is turned away from facing the camera."""
-    return Pose(pose.rotation @ FACING.T, np.zeros(3)).rotation_vector
-
-
-def _matrix(pose: Pose) -> NDArray[np.float64]:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = pose.rotation, pose.translation
-    return out
-
-
-def inner_shade(speaker: Speaker) -> NDArray[np.float32]:
-    """Factor (V,) by which vertices inside the mouth are darkened, as the lights cast no shadow."""
-    inside = [speaker.class_id(n) for n in ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")]
-    chosen = np.unique(speaker.faces[np.isin(speaker.facet_class, inside)])
-    front = speaker.vertices[speaker.landmarks["inner_lip_8"], 2].max()
-    depth = np.clip(front - speaker.vertices[chosen, 2], 0, None)
-    out = np.ones(len(speaker.vertices), np.float32)
-    out[chosen] = 0.12 + 0.88 * np.exp(-depth / 18.0)
-    return out
-
-
-class Normals:
-    """Vertex normals of a head, smooth across texture seams.
-
-    Parameters
-    ----------
-    speaker : Speaker
+    Raises
+    ------
+    ParameterError
+        If the camera cannot film it.
     """
+    check_size(camera.size)
+    if camera.matrix[0, 1]:
+        raise ParameterError("the studio has no skew", "film with a camera without skew")
+    neutral = speaker.named(sequence.person)
+    stands = Pose(FACING, np.zeros(3))
+    heads = [
+        Pose(FACING.T @ pose.rotation, FACING.T @ pose.translation)
+        for pose in map(sequence.pose, range(len(sequence)))
+    ]
+    times = np.arange(len(sequence)) / sequence.rate
+    rotations, translations = vectors(heads)
+    view_rotations, view_translations = vectors([stands])
+    lights = [lamp.at(times) for lamp in look.lights]
+    plan = ClipPlan(
+        name="clip",
+        person=sequence.person,
+        sentence=sequence.text,
+        command=command,
+        seed=seed,
+        number=0,
+        rate=sequence.rate,
+        weights=sequence.weights,
+        identity_weights=speaker.people[sequence.person],
+        neutral=neutral,
+        texture=speaker.texture(sequence.person),
+        dots=NO_DOTS,
+        rotations=rotations,
+        translations=translations,
+        phonemes=sequence.visemes,
+        intervals=sequence.intervals,
+        lights=np.stack(lights, axis=1) if lights else np.zeros((len(times), 0, 7)),
+        ambient=look.ambient,
+        roughness=look.roughness,
+        views=(
+            View(
+                "camera", camera, view_rotations, view_translations,
+                np.ones(len(times)), np.zeros(len(times)), look.sensor, look.background,
+            ),
+        ),
+        props=() if look.shirt is None else (shirt(speaker, neutral, heads, look.shirt),),
+    )  # fmt: skip
+    check_view(plan, plan.views[0])
+    return plan
 
-    def __init__(self, speaker: Speaker) -> None:
-        self._faces, self._weld = speaker.faces, speaker.weld
-        rows = speaker.weld[speaker.faces].ravel()
-        columns = np.repeat(np.arange(len(speaker.faces)), 3)
-        self._sum = sparse.csr_matrix((np.ones(len(rows), np.float32), (rows, columns)))
 
-    def __call__(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Unit normals (V, 3) of vertices (V, 3)."""
-        a, b, c = (vertices[self._faces[:, k]] for k in range(3))
-        sums = self._sum @ np.cross(b - a, c - a)
-        length = np.linalg.norm(sums, axis=1, keepdims=True)
-        return np.asarray((sums / np.maximum(length, 1e-12))[self._weld], np.float32)
+def _digest(scene: SceneFile, text: str, beside: Path, command: str) -> str:
+    """Digest of all that a data set follows from."""
+    named = [clip.textgrid or clip.arkit for clip in scene.clip]
+    seen = hashlib.sha256(f"{engine_version()}\n{command}\n{text}".encode())
+    for name in [*named, scene.background.picture]:
+        path = beside / name if name else None
+        if path is not None and path.is_file():
+            seen.update(path.read_bytes())
+    return seen.hexdigest()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -54,27 +55,24 @@ def receive(pipe: BinaryIO) -> dict[str, NDArray[Any]]:
 
 
 class Stage:
-    """A head, and perhaps a torso, under lights before a camera, in pyrender.
+    """A head and props under lights before a camera, in pyrender.
 
     Parameters
     ----------
     setup : mapping of str to array
         `size` (2,), `matrix` (3, 3) in OpenCV's pixel convention, `near`, `far` in mm; `faces`
         (F, 3), `uv` (V, 2) with v downwards, `texture` (H, W, 3), `shade` (V,) factor of the
-        vertex's colour, `roughness`; `lights` (L, 7) direction of travel in the OpenCV camera
-        frame, intensity, RGB; `ambient` (3,); `torso_vertices` and `torso_normals` (N, 3),
-        `torso_faces` (M, 3), which may be empty, `torso_colour` (3,).
+        vertex's colour, `roughness`; of each prop i from 0: `prop{i}_faces` (M, 3),
+        `prop{i}_colour` (N, 3) linear RGB of its vertices, `prop{i}_code`, 1 to 255.
     """
 
     def __init__(self, setup: Arrays) -> None:
         import pyrender
 
         self._setup = setup
-        self._scene = pyrender.Scene(bg_color=[0, 0, 0, 0], ambient_light=setup["ambient"])
-        self._torso = self._add_torso(pyrender)
-        self._head: Any = None
-        for light in setup["lights"]:
-            self._add_light(pyrender, light)
+        self._scene = pyrender.Scene(bg_color=[0, 0, 0, 0])
+        self._nodes: list[Any] = []
+        self._lamps: list[Any] = []
         matrix = setup["matrix"]
         lens = pyrender.IntrinsicsCamera(  # its pixel centres are at halves, OpenCV's at integers
             matrix[0, 0],
@@ -90,79 +88,110 @@ class Stage:
         self._skin = pyrender.MetallicRoughnessMaterial(
             baseColorTexture=texture, metallicFactor=0.0, roughnessFactor=float(setup["roughness"])
         )
+        self._cloth = pyrender.MetallicRoughnessMaterial(
+            baseColorFactor=[1.0, 1.0, 1.0, 1.0],
+            metallicFactor=0.0,
+            roughnessFactor=0.9,
+            doubleSided=True,
+        )
         self._renderer = open_renderer(pyrender, setup["size"])
+        # pyrender's own order is that of a set: where surfaces meet, pixels would depend on chance.
+        self._renderer._renderer._sorted_mesh_nodes = lambda _scene: list(self._nodes)
         shaders = Path(__file__).with_name("shaders")
         self._programs = self._renderer._renderer._program_cache
         self._id_programs = pyrender.shader_program.ShaderProgramCache(str(shaders))
 
     def draw(self, state: Arrays) -> dict[str, NDArray[Any]]:
-        """Draw `vertices` (V, 3) with `normals`, head frame, under `pose` (4, 4), `torso_pose`.
+        """Draw one frame; everything is given in the camera frame (OpenCV's), mm.
+
+        Parameters
+        ----------
+        state : mapping of str to array
+            `vertices`, `normals` (V, 3) of the head; `prop{i}_vertices`, `prop{i}_normals` of the
+            props that are there; `lights` (L, 7), direction of travel, intensity, RGB; `ambient`
+            (3,); `flip`, whether facets count the other way round, as in a mirror.
 
         Returns
         -------
         dict
-            `rgba` (H, W, 4) uint8, multisampled, alpha the coverage; `ids` (H, W) uint32, facet + 1
-            or 0, and `depth` (H, W) float32 mm, 0 where `ids` is: at pixel centres, one sample.
+            `rgba` (H, W, 4) uint8, multisampled, alpha the coverage; `ids` (H, W) uint16, facet + 1
+            or 0, `cover` (H, W) uint8, the code of the prop that is seen, or 0, and `depth` (H, W)
+            float32 mm of head and props, 0 where neither is: at pixel centres, one sample;
+            `seconds` that it took.
         """
         import pyrender
 
-        self._place_head(pyrender, state)
+        start = time.perf_counter()
+        self._light(pyrender, state)
+        colours = self._place(pyrender, state)
         flags = pyrender.RenderFlags
-        if self._torso is not None:
-            self._scene.set_pose(self._torso, FLIP @ state["torso_pose"])
         rgba, _ = self._renderer.render(self._scene, flags.RGBA)
-        colours = {self._head: (255, 255, 255)}
-        if self._torso is not None:
-            colours[self._torso] = (0, 0, 0)
         inner = self._renderer._renderer
         inner._program_cache = self._id_programs
         seen, depth = self._renderer.render(self._scene, flags.SEG, colours)
         inner._program_cache = self._programs
-        red, green, blue = np.moveaxis(seen.astype(np.uint32), 2, 0)
-        ids = red | green << 8 | blue << 16
-        return {"rgba": rgba, "ids": ids, "depth": np.where(ids > 0, depth, 0).astype(np.float32)}
+        ids = seen[..., 0].astype(np.uint16) | seen[..., 1].astype(np.uint16) << 8
+        cover = np.ascontiguousarray(seen[..., 2])
+        drawn = {"rgba": rgba, "ids": ids, "cover": cover, "depth": depth.astype(np.float32)}
+        return {**drawn, "seconds": np.array(time.perf_counter() - start)}
 
-    def _place_head(self, pyrender: Any, state: Arrays) -> None:
-        """Replace the head's mesh; pyrender releases the old one's buffers."""
-        uv, shade = self._setup["uv"], self._setup["shade"]
-        primitive = pyrender.Primitive(
+    def _place(self, pyrender: Any, state: Arrays) -> dict[Any, tuple[int, int, int]]:
+        """Replace all meshes (pyrender releases the old ones' buffers); their id-pass colours."""
+        for node in self._nodes:
+            self._scene.remove_node(node)
+        setup, uv, shade = self._setup, self._setup["uv"], self._setup["shade"]
+        flip = bool(state["flip"])
+        head = pyrender.Primitive(
             positions=state["vertices"],
             normals=state["normals"],
             texcoord_0=np.column_stack([uv[:, 0], 1 - uv[:, 1]]),
             color_0=np.column_stack([shade, shade, shade, np.ones_like(shade)]),
-            indices=self._setup["faces"],
+            indices=_wound(setup["faces"], flip),
             material=self._skin,
         )
-        if self._head is not None:
-            self._scene.remove_node(self._head)
-        self._head = self._scene.add(pyrender.Mesh([primitive]), pose=FLIP @ state["pose"])
+        self._nodes = [self._scene.add(pyrender.Mesh([head]), pose=FLIP)]
+        colours = {self._nodes[0]: (255, 255, 255)}
+        number = 0
+        while f"prop{number}_faces" in setup:
+            name, number = f"prop{number}", number + 1
+            if f"{name}_vertices" not in state:
+                continue
+            colour = setup[f"{name}_colour"]
+            prop = pyrender.Primitive(
+                positions=state[f"{name}_vertices"],
+                normals=state[f"{name}_normals"],
+                color_0=np.column_stack([colour, np.ones(len(colour))]),
+                indices=_wound(setup[f"{name}_faces"], flip),
+                material=self._cloth,
+            )
+            self._nodes.append(self._scene.add(pyrender.Mesh([prop]), pose=FLIP))
+            colours[self._nodes[-1]] = (0, 0, int(setup[f"{name}_code"]))
+        return colours
 
-    def _add_light(self, pyrender: Any, light: NDArray[Any]) -> None:
-        back = FLIP[:3, :3] @ -light[:3] / np.linalg.norm(light[:3])  # lights shine along -z
-        side = np.cross([0.0, 1.0, 0.0], back)
-        side /= np.linalg.norm(side)
-        pose = np.eye(4)
-        pose[:3, :3] = np.column_stack([side, np.cross(back, side), back])
-        lamp = pyrender.DirectionalLight(color=light[4:7], intensity=float(light[3]))
-        self._scene.add(lamp, pose=pose)
+    def _light(self, pyrender: Any, state: Arrays) -> None:
+        """Turn the lamps, of which there are as many in every frame."""
+        self._scene.ambient_light = np.asarray(state["ambient"], np.float64)
+        while len(self._lamps) < len(state["lights"]):
+            lamp = pyrender.DirectionalLight(color=np.ones(3), intensity=1.0)
+            self._lamps.append(self._scene.add(lamp, pose=np.eye(4)))
+        for node, light in zip(self._lamps, state["lights"], strict=True):
+            node.light.intensity, node.light.color = float(light[3]), light[4:7]
+            self._scene.set_pose(node, _shining(light[:3]))
 
-    def _add_torso(self, pyrender: Any) -> Any:
-        faces = self._setup["torso_faces"]
-        if not len(faces):
-            return None
-        cloth = pyrender.MetallicRoughnessMaterial(
-            baseColorFactor=[*self._setup["torso_colour"], 1.0],
-            metallicFactor=0.0,
-            roughnessFactor=0.9,
-            doubleSided=True,
-        )
-        primitive = pyrender.Primitive(
-            positions=self._setup["torso_vertices"],
-            normals=self._setup["torso_normals"],
-            indices=faces,
-            material=cloth,
-        )
-        return self._scene.add(pyrender.Mesh([primitive]))
+
+def _wound(faces: NDArray[Any], flip: bool) -> NDArray[Any]:
+    return np.ascontiguousarray(faces[:, ::-1]) if flip else faces
+
+
+def _shining(direction: NDArray[Any]) -> NDArray[np.float64]:
+    """Pose of a lamp, whose light travels along its -z, for a direction in OpenCV's frame."""
+    back = FLIP[:3, :3] @ -direction / np.linalg.norm(direction)
+    aside = [0.0, 1.0, 0.0] if abs(back[1]) < 0.99 else [1.0, 0.0, 0.0]
+    side = np.cross(aside, back)
+    side /= np.linalg.norm(side)
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([side, np.cross(back, side), back])
+    return pose
 
 
 def open_renderer(pyrender: Any, size: NDArray[Any]) -> Any:

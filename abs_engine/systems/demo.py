@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
+from abs_engine.evaluate.sight import position_errors
 from abs_engine.evaluate.truth_report import report
 from abs_engine.files import NewFolder
 from abs_engine.scene import Renderer
-from abs_engine.synth.sequence import say
-from abs_engine.synth.studio import film
-from abs_engine.systems.demo_page import demo_page
+from abs_engine.synth.make import Crew
+from abs_engine.synth.scenefile import Label, sentence_scene
+from abs_engine.synth.studio import film_scene
+from abs_engine.systems.demo_page import camera_error, demo_page, head_given
 from abs_engine.systems.lips import LipOptions
 from abs_engine.systems.run import track_video
 from abs_engine.track.output import Progress
@@ -61,11 +61,14 @@ class DemoResult:
         What ``run/run.json`` holds.
     scores : dict
         See `abs_engine.evaluate.truth_report.score`.
+    remarks : tuple of str
+        Which head was given, and what to know about the numbers.
     """
 
     folder: Path
     run: dict[str, Any]
     scores: dict[str, Any]
+    remarks: tuple[str, ...]
 
 
 def run_demo(
@@ -75,6 +78,7 @@ def run_demo(
     filming: Progress | None = None,
     tracking: Progress | None = None,
     prepared: Callable[[float], None] | None = None,
+    stage: Callable[[str], None] | None = None,
 ) -> DemoResult:
     """Film, track, evaluate and report.
 
@@ -89,6 +93,8 @@ def run_demo(
         Called after every frame with the number of frames done and of all frames.
     prepared : callable, optional
         Called before the first frame is tracked with the seconds that the preparation took.
+    stage : callable, optional
+        Told what the tracker's preparation begins, in a few words.
 
     Returns
     -------
@@ -116,13 +122,21 @@ def run_demo(
         truth = load_truth(clip)
         known = options.person if options.person_known else None
         choice = LipOptions(person=known, camera=truth.camera)
-        run = track_video(clip / "video.mp4", run_folder, renderer, choice, tracking, prepared)
+        run = track_video(
+            truth.video, run_folder, renderer, choice, tracking, prepared, stage
+        )
         (made.work / EVALUATION).mkdir()
-        scores = report(load_run(run_folder), truth, made.work / EVALUATION)
-        page = demo_page(options.person, options.person_known, run, score_rows(scores))
+        arrays = load_run(run_folder)
+        scores = report(arrays, truth, made.work / EVALUATION)
+        remarks = (
+            head_given(options.person, options.person_known),
+            camera_error(*position_errors(arrays["translation"], truth.translations)),
+        )
+        video = truth.video.relative_to(made.work).as_posix()
+        page = demo_page(options.person, video, run, score_rows(scores), remarks)
         (made.work / PAGE).write_text(page, encoding="utf-8")
         made.finish()
-    return DemoResult(Path(folder), run, scores)
+    return DemoResult(Path(folder), run, scores, remarks)
 
 
 def film_clip(
@@ -134,10 +148,11 @@ def film_clip(
     frames: int | None = None,
     seed: int = 0,
     lossless: bool = False,
+    labels: tuple[Label, ...] = (),
     command: str = "",
     progress: Progress | None = None,
 ) -> Path:
-    """Film a bundled person with an ideal camera; see `abs_engine.synth.studio.film`.
+    """Film a bundled person with one ideal camera; see `abs_engine.synth.studio.film_scene`.
 
     Parameters
     ----------
@@ -153,24 +168,18 @@ def film_clip(
     seed : int
         Of head motion, blinks and sensor noise.
     lossless : bool
-        Also write ``lossless.mp4``.
+        Also keep every picture as it was before compression.
+    labels : tuple of {"normals", "albedo", "flow"}
+        Label pictures that are written besides ids and depth.
     command : str
         Kept in the ground truth.
     progress : callable, optional
     """
-    speaker, camera = load_speaker(), Camera.ideal(size)
-    speaker.named(person)
-    sequence = say(sentence, speaker, person, camera, frames=frames, seed=seed)
-    return film(
-        speaker,
-        sequence,
-        camera,
-        folder,
-        seed=seed,
-        lossless=lossless,
-        command=command,
-        progress=progress,
-    )
+    scene = sentence_scene(
+        sentence, person=person, size=size, frames=frames, seed=seed, lossless=lossless,
+        labels=labels,
+    )  # fmt: skip
+    return film_scene(scene, folder, command=command, crew=Crew(filming=progress)).folder
 
 
 def score_rows(scores: dict[str, Any]) -> list[tuple[str, str]]:

@@ -1,0 +1,86 @@
+"""What ``abs-engine synth`` was asked for, as a scene."""
+
+from __future__ import annotations
+
+import shlex
+from argparse import Namespace
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from abs_engine.errors import InputFileError, ParameterError
+
+if TYPE_CHECKING:
+    from abs_engine.synth.scenefile import SceneFile
+
+_OPTIONS = ("person", "size", "frames", "seed", "lossless")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be filmed.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    beside : Path
+        Where the files that the scene names are looked for.
+    command : str
+        The command that makes the same again, without the place where it is put.
+    """
+
+    scene: SceneFile
+    beside: Path
+    command: str
+
+
+def request_of(chosen: Namespace) -> Request:
+    """The scene of the command line: a scene file, or a sentence with options.
+
+    Raises
+    ------
+    ParameterError
+        If options are given that the scene file decides, or it is wrong.
+    InputFileError, ModelFormatError
+        If the scene file cannot be read.
+    """
+    from abs_engine.synth.scenefile import read_scene, sentence_scene
+
+    given = {n: getattr(chosen, n) for n in _OPTIONS if getattr(chosen, n) not in (None, False)}
+    if chosen.what.endswith(".toml"):
+        if given:
+            raise ParameterError(
+                f"--{next(iter(given))} does not go with a scene file", "write it in the file"
+            )
+        path = _scene_file(chosen.what)
+        return Request(
+            read_scene(path), path.parent, shlex.join(["abs-engine", "synth", path.name])
+        )
+    if "size" in given:
+        given["size"] = tuple(given["size"])
+    scene = sentence_scene(chosen.what, **given)
+    return Request(scene, Path(), _command_line(chosen.what, given))
+
+
+def _scene_file(name: str) -> Path:
+    """A scene file by its path, or one that is shipped by its bare name."""
+    from abs_engine.assets import shipped
+
+    path = Path(name)
+    if not path.exists() and path.name == name:
+        try:
+            return shipped(f"scenes/{name}")
+        except InputFileError:
+            return path
+    return path
+
+
+def _command_line(sentence: str, given: dict[str, object]) -> str:
+    words = ["abs-engine", "synth", sentence]
+    for name, value in given.items():
+        words.append(f"--{name}")
+        if isinstance(value, tuple):
+            words += map(str, value)
+        elif value is not True:
+            words.append(str(value))
+    return shlex.join(words)

@@ -1,0 +1,162 @@
+"""A data set in the making, which survives the process that makes it.
+
+It lies beside its final place as ``.NAME.partial`` and holds the data set's folder as it will be
+(``dataset``), the plans of the clips (``plans``), the numbers of the chunks that are done
+(``chunks``), and ``journal.json``, which tells of which scene it is. A chunk is done when its file
+in ``chunks`` is there.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+from abs_engine.errors import OutputError
+from abs_engine.files import check_free, unwritable
+
+FORMAT, VERSION = "abs_engine.journal", 1
+_LOCK = "lock"
+_REMEDY = "give the same scene, seed and release, or remove that folder to begin again"
+
+
+class Journal:
+    """An unfinished data set; a context manager that holds its lock.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the data set will be; must not exist.
+    scene : str
+        Digest of all that the data set follows from; '' begins again whatever lies there.
+
+    Raises
+    ------
+    OutputError
+        If the folder exists, its parent cannot be written, an unfinished data set of another
+        scene lies there, or somebody works at it right now.
+    """
+
+    def __init__(self, folder: Path, scene: str) -> None:
+        self.target = check_free(folder)
+        self.work = partial_of(folder)
+        self._lock: IO[str] | None = None
+        try:
+            self.work.mkdir(exist_ok=True)
+            self._hold()
+            self.resumed = bool(scene) and (self.work / "journal.json").is_file()
+            if not self.resumed:
+                self._clear()
+            for part in (self.dataset, self.plans, self.chunks):
+                part.mkdir(exist_ok=True)
+            if self.resumed:
+                self._check(scene)
+            else:
+                told = {"format": FORMAT, "version": VERSION, "scene": scene}
+                self._write("journal.json", json.dumps(told) + "\n")
+        except OSError as error:
+            self._release()
+            raise unwritable(folder, error) from error
+
+    @property
+    def dataset(self) -> Path:
+        """The data set's folder as it will be."""
+        return self.work / "dataset"
+
+    @property
+    def plans(self) -> Path:
+        """Folder of the clips' plans."""
+        return self.work / "plans"
+
+    @property
+    def chunks(self) -> Path:
+        """Folder of the numbers of the chunks that are done."""
+        return self.work / "chunks"
+
+    def plan(self, clip: int) -> Path:
+        """File of a clip's plan."""
+        return self.plans / f"{clip:05d}.npz"
+
+    def done(self, name: str) -> bool:
+        """Whether a chunk is done."""
+        return (self.chunks / name).is_file()
+
+    def finish(self) -> Path:
+        """Give the data set its name, and return it.
+
+        Raises
+        ------
+        OutputError
+            If somebody made the folder in the meantime, or the disk fails.
+        """
+        check_free(self.target)
+        try:
+            os.rename(self.dataset, self.target)
+        except OSError as error:
+            raise unwritable(self.target, error) from error
+        self.discard()
+        return self.target
+
+    def discard(self) -> None:
+        """Remove all that was made."""
+        shutil.rmtree(self.work, ignore_errors=True)
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._release()
+        if isinstance(error, OSError):
+            raise unwritable(self.target, error) from error
+
+    def _hold(self) -> None:
+        self._lock = (self.work / _LOCK).open("w", encoding="utf-8")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._release()
+            raise OutputError(
+                f"another process is filming {self.target}", "wait for it, or name another folder"
+            ) from None
+
+    def _clear(self) -> None:
+        for part in self.work.iterdir():
+            if part.is_dir():
+                shutil.rmtree(part)
+            elif part.name != _LOCK:
+                part.unlink()
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+        self._lock = None
+
+    def _check(self, scene: str) -> None:
+        try:
+            told = json.loads((self.work / "journal.json").read_text(encoding="utf-8"))
+            same = (told["format"], told["version"], told["scene"]) == (FORMAT, VERSION, scene)
+        except (ValueError, KeyError, TypeError):
+            same = False
+        if not same:
+            self._release()
+            raise OutputError(f"{self.work} holds an unfinished data set of another scene", _REMEDY)
+
+    def _write(self, name: str, text: str) -> None:
+        made = self.work / f".{name}"
+        made.write_text(text, encoding="utf-8")
+        os.replace(made, self.work / name)
+
+
+def partial_of(folder: Path) -> Path:
+    """Where an unfinished data set lies."""
+    folder = Path(folder)
+    return folder.with_name(f".{folder.name}.partial")

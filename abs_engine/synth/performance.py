@@ -1,0 +1,158 @@
+"""What a person of a clip says, whichever way the scene file puts it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.errors import ParameterError
+from abs_engine.synth.scenefile import ClipEntry
+from abs_engine.synth.sequence import expression, utter
+from abs_engine.synth.speech import (
+    Speech,
+    articulate,
+    parse_phonemes,
+    play_recording,
+    read_livelink,
+    read_textgrid,
+)
+
+FloatArray = NDArray[np.float64]
+DEFAULT_SENTENCE = "demo"
+
+
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """Face units and speech, frame by frame.
+
+    Parameters
+    ----------
+    text : str
+        What is said, as the scene file has it.
+    weights : (T, 52) float64
+    phonemes : tuple of str
+        One for each frame.
+    intervals : tuple of (str, float, float)
+        Label, start and end in seconds.
+    turns : (T, 3) float64, optional
+        Rotation vectors of a recorded head, head frame at rest.
+    """
+
+    text: str
+    weights: FloatArray
+    phonemes: tuple[str, ...]
+    intervals: tuple[tuple[str, float, float], ...]
+    turns: FloatArray | None = None
+
+
+def perform(
+    entry: ClipEntry,
+    speaker: Speaker,
+    neutral: NDArray[np.float32],
+    rate: float,
+    folder: Path,
+    rng: np.random.Generator,
+) -> Performance:
+    """Work out what is said in a clip.
+
+    Parameters
+    ----------
+    entry : ClipEntry
+    speaker : Speaker
+    neutral : (V, 3) float32, mm
+        The person, whose lips must meet where they are to be closed.
+    rate : float
+        Frames per second.
+    folder : Path
+        Where the files that the entry names are looked for.
+    rng : numpy.random.Generator
+        Of blinks and brows.
+
+    Raises
+    ------
+    ParameterError, InputFileError
+        If it says nothing or several things, or what it says cannot be said.
+    """
+    where = f"clip '{entry.name}'"
+    _check(entry, where)
+    try:
+        said = _say(entry, speaker, neutral, rate, folder)
+    except ParameterError as error:
+        raise ParameterError(f"{where}: {error.problem}", error.remedy) from error
+    said = repeated(said, entry.repeat, rate)
+    if entry.frames is not None:
+        said = fitted(said, entry.frames, rate)
+    if entry.blinks and entry.arkit is None:
+        times = np.arange(len(said.weights)) / rate
+        said = replace(said, weights=said.weights + expression(times, speaker.unit_names, rng))
+    return said
+
+
+def _check(entry: ClipEntry, where: str) -> None:
+    ways = ("sentence", "say", "textgrid", "arkit")
+    given = [way for way in ways if getattr(entry, way) is not None]
+    if len(given) > 1:
+        raise ParameterError(f"{where} has {' and '.join(given)}", "give one of them")
+    if entry.repeat < 1 or (entry.frames is not None and entry.frames < 1):
+        raise ParameterError(f"{where} has no frames", "give frames and repeat of at least 1")
+
+
+def _say(
+    entry: ClipEntry, speaker: Speaker, neutral: NDArray[np.float32], rate: float, folder: Path
+) -> Performance:
+    if entry.say is not None:
+        text = " ".join(entry.say.split())
+        utterance = parse_phonemes(text, entry.alphabet)
+        return _spoken(text, articulate(speaker, neutral, utterance, rate))
+    if entry.textgrid is not None:
+        utterance = read_textgrid(folder / entry.textgrid, entry.tier)
+        text = " ".join(segment.phoneme.label for segment in utterance.segments)
+        return _spoken(text, articulate(speaker, neutral, utterance, rate))
+    if entry.arkit is not None:
+        recording = read_livelink(folder / entry.arkit)
+        return _spoken("(recording)", play_recording(recording, speaker.unit_names, rate))
+    text = DEFAULT_SENTENCE if entry.sentence is None else entry.sentence
+    frames = None if entry.frames is None else max(1, entry.frames // entry.repeat)
+    talk = utter(text, speaker, rate, frames)
+    return Performance(text, talk.weights, talk.visemes, talk.intervals)
+
+
+def _spoken(text: str, speech: Speech) -> Performance:
+    intervals = tuple((i.label, float(i.start), float(i.end)) for i in speech.intervals)
+    return Performance(text, speech.weights, tuple(speech.phonemes), intervals, speech.head)
+
+
+def repeated(said: Performance, times: int, rate: float) -> Performance:
+    """The same said several times over."""
+    if times == 1:
+        return said
+    length = len(said.weights) / rate
+    intervals = tuple(
+        (label, start + k * length, min(end, length) + k * length)
+        for k in range(times)
+        for label, start, end in said.intervals
+        if start < length
+    )
+    turns = None if said.turns is None else np.tile(said.turns, (times, 1))
+    weights = np.tile(said.weights, (times, 1))
+    return replace(
+        said, weights=weights, phonemes=said.phonemes * times, intervals=intervals, turns=turns
+    )
+
+
+def fitted(said: Performance, frames: int, rate: float) -> Performance:
+    """The same cut to a number of frames, or held at its end."""
+    take = np.minimum(np.arange(frames), len(said.weights) - 1)
+    length = frames / rate
+    cut = [(a, b, min(c, length)) for a, b, c in said.intervals if b < length]
+    return replace(
+        said,
+        weights=said.weights[take],
+        phonemes=tuple(said.phonemes[i] for i in take),
+        intervals=tuple(cut),
+        turns=None if said.turns is None else said.turns[take],
+    )
