@@ -15,18 +15,22 @@ if TYPE_CHECKING:
     from abs_engine.camera import Camera, Window
     from abs_engine.errors import AbsEngineError
     from abs_engine.evaluate.bench import run_bench
+    from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
     from abs_engine.geometry import Mesh, Pose
     from abs_engine.optimise.simplex import Simplex
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
     from abs_engine.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
+    from abs_engine.synth.studio import film_scene
     from abs_engine.systems.demo import film_clip, run_demo
     from abs_engine.systems.lips import LipOptions, prepare_lips
+    from abs_engine.systems.reporting import write_report
     from abs_engine.systems.run import track_video
+    from abs_engine.track.mesh import load_mesh
     from abs_engine.track.record import load_run
     from abs_engine.track.tracker import FrameResult
-    from abs_engine.truth import Truth, load_truth
+    from abs_engine.truth import Dataset, Truth, load_dataset, load_truth
 
 _HOME = {
     # what is drawn, and by what
@@ -50,11 +54,17 @@ _HOME = {
     "prepare_lips": "systems.lips",
     "FrameResult": "track.tracker",
     "load_run": "track.record",
+    "load_mesh": "track.mesh",
     # clips with known truth
     "film_clip": "systems.demo",
     "run_demo": "systems.demo",
     "Truth": "truth",
     "load_truth": "truth",
+    "Dataset": "truth",
+    "load_dataset": "truth",
+    "check_dataset": "evaluate.check",
+    "film_scene": "synth.studio",
+    "write_report": "systems.reporting",
     "score": "evaluate.truth_report",
     # the machine
     "diagnose": "render.diagnose",
@@ -63,10 +73,11 @@ _HOME = {
 }
 
 __all__ = [
-    "AbsEngineError", "Buffers", "Camera", "Candidates", "ClassMaps", "ColourError", "FrameResult",
-    "LipOptions", "Mesh", "Pose", "Renderer", "Scene", "Simplex", "Speaker", "Truth", "Window",
-    "diagnose", "film_clip", "load_run", "load_speaker", "load_truth", "open_renderer",
-    "prepare_lips", "run_bench", "run_demo", "score", "track_video",
+    "AbsEngineError", "Buffers", "Camera", "Candidates", "ClassMaps", "ColourError", "Dataset",
+    "FrameResult", "LipOptions", "Mesh", "Pose", "Renderer", "Scene", "Simplex", "Speaker", "Truth",
+    "Window", "check_dataset", "diagnose", "film_clip", "film_scene", "load_dataset", "load_mesh",
+    "load_run", "load_speaker", "load_truth", "open_renderer", "prepare_lips", "run_bench",
+    "run_demo", "score", "track_video", "write_report",
 ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from abs_engine.track.locate import MOUTH_WIDTH, FaceBox, find_face, first_pose
 DISTORTED = Camera(Camera.ideal((640, 480)).matrix, (640, 480), np.array([-0.2, 0.05]))
 
 
-@pytest.mark.parametrize("person", ["clara", "kofi", "walter"])
+@pytest.mark.parametrize("person", ["clara", "kofi", "walter", "mei", "amara", "ravi"])
 @pytest.mark.parametrize(("place", "size"), [((0, 0, 700), SIZE), ((-60, 30, 900), (640, 480))])
 def test_the_face_of_a_bundled_person(person, place, size):
     model, camera = head_of(person), Camera.ideal(size)

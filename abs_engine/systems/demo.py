@@ -122,9 +122,7 @@ def run_demo(
         truth = load_truth(clip)
         known = options.person if options.person_known else None
         choice = LipOptions(person=known, camera=truth.camera)
-        run = track_video(
-            truth.video, run_folder, renderer, choice, tracking, prepared, stage
-        )
+        run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
         (made.work / EVALUATION).mkdir()
         arrays = load_run(run_folder)
         scores = report(arrays, truth, made.work / EVALUATION)
