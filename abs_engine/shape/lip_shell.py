@@ -136,7 +136,7 @@ def _on_surface(
     faces = speaker.faces[chosen & near]
     corners, weights = [], []
     for point in points:
-        found = closest_point(vertices[faces], np.tile(point, (len(faces), 1)))  # type: ignore[no-untyped-call]
+        found = closest_point(vertices[faces], np.tile(point, (len(faces), 1)))
         best = int(np.linalg.norm(found - point, axis=1).argmin())
         corners.append(faces[best])
         weights.append(_barycentrics(vertices[faces[best]], found[best]))
