@@ -1,0 +1,188 @@
+"""Dots in a picture: what they look like, and where they are, by normalised correlation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+Map = NDArray[np.float32]
+
+RADII = np.arange(1.0, 8.01, 0.25)
+"""Radii of dots, pixels, that are tried."""
+
+_SURROUND = 1.9
+"""Half the side of the model's window, in radii: the dot and as much of the skin around it."""
+_BLUR = 0.7  # px, of lens and sampling
+_SKIN = (1.6, 2.4)
+"""Ring around a dot, in radii, that is taken for the bare surface."""
+_RIDGE = 0.02
+"""Share of the mean variance that is added to the colours' covariance, against fitting noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class DotModel:
+    """What the dots of a view look like.
+
+    Parameters
+    ----------
+    colour : (3,) float64
+        Weights of R, G and B; in their sum dots are bright.
+    radius : float
+        Pixels.
+    """
+
+    colour: FloatArray
+    radius: float
+
+    def picture(self, image: Image) -> Map:
+        """The weighted sum of the colours, (H, W) float32, of an image (H, W, 3)."""
+        weights = np.asarray(self.colour, np.float32)
+        return np.asarray(cv2.transform(image.astype(np.float32), weights[None]), np.float32)
+
+    @property
+    def template(self) -> Map:
+        """A bright disc with soft edge before a dark ground, (2 k + 1, 2 k + 1) float32."""
+        return disc(self.radius)
+
+    def match(self, picture: Map) -> Map:
+        """Normalised correlation (H, W) float32 of the disc with each place; -1 at the border."""
+        return correlate(picture, self.template)
+
+
+def disc(radius: float) -> Map:
+    """A disc of value 1 with a soft edge, in a window about twice as wide, (n, n) float32."""
+    half = max(2, int(np.ceil(_SURROUND * radius)))
+    y, x = np.mgrid[-half : half + 1, -half : half + 1]
+    edge = (radius - np.hypot(x, y)) / (np.sqrt(2) * _BLUR)
+    return np.asarray(0.5 * (1 + np.tanh(1.2 * edge)), np.float32)
+
+
+def correlate(picture: Map, template: Map) -> Map:
+    """Normalised correlation coefficient of a template centred at each pixel.
+
+    Parameters
+    ----------
+    picture : (H, W) float32
+    template : (2 k + 1, 2 k + 1) float32
+
+    Returns
+    -------
+    (H, W) float32
+        From -1 to 1; -1 where the template does not fit in.
+    """
+    half = template.shape[0] // 2
+    out = np.full(picture.shape, -1.0, np.float32)
+    if min(picture.shape) < template.shape[0]:
+        return out
+    inner = cv2.matchTemplate(picture, template, cv2.TM_CCOEFF_NORMED)
+    inner[~np.isfinite(inner)] = -1.0
+    out[half:-half, half:-half] = np.clip(inner, -1.0, 1.0)
+    return out
+
+
+def learn_dots(image: Image, places: FloatArray) -> DotModel:
+    """Colour weights and radius of dots whose places are about known.
+
+    The colours are Fisher's linear discriminant between the dots and the skin around them. Colour
+    and radius depend on each other, so they are found twice in turn.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    places : (N, 2) float64, px
+    """
+    model = DotModel(np.array([-1.0, -1.0, -1.0]) / 3, 0.0)
+    for _ in range(2):
+        picture = model.picture(image)
+        scores = [_score(picture, places, radius) for radius in RADII]
+        radius = float(RADII[int(np.argmax(scores))])
+        model = DotModel(_discriminant(image, places, radius), radius)
+    return model
+
+
+def _score(picture: Map, places: FloatArray, radius: float) -> float:
+    """Mean best correlation near the places."""
+    half = disc(radius).shape[0] // 2 + 3
+    best = []
+    for place in places:
+        part = np.asarray(cut(picture, place, half)[0], np.float32)
+        best.append(float(correlate(part, disc(radius)).max()))
+    return float(np.mean(best))
+
+
+def _discriminant(image: Image, places: FloatArray, radius: float) -> FloatArray:
+    reach = int(np.ceil(_SKIN[1] * radius)) + 1
+    difference, within = np.zeros(3), np.zeros((3, 3))
+    for place in places:
+        part, origin = cut(image, place, reach)
+        y, x = np.mgrid[: part.shape[0], : part.shape[1]]
+        away = np.hypot(x + origin[0] - place[0], y + origin[1] - place[1]) / radius
+        inside = part[away < 0.6].astype(float)
+        around = part[(away > _SKIN[0]) & (away < _SKIN[1])].astype(float)
+        if len(inside) and len(around) > 3:
+            difference += np.median(inside, axis=0) - np.median(around, axis=0)
+            within += np.cov(around.T)
+    within += (_RIDGE * np.trace(within) / 3 + 1e-3) * np.eye(3)
+    weights = np.linalg.solve(within, difference)
+    return np.asarray(weights / max(float(np.abs(weights).sum()), 1e-12))
+
+
+def cut(
+    picture: NDArray[np.generic], place: FloatArray, half: int
+) -> tuple[NDArray[np.generic], FloatArray]:
+    """Up to 2 half + 1 pixels square around a place, within the picture, and its corner (x, y)."""
+    x, y = np.rint(place).astype(int)
+    left, top = max(0, x - half), max(0, y - half)
+    right, bottom = max(left, x + half + 1), max(top, y + half + 1)
+    return picture[top:bottom, left:right], np.array([left, top], float)
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Places that look like dots.
+
+    Parameters
+    ----------
+    places : (M, 2) float64, px
+    scores : (M,) float64
+        Normalised correlation.
+    """
+
+    places: FloatArray
+    scores: FloatArray
+
+
+def find_peaks(match: Map, least: float) -> Peaks:
+    """Local maxima of a correlation map of at least `least`, to a fraction of a pixel.
+
+    A quadric through the nine values around the highest pixel gives the fraction.
+    """
+    highest = cv2.dilate(match, np.ones((3, 3), np.uint8))
+    rows, columns = np.nonzero((match >= highest) & (match >= least))
+    inside = (rows > 0) & (columns > 0) & (rows < match.shape[0] - 1)
+    inside &= columns < match.shape[1] - 1
+    rows, columns = rows[inside], columns[inside]
+    places = np.column_stack([columns, rows]).astype(float)
+    scores = match[rows, columns].astype(float)
+    for k, (row, column) in enumerate(zip(rows, columns, strict=True)):
+        shift = _vertex(match[row - 1 : row + 2, column - 1 : column + 2].astype(float))
+        places[k] += shift
+    return Peaks(places, scores)
+
+
+def _vertex(nine: FloatArray) -> FloatArray:
+    """Where (x, y) a quadric fitted to 3 x 3 values is highest, within half a pixel or so."""
+    dx, dy = (nine[:, 2] - nine[:, 0]).mean() / 2, (nine[2] - nine[0]).mean() / 2
+    dxx = (nine[:, 2] - 2 * nine[:, 1] + nine[:, 0]).mean()
+    dyy = (nine[2] - 2 * nine[1] + nine[0]).mean()
+    dxy = (nine[2, 2] - nine[2, 0] - nine[0, 2] + nine[0, 0]) / 4
+    determinant = dxx * dyy - dxy * dxy
+    if dxx >= 0 or dyy >= 0 or determinant <= 0:
+        return np.zeros(2)
+    shift = -np.array([dyy * dx - dxy * dy, dxx * dy - dxy * dx]) / determinant
+    return np.asarray(np.clip(shift, -0.75, 0.75))
