@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 
+# Before NumPy is loaded: a second thread for each worker's small matrices only waits in a loop for
+# a core that another worker has, at several times the cost.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from abs_engine.errors import OpenGLError
 from abs_engine.render.context import GLContext
 from abs_engine.render.raster import OpenGLRenderer

@@ -14,7 +14,7 @@ from abs_engine.track.record import load_run
 from abs_engine.truth import load_truth
 
 pytestmark = pytest.mark.slow
-FRAMES = 10
+FRAMES = 5
 TRACK = "import sys; from abs_engine.cli import main; sys.exit(main(sys.argv[1:]))"
 
 

@@ -157,9 +157,11 @@ def test_same_person_same_pixels_and_another_seed_others(speaker: Speaker) -> No
     assert not np.array_equal(first, paint(speaker, replace(marked, seed=6)))
 
 
-def _painted_area(speaker: Speaker, person: Person, colour: np.ndarray) -> float:
+def _painted_area(
+    speaker: Speaker, person: Person, texture: np.ndarray, colour: np.ndarray
+) -> float:
     """mm^2 of the person's skin that has a colour: texels times the area each of them shows."""
-    texture = paint(speaker, person).astype(float)
+    texture = texture.astype(float)
     rest, uv = neutral(speaker, person), speaker.uv.astype(float) * texture.shape[0]
     near = np.abs(texture - colour).sum(axis=2) < 60
     total = 0.0
@@ -186,7 +188,7 @@ def test_dots_lie_at_their_vertices_and_have_their_size(speaker: Speaker) -> Non
     assert np.abs(at_vertices(speaker, texture, marks.vertices) - marks.colours).max() < 25
     blue = marks.colours[0].astype(float)
     count = int((marks.colours == marks.colours[0]).all(axis=1).sum())
-    area = _painted_area(speaker, person, blue)
+    area = _painted_area(speaker, person, texture, blue)
     assert area == pytest.approx(count * np.pi * marks.radius**2, rel=0.25)
 
 

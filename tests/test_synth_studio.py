@@ -90,15 +90,20 @@ def first_shot(speaker, sequence, look=None, camera=CAMERA):
         return next(take.film(0, 1))[1]
 
 
+@pytest.fixture(scope="module")
+def worker():
+    """Draws one triangle, wherever it is put."""
+    with Worker(one_triangle(np.eye(3))[0]) as started:
+        yield started
+
+
 @pytest.mark.parametrize("corner", [(4, 4), (232, 4), (4, 172), (232, 172)])
-def test_pixel_centres_lie_at_integers_as_in_the_camera_model(corner):
+def test_pixel_centres_lie_at_integers_as_in_the_camera_model(worker, corner):
     pixels = np.array(corner) + np.array([[-3.3, -2.9], [-2.77, 3.63], [4.1, 0.4]])
     rays = np.column_stack([pixels, np.ones(3)]) @ np.linalg.inv(CAMERA.matrix).T
     corners = rays * np.array([[500.0], [640.0], [820.0]])
     np.testing.assert_allclose(CAMERA.project(corners), pixels, atol=1e-9)
-    setup, state = one_triangle(corners)
-    with Worker(setup) as worker:
-        drawn = worker.exchange(state)
+    drawn = worker.exchange(one_triangle(corners)[1])
     y, x = np.mgrid[:180, :240]
     inside = np.ones((180, 240), bool)
     for a, b in ((0, 1), (1, 2), (2, 0)):

@@ -33,14 +33,14 @@ from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-# what the face box leaves open: radians, mm, and of the depth a share
-SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 5.0, 12.0, 0.1])
+# what the face box leaves open: radians, mm
+SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 5.0, 8.0, 70.0])
 # what is left where the head's texture was aligned
 ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
-# shares of the depth, tried about the one before, in the first rounds
-DEPTHS = ((-0.11, -0.07, -0.035, 0.0, 0.035, 0.07), (-0.055, -0.03, 0.0, 0.03), (-0.02, 0.0, 0.02))
-# the first search of the mouth's place: mm across and down, shares of the depth
-PLACES = (np.arange(-4.0, 4.1, 4.0), np.arange(-30.0, 30.1, 3.0), np.arange(-0.165, 0.12, 0.055))
+# mm, depths tried about the one before, in the first rounds
+DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
+# mm up and down, how far the first search for the mouth goes: a face box may be that wrong
+MOUTH_REACH = 30.0
 # what the rigid motion of the upper face leaves open in a frame
 POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
 
@@ -81,14 +81,9 @@ class Calibration:
     expressions: FloatArray
 
 
-def shift_deviation(model: MouthModel, depth: float) -> FloatArray:
-    """Standard deviations (6,) of the constant correction of the poses, radians and mm.
-
-    A face box is right to a share of its size, and so is the depth (mm) that follows from it.
-    """
-    if model.known:
-        return ALIGNED_DEVIATION
-    return np.asarray(SHIFT_DEVIATION * np.r_[np.ones(5), depth], np.float64)
+def shift_deviation(model: MouthModel) -> FloatArray:
+    """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
+    return ALIGNED_DEVIATION if model.known else SHIFT_DEVIATION
 
 
 def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
@@ -151,9 +146,7 @@ def calibrate(
         )
         joint = _PersonPosterior(model, frames, terms, vectors)
         start = np.r_[shift, person]
-        solution = Simplex(tolerance=0.1, limit=500).minimise(
-            joint, start, _person_spec(model, _depth(frames))
-        )
+        solution = Simplex(tolerance=0.1, limit=500).minimise(joint, start, _person_spec(model))
         shift, person = solution.x[:6], solution.x[6:]
         windows = [mouth_window(model, shifted(f.pose, shift, model.pivot), camera) for f in frames]
     if classes is None:
@@ -168,13 +161,11 @@ def _place_mouth(
     shift: FloatArray,
 ) -> FloatArray:
     """Coarse search of the mouth's place and size about where the face box puts it."""
-    across, down, away = PLACES
-    depth = _depth(frames)
     grid = [
         shift + np.array([0, 0, 0, dx, dy, dz])
-        for dx in across
-        for dy in down
-        for dz in away * depth
+        for dx in (-4.0, 0.0, 4.0)
+        for dy in np.arange(-MOUTH_REACH, MOUTH_REACH + 0.1, 3.0)
+        for dz in (-120.0, -80.0, -40.0, 0.0, 40.0, 80.0)
     ]
     postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
     total = np.zeros(len(grid))
@@ -186,7 +177,7 @@ def _place_mouth(
             for b in postures[[0, 2, 4]]
         ]
         total += np.min(values, axis=0)
-    prior = GaussianPrior(np.zeros(6), shift_deviation(model, depth))
+    prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
     total += np.array([prior.negative_log(g) for g in grid])
     return np.asarray(grid[int(np.argmin(total))])
 
@@ -205,8 +196,7 @@ def _choose_depth(
     Depth and posture trade against each other, so fitting them by turns creeps; trying depths
     and fitting the postures at each does not.
     """
-    depth = _depth(frames)
-    prior = GaussianPrior(np.zeros(6), shift_deviation(model, depth))
+    prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
     some = np.unique(np.linspace(0, len(frames) - 1, 6).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
@@ -217,7 +207,7 @@ def _choose_depth(
             total += _fit_posture(model, terms[k], frame, person, vectors[k], 300).value
         return total
 
-    tries = [shift + np.array([0, 0, 0, 0, 0, d * depth]) for d in steps]
+    tries = [shift + np.array([0, 0, 0, 0, 0, d]) for d in steps]
     return np.asarray(tries[int(np.argmin([cost(t) for t in tries]))], np.float64)
 
 
@@ -240,16 +230,11 @@ def _fit_posture(
     return Simplex(tolerance=0.1, limit=limit).minimise(posterior, start, pose_spec(p))
 
 
-def _depth(frames: Sequence[CalibrationFrame]) -> float:
-    """Median depth of the head's origin over the frames, mm."""
-    return float(np.median([frame.pose.translation[2] for frame in frames]))
-
-
-def _person_spec(model: MouthModel, depth: float) -> ParamSpec:
+def _person_spec(model: MouthModel) -> ParamSpec:
     names = POSE_NAMES + tuple(f"person{k + 1}" for k in range(model.n_person))
-    deviation = np.r_[shift_deviation(model, depth), model.person_deviation]
+    deviation = np.r_[shift_deviation(model), model.person_deviation]
     units = POSE_UNITS + ("weight",) * model.n_person
-    return ParamSpec(names, units, 0.3 * deviation, -3 * deviation, 3 * deviation)
+    return ParamSpec(names, units, 0.3 * deviation, -4 * deviation, 4 * deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +253,7 @@ class _PersonPosterior:
             base = PoseFrame(shifted(frame.pose, x[:6], model.pivot), model.pivot)
             weights = np.r_[vector[6:], x[6:]]
             data += float(term.negative_log(base.candidates(vector[None, :6], weights[None]))[0])
-        deviation = np.r_[shift_deviation(model, _depth(self.frames)), model.person_deviation]
+        deviation = np.r_[shift_deviation(model), model.person_deviation]
         prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
         return Evaluation(data + prior, {"likelihood": data, "prior": prior})
 
