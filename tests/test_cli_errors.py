@@ -264,3 +264,10 @@ def test_track_hints_at_slow_opengl(capsys, hardware, said):
 def test_track_has_no_hint_for_the_cpu_rasteriser(capsys):
     commands._print_hints(CpuRenderer())
     assert not capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("score", "warned"), [(0.9, False), (0.6, True)])
+def test_a_run_that_explains_little_is_warned_of(capsys, score, warned):
+    told = {"frames": 5, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
+    commands._print_summary(told | {"seconds_per_frame": 0.1, "mean_score": score})
+    assert ("warning: the drawn mouth explains only 60%" in capsys.readouterr().out) == warned

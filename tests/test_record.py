@@ -99,6 +99,7 @@ def test_the_summary(folder):
         "lost_frames": 1,
         "closed_frames": 1,
         "mean_evaluations": 321.0,
+        "mean_score": pytest.approx(0.9),
         "seconds_per_frame": 0.1,
     }
 

@@ -206,6 +206,10 @@ def _print_hints(renderer: OpenRenderer) -> None:
         print("hint: no GPU draws here; --renderer cpu is about twice as fast", flush=True)
 
 
+_DOUBTFUL = 0.78
+"""Mean score below which a run is most likely wrong; those that were right had 0.86 and more."""
+
+
 def _print_summary(summary: dict[str, Any]) -> None:
     print(
         f"{summary['frames']} frames, {summary['lost_frames']} lost, "
@@ -213,6 +217,11 @@ def _print_summary(summary: dict[str, Any]) -> None:
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{summary['seconds_per_frame']:.3f} s a frame"
     )
+    if summary["mean_score"] < _DOUBTFUL:
+        print(
+            f"warning: the drawn mouth explains only {summary['mean_score']:.0%} of the picture "
+            "around it: look at the overlay, or give the mouth with --mouth X Y WIDTH HEIGHT"
+        )
 
 
 def _next_free(path: Path) -> Path:

@@ -15,8 +15,9 @@ from abs_engine.camera import Camera
 from abs_engine.scene import Renderer
 from abs_engine.track.locate import FaceBox
 from abs_engine.track.model import MouthModel, build_mouth_model
-from abs_engine.track.person import Calibration, calibrate
+from abs_engine.track.person import Calibration
 from abs_engine.track.prepare import HeadMotion, choose_frames
+from abs_engine.track.restart import calibrate_well
 from abs_engine.track.tracker import FrameResult, Image, TrackerSetting, track
 from abs_engine.video import VideoInfo, probe, read_frames
 
@@ -99,7 +100,7 @@ def prepare_lips(
     tell("finding and following the face")
     frames = choose_frames(motion.poses(read_frames(video)), str(video))
     tell("learning the clip's colours, fitting the mouth")
-    calibration = calibrate(model, frames, camera, renderer)
+    calibration = calibrate_well(model, frames, camera, renderer)
     return LipTracker(video, info, _setting(model, calibration, camera, renderer, info), motion)
 
 

@@ -145,7 +145,7 @@ class Recorder:
         ]
 
     def summary(self) -> dict[str, Any]:
-        """Frames, lost frames, frames with closed lips, mean evaluations of the tracked frames."""
+        """Counts of frames, lost and closed ones; mean evaluations and score of the tracked."""
         tracked = [r for r in self._results if r.found]
         work = [r.evaluations for r in tracked]
         return {
@@ -153,6 +153,7 @@ class Recorder:
             "lost_frames": len(self._results) - len(tracked),
             "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
             "mean_evaluations": float(np.mean(work)) if work else 0.0,
+            "mean_score": float(np.mean([r.score for r in tracked])) if tracked else 0.0,
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:

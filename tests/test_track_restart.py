@@ -1,0 +1,59 @@
+"""A calibration that explains little is tried again from elsewhere, and the best is kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from runs import toy_setting
+
+from abs_engine.geometry import FACING, Pose
+from abs_engine.track import restart
+from abs_engine.track.person import Calibration, CalibrationFrame, shifted
+from abs_engine.track.restart import GOOD_SCORE, STARTS, calibrate_well
+
+SETTING = toy_setting()
+MODEL = SETTING.model
+POSE = Pose(FACING, [0.0, 30.0, 600.0])
+FRAMES = [CalibrationFrame(np.zeros((4, 4, 3), np.uint8), POSE)]
+OWN = np.array([0.01, -0.02, 0.03, 1.0, 2.0, 3.0])
+
+
+def attempt(monkeypatch, scores, model=MODEL):
+    """Calibrate with made-up scores, one for each start; also the poses that were tried."""
+    tried = []
+
+    def calibrate(_model, frames, _camera, _renderer):
+        tried.append(frames[0].pose)
+        return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
+
+    monkeypatch.setattr(restart, "calibrate", calibrate)
+    monkeypatch.setattr(restart, "explained", lambda *a: scores[int(a[-1].person[0]) - 1])
+    return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer), tried
+
+
+def test_a_good_calibration_is_not_tried_again(monkeypatch):
+    found, tried = attempt(monkeypatch, [GOOD_SCORE])
+    assert len(tried) == 1
+    np.testing.assert_array_equal(found.shift, OWN)
+
+
+@pytest.mark.parametrize("winner", range(1 + len(STARTS)))
+def test_the_best_is_kept_and_its_shift_counts_from_the_given_poses(monkeypatch, winner):
+    scores = [0.5] * (1 + len(STARTS))
+    scores[winner] = 0.7
+    found, tried = attempt(monkeypatch, scores)
+    assert len(tried) == 1 + len(STARTS)
+    assert found.person[0] == winner + 1
+    there = shifted(tried[winner], OWN, MODEL.pivot)
+    ours = shifted(POSE, found.shift, MODEL.pivot)
+    np.testing.assert_allclose(ours.apply(MODEL.pivot), there.apply(MODEL.pivot), atol=1e-9)
+    np.testing.assert_allclose(ours.rotation, there.rotation)
+
+
+def test_a_known_head_is_not_looked_for_elsewhere(monkeypatch):
+    known = replace(MODEL, scene=MODEL.held(np.zeros(MODEL.n_person)))
+    assert known.known
+    assert len(attempt(monkeypatch, [0.1], known)[1]) == 1
