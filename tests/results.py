@@ -16,6 +16,7 @@ from abs_engine.camera import Camera
 from abs_engine.evaluate.estimate import Estimate, LinearSurface, of_run
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.geometry import FACING, rotations
+from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
 from abs_engine.track.mesh import RunMesh
 from abs_engine.truth import (
     ClipEntry,
@@ -70,7 +71,8 @@ def clip(frames: int = FRAMES) -> Truth:
         closed=np.zeros(frames, bool),
         landmarks={**head.landmarks, "landmark_68": head.points["landmark_68"]},
     )
-    truth.closed[:] = truth.aperture < 1.0
+    gaps = [widest_gap(head, truth.vertices(t)) for t in range(frames)]
+    truth.closed[:] = np.array(gaps) < CLOSED_BELOW
     return truth
 
 

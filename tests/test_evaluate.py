@@ -14,6 +14,7 @@ from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.catalogue import BY_KEY, METRICS
 from abs_engine.evaluate.estimate import Estimate, PointTrack, check_run, of_run
+from abs_engine.evaluate.metrics import to_camera
 from abs_engine.evaluate.score import error_map, in_picture, measure, summary
 
 AREAS = ("face", "lips", "jaw")
@@ -157,6 +158,34 @@ def test_lost_frames_and_large_errors_are_failures(truth):
     assert scores["frames_lost"] == 3
     assert scores["failure_share"] == pytest.approx(4 / FRAMES)
     assert scores["lip_points_rms_head_mm"] == pytest.approx(6 / np.sqrt(FRAMES - 3))
+
+
+def test_every_system_fails_by_the_same_lip_landmarks(truth, marks):
+    """Lips 6 mm too low in frame 10, the rest of the face 50 mm off in all others."""
+    moved = truth.points(marks)
+    moved[:, :48] += [50.0, 0, 0]
+    moved[10, 48:] -= [0, 6, 0]
+    camera = to_camera(moved, truth.rotations, truth.translations)
+    found, pixels = np.ones(FRAMES, bool), true_landmarks(truth)[0]
+    pixels[:, :48] += 300.0
+    eyes = np.linalg.norm(pixels[10, 36] - pixels[10, 45])
+    pixels[10, 48:] += [0.081 * eyes, 0]
+    shares = [
+        values(Estimate("x", found, **said), truth, marks)["failure_share"]
+        for said in (
+            {"tracks": {"landmarks": PointTrack(marks, moved)}},
+            {"tracks": {"landmarks": PointTrack(marks, camera, "camera")}},
+            {"pixels": pixels},
+        )
+    ]
+    assert shares == pytest.approx([1 / FRAMES] * 3)
+
+
+def test_closures_of_a_mesh_are_measured_as_the_truth_s(truth, marks):
+    assert 5 < truth.closed.sum() < FRAMES - 5
+    run = run_arrays(truth) | {"closed": np.ones(FRAMES, bool)}  # its own word does not count
+    scores = values(of_run("n", run, surface(truth), {}), truth, marks)
+    assert scores["closure_precision_frames"] == scores["closure_recall_frames"] == 1
 
 
 def test_frames_without_the_face_in_the_picture_do_not_count(truth, marks):

@@ -24,11 +24,12 @@ from results import (
 from scipy.spatial.transform import Rotation
 
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.evaluate.arkit_csv import read_arkit, timecodes
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
 from abs_engine.geometry import FACING, rotations
+from abs_engine.systems.inspect.runs import load_run_head
 
 MARKS = slice(48, 68)
 
@@ -99,7 +100,26 @@ def test_a_long_file_of_the_truth_scores_nothing(truth, reference, tmp_path, uni
     scores = landmarks_of(path, truth, reference)
     key = {"px": "landmarks_rms_px", "mm": "landmarks_rms_camera_mm"}[unit]
     assert scores[key] == pytest.approx(0, abs=1e-9)
-    assert ("landmarks_rms_px" in scores) == (unit == "px")
+    assert scores["landmarks_rms_px"] == pytest.approx(0, abs=1e-9)  # mm: by the true camera
+    assert ("landmarks_rms_camera_mm" in scores) == (unit == "mm")
+    assert ("lip_landmarks_rms_camera_mm" in scores) == (unit == "mm")
+
+
+def test_a_long_file_with_the_columns_of_two_dimensions_alone(truth, reference, tmp_path):
+    pixels, _ = true_landmarks(truth)
+    rows = [[t, k, *pixels[t, k], "px"] for t in range(FRAMES) for k in range(68)]
+    path = write_csv(tmp_path / "a.csv", ["frame", "point", "x", "y", "unit"], rows)
+    scores = landmarks_of(path, truth, reference)
+    assert scores["landmarks_rms_px"] == pytest.approx(0, abs=1e-9)
+    assert scores["failure_share"] == 0
+
+
+def test_points_that_are_never_given_together_are_named(truth, reference, tmp_path):
+    heading, rows = long_rows(truth, "mm")
+    kept = [row for row in rows if (row[2] < 40) == (row[0] != 3)]
+    kept = [row for row in kept if (row[0], row[2]) != (3, 50)]
+    with pytest.raises(InputFileError, match=r"frame 3, .* points 0, 1, 2, 3, 4 and 36 more"):
+        read_landmarks(write_csv(tmp_path / "a.csv", heading, kept), reference)
 
 
 def test_a_long_file_in_head_coordinates(truth, reference, tmp_path):
@@ -152,7 +172,23 @@ def test_a_face_unit_file_of_the_truth_scores_nothing(truth, reference, tmp_path
     assert scores["head_angle_offset_removed_rms_deg"] == pytest.approx(0, abs=1e-5)
     assert "head_angle_rms_deg" not in scores
     assert scores["aperture_rms_mm"] == pytest.approx(0, abs=1e-6)
-    assert scores["closure_recall_frames"] == 1
+    for key in ("precision_frames", "recall_frames", "precision_events", "recall_events"):
+        assert scores[f"closure_{key}"] == 1  # the same definition as the studio's
+
+
+def test_timecodes_of_another_duration_are_refused(truth, reference, tmp_path):
+    heading, rows = arkit_rows(truth)
+    slow = [[f"00:00:{k // 20:02d}:{5 * k % 100 // 5:02d}", *row[1:]] for k, row in enumerate(rows)]
+    with pytest.raises(ParameterError, match=r"lasts 2\.79 s by its timecodes, the truth 2\.36 s"):
+        arkit(write_csv(tmp_path / "a.csv", heading, slow), reference)  # 2 s + 19 / 24 s
+    night = [["", *row[1:]] for row in rows]
+    assert arkit(write_csv(tmp_path / "b.csv", heading, night), reference).found.all()
+    codes = [
+        f"23:59:59:{k:02d}" if k < 25 else f"00:00:0{k // 25 - 1}:{k % 25:02d}"
+        for k in range(FRAMES)
+    ]
+    night = [[code, *row[1:]] for code, row in zip(codes, rows, strict=True)]
+    assert arkit(write_csv(tmp_path / "c.csv", heading, night), reference).found.all()
 
 
 def test_a_wrong_weight_scores_what_it_moves(truth, reference, tmp_path):
@@ -269,6 +305,14 @@ def test_the_command_scores_systems_side_by_side(truth, dataset, tmp_path, capsy
     assert run_scores["lips_rms_head_mm"]["value"] < 0.01
     assert phone["lips_rms_head_mm"]["value"] < 0.01
     assert other["landmarks_rms_px"]["value"] == pytest.approx(np.sqrt(2), abs=0.02)
+    points = {f"{n}_jitter_mm" for n in ("landmarks", "lip_landmarks")} | {"failure_share"}
+    picture = {"landmarks_rms_px", "landmarks_nme", "lips_rms_px", "lips_nme"}
+    placed = {f"{n}_rms_camera_mm" for n in ("landmarks", "lip_landmarks")}
+    in_head = {f"{n}_rms_head_mm" for n in ("landmarks", "lip_landmarks")}
+    assert set(run_scores) >= points | picture | placed | in_head
+    assert set(other) >= points | picture | placed
+    assert set(phone) >= points | in_head
+    assert run_scores["landmarks_rms_px"]["value"] < 0.05
     assert set(told["metrics"]) >= set(run_scores) | set(other) | set(phone)
     with (out / "scores.csv").open() as file:
         lines = list(csv.DictReader(file))
@@ -322,6 +366,25 @@ def test_the_command_refuses_on_one_line(truth, dataset, tmp_path, capsys):
     assert "no CSV file" in fails(junk, "--truth", dataset, "-o", out)
     assert not out.exists()
     assert not list(tmp_path.glob(".out-*"))
+
+
+def test_a_run_of_another_camera(truth, dataset, tmp_path, capsys, caplog):
+    matrix, size = truth.camera.matrix, np.array(truth.camera.size)
+    other = write_run(tmp_path / "a", truth, camera_size=size[::-1], camera_matrix=matrix)
+    words = ["--truth", str(dataset), "-o"]
+    assert main(["evaluate", str(other), *words, str(tmp_path / "x")]) == 2
+    assert "480x640 pixels, the truth 640x480" in capsys.readouterr().err
+    for name, factor, warnings in (("b", 1.19, 0), ("c", 1.21, 1)):
+        run = write_run(tmp_path / name, truth, camera_size=size, camera_matrix=matrix * factor)
+        assert main(["evaluate", str(run), *words, str(tmp_path / f"{name}-out")]) == 0
+        assert len(caplog.records) == warnings
+    assert "focal length" in caplog.text
+
+
+def test_a_run_without_its_camera_is_no_model(truth, tmp_path):
+    run = write_run(tmp_path / "run", truth)
+    with pytest.raises(ModelFormatError, match="lacks camera_matrix, camera_size"):
+        load_run_head(run, speaker())
 
 
 def test_results_named_alike_are_told_apart(truth, dataset, tmp_path):

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from argparse import Namespace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
 from abs_engine.cli import main
+from abs_engine.cli.synth import request_of
 from abs_engine.errors import AbsEngineError, InputFileError, ModelFormatError, ParameterError
 from abs_engine.synth.cameras import check_view, lens, stand
 from abs_engine.synth.cast import Cast, person_of
 from abs_engine.synth.look import Light, LightKey
 from abs_engine.synth.motion import head_poses, keyed, ramp
+from abs_engine.synth.optics import Sensor
 from abs_engine.synth.resolve import plan_clip
 from abs_engine.synth.scenefile import (
     CameraEntry,
     ClipEntry,
+    EventEntry,
     HeadKey,
     MotionEntry,
+    OccluderEntry,
     SceneFile,
     SpeakerEntry,
     complete,
@@ -29,7 +36,9 @@ from abs_engine.synth.scenefile import (
     scene_text,
     sentence_scene,
 )
+from abs_engine.truth.codec import HAND, OTHER
 
+NOTHING = {"person": None, "size": None, "frames": None, "seed": None, "lossless": False}
 HEAD = 'format = "abs_engine.scene"\nversion = 1\n'
 SCENES = sorted((Path(__file__).parents[1] / "assets" / "scenes").glob("*.toml"))
 
@@ -127,6 +136,7 @@ def test_what_a_scene_may_not_say(text, words):
         ('[[occluder]]\nkind = "hand"\nstart = 1\nend = 1.2', "occluder 'hand'"),
         ("[[camera]]\nposition = [0, 0, 40]", "camera 'camera' is inside the head"),
         ('[[camera]]\nmount = "head"\nposition = [0, 20, 118]', "is inside the head, or touches"),
+        ("[[camera]]\nposition = [0, -200, 60]", "camera 'camera' is inside the shirt"),
         ("[[camera]]\nposition = [0, 0, 4000]", "farther than depth labels go"),
         ("[[camera]]\nposition = [0, 0, 900]\ntarget = [0, 0, 900]", "looks at the place"),
         ("[[camera]]\nfocal = 300\nfocal_mm = 50", "focal length twice"),
@@ -289,3 +299,66 @@ def test_a_view_from_the_side_is_checked_in_all_frames(speaker):
     calm = replace(scene, clip=(ClipEntry(frames=10),))
     made = plan_clip(complete(calm), 0, speaker, Cast(speaker, ()), Path(), "")
     check_view(made, made.views[0])
+
+
+def keys_of(kind):
+    """Names of a table's keys, by its dataclass; those of tables within it under their own."""
+    found = {kind: {field.name for field in fields(kind)}}
+    for hint in get_type_hints(kind).values():
+        for part in [hint, *get_args(hint)]:
+            if is_dataclass(part):
+                found |= keys_of(part)
+    return found
+
+
+def test_the_reference_names_every_key_and_its_default():
+    lines = next(p for p in SCENES if p.name == "reference.toml").read_text().splitlines()
+    text = "\n".join(line.removeprefix("# ") for line in lines)
+    known = keys_of(SceneFile)
+    assert len(known) == 13  # as many tables
+    for kind, names in known.items():
+        for name in names:
+            assert re.search(rf"(^|[\[{{., ]){name}(\]| = )", text, re.MULTILINE), (kind, name)
+    plain = (int, float, str, bool)
+    for kind in (CameraEntry, ClipEntry, MotionEntry, OccluderEntry, EventEntry, Sensor):
+        table = section(text, kind)
+        for field in fields(kind):
+            if type(field.default) in plain and field.default not in ("", True, False):
+                note = re.search(rf"^(# )?{field.name} = .*((\n +# .*)*)", table, re.MULTILINE)
+                value = field.default if isinstance(field.default, str) else f"{field.default:g}"
+                assert re.search(rf"default \"?{value}\"?\b", note[0]), (kind, field.name)
+
+
+def section(text, kind):
+    """The part of the reference that is about a table."""
+    heads = {
+        CameraEntry: "[[camera]]", ClipEntry: "[[clip]]", MotionEntry: "[clip.motion]",
+        OccluderEntry: "[[occluder]]", EventEntry: "[[event]]", Sensor: "[camera.sensor]",
+    }  # fmt: skip
+    return re.split(r"\n\[", text.split(f"\n{heads[kind]}\n", 1)[1], maxsplit=1)[0]
+
+
+def test_the_reference_can_be_filmed(speaker):
+    scene = complete(read_scene(next(p for p in SCENES if p.name == "reference.toml")))
+    made = plan_clip(scene, 0, speaker, Cast(speaker, scene.speaker), Path(), "")
+    assert len(made) == 12
+    assert [view.mirror is not None for view in made.views] == [False, True, False]
+    assert len(made.dots) == 17
+    assert {prop.code for prop in made.props} == {OTHER, HAND}
+
+
+@pytest.mark.parametrize("name", ["short", "short.toml"])
+def test_a_shipped_scene_is_found_by_its_name(name):
+    asked = request_of(Namespace(**{**NOTHING, "what": name}))
+    assert asked.scene == read_scene(next(p for p in SCENES if p.name == "short.toml"))
+    assert asked.command == "abs-engine synth short.toml"
+
+
+def test_a_word_that_is_nothing_is_answered_with_scenes_too():
+    with pytest.raises(
+        ParameterError, match=r"no viseme 'speach'.*sentence's name.*or a scene: .*speech"
+    ):
+        request_of(Namespace(**{**NOTHING, "what": "speach"}))
+    with pytest.raises(ParameterError, match="--seed does not go with a scene"):
+        request_of(Namespace(**{**NOTHING, "what": "short", "seed": 3}))
+    assert request_of(Namespace(**{**NOTHING, "what": "demo"})).scene.clip[0].sentence == "demo"

@@ -203,7 +203,7 @@ def test_the_same_seed_gives_the_same_clip(speaker, sequence, clip, truth, tmp_p
     again = studio.film(
         speaker, sequence, CAMERA, tmp_path / "a", seed=9, lossless=True, command="a command"
     )
-    names = [p.relative_to(clip) for p in clip.rglob("*") if p.suffix in (".png", ".json")]
+    names = [p.relative_to(clip) for p in clip.rglob("*") if p.suffix in (".png", ".json", ".mp4")]
     assert len(names) > 6 * FRAMES
     for name in names:
         if name.name != "dataset.json":  # what it cost differs

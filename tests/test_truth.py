@@ -14,6 +14,7 @@ from datasets import FRONT, SIDE, SIZE, make_dataset
 from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.geometry import Pose
+from abs_engine.synth.labels import CLEARANCE
 from abs_engine.truth import (
     SUMS,
     ClipEntry,
@@ -458,6 +459,8 @@ def test_the_card_tells_what_there_is():
         command="abs-engine synth x", seed=3, engine="0.1", clips=[clip], labels=("ids", "flow")
     )
     card = card_text(record)
+    assert f"more\nthan {CLEARANCE:g} mm" in card
+    assert "`dots`" in card
     assert "| talk | clara | a\\|b | 7 | 29.97 | front, left |" in card
     assert "7 frames in 2 views" in card
     assert "abs-engine synth x\n\nwith seed 3" in card

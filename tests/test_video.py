@@ -250,3 +250,14 @@ def test_the_cover_of_a_song_is_no_video(tmp_path):
         assert container.streams.video[0].disposition & Disposition.attached_pic
     with pytest.raises(VideoError, match="no video stream"):
         probe(path)
+
+
+@pytest.mark.parametrize("crf", [0, 16])
+def test_the_same_pictures_give_the_same_file(tmp_path, crf):
+    pictures = np.random.default_rng(2).integers(0, 256, (20, 64, 96, 3), np.uint8)
+    for name in ("a.mp4", "b.mp4"):
+        with VideoWriter(tmp_path / name, (96, 64), 29.97, crf=crf) as writer:
+            for picture in pictures:
+                writer.write(picture)
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+    assert len(list(read_frames(tmp_path / "a.mp4"))) == 20

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from argparse import Namespace
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from abs_engine.synth.scenefile import SceneFile
 
 _OPTIONS = ("person", "size", "frames", "seed", "lossless")
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True)
@@ -47,32 +49,50 @@ def request_of(chosen: Namespace) -> Request:
     from abs_engine.synth.scenefile import read_scene, sentence_scene
 
     given = {n: getattr(chosen, n) for n in _OPTIONS if getattr(chosen, n) not in (None, False)}
-    if chosen.what.endswith(".toml"):
+    path = _scene_file(chosen.what)
+    if path is not None:
         if given:
             raise ParameterError(
                 f"--{next(iter(given))} does not go with a scene file", "write it in the file"
             )
-        path = _scene_file(chosen.what)
         return Request(
             read_scene(path), path.parent, shlex.join(["abs-engine", "synth", path.name])
         )
     if "size" in given:
         given["size"] = tuple(given["size"])
+    _check_sentence(chosen.what)
     scene = sentence_scene(chosen.what, **given)
     return Request(scene, Path(), _command_line(chosen.what, given))
 
 
-def _scene_file(name: str) -> Path:
-    """A scene file by its path, or one that is shipped by its bare name."""
+def _scene_file(what: str) -> Path | None:
+    """A scene file by its path, or one that is shipped by its bare name; None for a sentence."""
     from abs_engine.assets import shipped
 
-    path = Path(name)
-    if not path.exists() and path.name == name:
+    path = Path(what)
+    if path.suffix == ".toml" and (path.exists() or path.name != what):
+        return path
+    if _NAME.fullmatch(path.stem):
         try:
-            return shipped(f"scenes/{name}")
+            return shipped(f"scenes/{path.stem}.toml")
         except InputFileError:
-            return path
-    return path
+            pass
+    return path if path.suffix == ".toml" else None
+
+
+def _check_sentence(what: str) -> None:
+    """Raise `ParameterError` for what is no sentence, as it may be meant for a scene."""
+    from abs_engine.assets import shipped
+    from abs_engine.synth.visemes import parse
+
+    try:
+        parse(what)
+    except ParameterError as error:
+        scenes = sorted(p.stem for p in shipped("scenes").glob("*.toml"))
+        raise ParameterError(
+            error.problem,
+            f"{error.remedy}; or a scene: {', '.join(scenes)}, or the path of a .toml file",
+        ) from error
 
 
 def _command_line(sentence: str, given: dict[str, object]) -> str:

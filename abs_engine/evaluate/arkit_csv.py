@@ -33,6 +33,10 @@ HEAD = ("headyaw", "headpitch", "headroll")
 TICKS = (24, 25, 30, 48, 50, 60, 120)
 """Frames a second that timecodes count."""
 
+DAY = 86400.0
+DRIFT = 0.002
+"""Share by which timecodes may be off: they count 30 frames where 29.97 are taken in a second."""
+
 LARGEST = 1.5
 """ARKit's weights lie between 0 and 1; above this they are something else, such as per cent."""
 
@@ -96,10 +100,11 @@ def _lower_case(table: Table) -> Table:
 def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray:
     """Rows (T, ...) at the times of the frames.
 
-    As many rows as frames are the frames; otherwise the timecodes, from the first on, must cover
-    the clip, and rows are interpolated.
+    As many rows as frames are the frames, if timecodes do not deny it; otherwise the timecodes,
+    from the first on, must cover the clip, and rows are interpolated.
     """
     if len(numbers) == clip.frames:
+        _check_duration(table, clip)
         return numbers
     problem = f"{table.path} has {len(numbers)} rows, the truth {clip.frames} frames"
     remedy = "give a row for each frame, or timecodes that cover the clip"
@@ -112,6 +117,21 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
         raise ParameterError(f"{problem}, and lasts {times[-1]:.2f} s", remedy)
     columns = [np.interp(wanted, times, column) for column in numbers.T]
     return np.stack(columns, axis=1)
+
+
+def _check_duration(table: Table, clip: Reference) -> None:
+    """Raise `ParameterError` if the timecodes last another time than the clip."""
+    wanted = (clip.frames - 1) / clip.rate
+    cells = table.text("timecode") if "timecode" in table.columns else []
+    if wanted < 1 or not all(cells) or not cells:
+        return  # within a second the timecodes do not show how many frames they count
+    times = timecodes(cells, table.path)
+    lasts = float(times[-1] - times[0]) % DAY
+    if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
+        raise ParameterError(
+            f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",
+            "give results for this very clip",
+        )
 
 
 def timecodes(cells: Sequence[str], path: Path) -> FloatArray:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from abs_engine.evaluate.estimate import CLOSED_APERTURE
+from abs_engine.truth.codec import CLOSED_BELOW
+
 
 @dataclass(frozen=True)
 class Metric:
@@ -29,15 +32,23 @@ class Metric:
 TRACKS = {
     "lip_points": "lip points",
     "landmarks": "68 landmarks",
+    "lip_landmarks": "lip landmarks",
     "face": "face",
     "lips": "lips",
     "jaw": "jaw",
 }
+WHICH = {
+    "lip_points": ", of the points of the lips that a run of this engine gives",
+    "landmarks": ", of those of the 68 points that the system gives in every frame",
+    "lip_landmarks": ", of points 48 to 67",
+}
+"""Points of a track that its name does not tell."""
+
 CURVES = {"aperture": "aperture", "width": "width", "protrusion": "protrusion"}
 
 
 def _points(track: str, name: str) -> list[Metric]:
-    sure = "root mean square of the distance to the truth"
+    sure = f"root mean square of the distance to the truth{WHICH.get(track, '')}"
     return [
         Metric(f"{track}_rms_head_mm", f"{name}, head coordinates, RMS", "mm", sure),
         Metric(
@@ -83,6 +94,12 @@ def _curve(key: str, name: str) -> list[Metric]:
     ]
 
 
+CLOSURE = (
+    f". Closed is a widest gap between the lips below {CLOSED_BELOW} mm, of the truth and of every "
+    "system with a mesh; of others, what they say, or points 62 and 66 less than "
+    f"{CLOSED_APERTURE} mm apart, which perfect landmarks do not meet perfectly"
+)
+
 METRICS: tuple[Metric, ...] = (
     Metric(
         "frames",
@@ -95,12 +112,18 @@ METRICS: tuple[Metric, ...] = (
         "failure_share",
         "frames that failed",
         "share",
-        "lost, or lip error above 5 mm; where there is no 3D, landmark error above 0.08 of the "
-        "distance of the eyes (Shen et al. 2015)",
+        "lost, or RMS error of the lip landmarks 48 to 67 above 5 mm, in head coordinates, or in "
+        "the camera's where the system gives no head pose; where it gives no 3D, their mean error "
+        "in the picture above 0.08 of the distance of the eyes (Shen et al. 2015). Of a system "
+        "that lacks some of these landmarks, the error of the points that it gives",
     ),
     *(metric for track, name in TRACKS.items() for metric in _points(track, name)),
     Metric(
-        "landmarks_rms_px", "68 landmarks, picture, RMS", "px", "root mean square of the distance"
+        "landmarks_rms_px",
+        "68 landmarks, picture, RMS",
+        "px",
+        "root mean square of the distance; of a system that gives no pixels, the landmarks in "
+        "camera coordinates are projected by the true camera",
     ),
     Metric(
         "landmarks_nme",
@@ -115,13 +138,13 @@ METRICS: tuple[Metric, ...] = (
         "closure_precision_frames",
         "closed frames, precision",
         "share",
-        "share of the frames called closed that are",
+        f"share of the frames called closed that are{CLOSURE}",
     ),
     Metric(
         "closure_recall_frames",
         "closed frames, recall",
         "share",
-        "share of the closed frames that are called so",
+        f"share of the closed frames that are called so{CLOSURE}",
     ),
     Metric(
         "closure_precision_events",

@@ -61,7 +61,7 @@ class Estimate:
     found : (T,) bool
         False in frames that the system gave up.
     tracks : mapping of str to PointTrack
-        `lip_points`, `landmarks`, and the areas `face`, `lips` and `jaw`.
+        `lip_points`, `landmarks`, `lip_landmarks`, and the areas `face`, `lips` and `jaw`.
     rotations : (T, 3) float64, optional
         Rotation vectors, head to camera, radians.
     translations : (T, 3) float64, optional

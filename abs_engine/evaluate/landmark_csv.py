@@ -94,7 +94,7 @@ def read_landmarks(path: Path, clip: Reference) -> Estimate:
     read = _long if "point" in table.columns else _wide
     found = read(table, clip)
     _check_units(table.path, found)
-    return _estimate(Path(path).stem, found, clip)
+    return _estimate(Path(path), found, clip)
 
 
 def _long(table: Table, clip: Reference) -> Landmarks:
@@ -113,6 +113,8 @@ def _long(table: Table, clip: Reference) -> Landmarks:
         raise InputFileError(f"{table.path} lacks the column z of its points in mm", "add it")
     pixels, points = _empty(clip.frames, 2), _empty(clip.frames, 3)
     for array, rows in ((pixels, ~in_mm), (points, in_mm)):
+        if not rows.any():  # without mm there need not be three columns
+            continue
         keys = frame[rows] * COUNT + which[rows]
         if len(np.unique(keys)) != len(keys):
             raise InputFileError(f"{table.path} gives a point twice in a frame", "give it once")
@@ -215,7 +217,7 @@ def _check_units(path: Path, found: Landmarks) -> None:
         )
 
 
-def _estimate(name: str, found: Landmarks, clip: Reference) -> Estimate:
+def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
     has_px, has_mm = (bool(np.isfinite(a).any()) for a in (found.pixels, found.points))
     shape = found.points if has_mm else found.pixels
     tracked = _any_point(shape)
@@ -223,14 +225,14 @@ def _estimate(name: str, found: Landmarks, clip: Reference) -> Estimate:
     curves: dict[str, FloatArray] = {}
     closed = _closed_in_picture(found.pixels, clip)
     if has_mm:
-        given = np.isfinite(found.points[tracked]).all(axis=(0, 2))
+        given = _always_given(path, found.points, tracked)
         track = PointTrack(clip.landmark_68[given], found.points[:, given], found.space)
         tracks["landmarks"] = track
         rest = None if found.space == "head" else clip.neutral[clip.landmark_68]
         curves = landmark_curves(found.points, rest)
         closed = _closed(curves["aperture"], closed)
     return Estimate(
-        name=name,
+        name=path.stem,
         found=tracked,
         tracks=tracks,
         rotations=found.rotations,
@@ -240,6 +242,29 @@ def _estimate(name: str, found: Landmarks, clip: Reference) -> Estimate:
         curves=curves,
         curves_on="axes" if found.space == "head" else "rest",
     )
+
+
+def _always_given(path: Path, points: FloatArray, tracked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Points (68,) that are given in every tracked frame.
+
+    Raises
+    ------
+    InputFileError
+        If there are none.
+    """
+    known = np.asarray(np.isfinite(points).all(axis=2))
+    given = np.asarray(known[tracked].all(axis=0))
+    if not given.any():
+        frames = np.flatnonzero(tracked)
+        worst = int(frames[known[frames].sum(axis=1).argmin()])
+        missing = [str(k) for k in np.flatnonzero(~known[worst])]
+        more = f" and {len(missing) - 5} more" if missing[5:] else ""
+        raise InputFileError(
+            f"{path} gives no point in every frame: frame {worst}, counted from 0, lacks the "
+            f"points {', '.join(missing[:5])}{more}",
+            "give the same points in all frames, and none in lost ones",
+        )
+    return given
 
 
 def _any_point(points: FloatArray) -> NDArray[np.bool_]:

@@ -22,7 +22,7 @@ def track_means(
     """Metrics of a track, and the squared error of each frame in its best frame of reference."""
     true = truth.points(track.vertex)
     true_in_camera = metrics.to_camera(true, truth.rotations, truth.translations)
-    head, camera = _both_spaces(track, estimate)
+    head, camera = both_spaces(track, estimate)
     means: dict[str, Mean] = {}
     if head is not None:
         aligned = metrics.without_constant_offset(head, true)
@@ -44,7 +44,10 @@ def track_means(
 def pixel_means(
     pixels: FloatArray, truth: Truth, landmark_68: NDArray[Any]
 ) -> tuple[dict[str, Mean], FloatArray]:
-    """Metrics of landmarks in the picture, and the normalised error of each frame."""
+    """Metrics of landmarks in the picture, and the normalised error of the lips in each frame.
+
+    Of all landmarks where the system gives none of the lips.
+    """
     true = true_pixels(truth, landmark_68)
     eyes = metrics.interocular(true)
     error = metrics.normalised_error(pixels, true, eyes)
@@ -54,8 +57,9 @@ def pixel_means(
     }
     lips, true_lips = pixels[:, LIPS_OF_68], true[:, LIPS_OF_68]
     means["lips_rms_px"] = _rms(metrics.pixel_error(lips, true_lips))
-    means["lips_nme"] = Mean.of(metrics.normalised_error(lips, true_lips, eyes))
-    return means, error
+    lip_error = metrics.normalised_error(lips, true_lips, eyes)
+    means["lips_nme"] = Mean.of(lip_error)
+    return means, lip_error if np.isfinite(lip_error).any() else error
 
 
 def pose_means(estimate: Estimate, truth: Truth) -> dict[str, Mean]:
@@ -113,7 +117,7 @@ def true_pixels(truth: Truth, vertex: NDArray[Any]) -> FloatArray:
     return truth.camera.project(points)
 
 
-def _both_spaces(
+def both_spaces(
     track: PointTrack, estimate: Estimate
 ) -> tuple[FloatArray | None, FloatArray | None]:
     """A track in head and in camera coordinates, as far as the system's own pose allows it."""

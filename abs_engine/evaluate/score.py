@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.errors import ParameterError
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import METRICS
+from abs_engine.evaluate.complete import complete
 from abs_engine.evaluate.estimate import Estimate, within
 from abs_engine.evaluate.measures import (
     closure_means,
@@ -30,8 +31,8 @@ from abs_engine.evaluate.rest import landmark_curves
 from abs_engine.truth import Truth
 
 FloatArray = NDArray[np.float64]
-PRIMARY = ("lips", "lip_points", "landmarks", "face", "jaw")
-"""The track by which frames fail: the first of these that a system gives."""
+PRIMARY = ("lip_landmarks", "lip_points", "lips", "landmarks", "face", "jaw")
+"""The track by which frames fail: the landmarks of the lips, or what comes nearest to them."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
     """
     check(estimate, truth)
     seen = in_picture(truth, landmark_68)
-    said = _with_protrusion(within(estimate, seen), truth)
+    said = _with_protrusion(within(complete(estimate, truth, landmark_68), seen), truth)
     means: dict[str, Mean] = {}
     errors: dict[str, FloatArray] = {}
     for name, track in said.tracks.items():

@@ -11,10 +11,10 @@ from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import Pose
 from abs_engine.synth.mirror import Mirror
-from abs_engine.synth.plan import ClipPlan, View
+from abs_engine.synth.plan import ClipPlan, View, compose
 from abs_engine.synth.scenefile import CameraEntry, MirrorEntry, check_size
 from abs_engine.synth.sequence import portrait
-from abs_engine.truth.codec import DEPTH_STEP
+from abs_engine.truth.codec import DEPTH_STEP, OTHER
 
 FloatArray = NDArray[np.float64]
 FARTHEST = 65_535 * DEPTH_STEP
@@ -24,7 +24,7 @@ _REACH = 250.0
 """No point of a head is farther from its origin, mm."""
 
 _AIR = 15.0
-"""A camera keeps this far away from the head, mm."""
+"""A camera keeps this far away from the head and the shirt, mm."""
 
 
 def lens(entry: CameraEntry, size: tuple[int, int]) -> Camera:
@@ -142,19 +142,16 @@ def check_view(plan: ClipPlan, view: View) -> None:
     Raises
     ------
     ParameterError
-        If it is inside the head at some time, too far for the depth labels, or the head reaches
-        behind its mirror.
+        If it is inside the head or the shirt at some time, too far for the depth labels, or the
+        head reaches behind its mirror.
     """
     poses = [plan.pose(view, frame) for frame in range(len(plan))]
-    centres = np.array([-pose.rotation.T @ pose.translation for pose in poses])
-    hull = ConvexHull(plan.neutral).equations
-    away = (centres @ hull[:, :3].T + hull[:, 3]).max(axis=1)
-    if away.min() < _AIR:
-        at = int(away.argmin()) / plan.rate
-        raise ParameterError(
-            f"camera '{view.name}' is inside the head, or touches it, at {at:.2f} s",
-            f"place it at least {_AIR:.0f} mm away from the head",
-        )
+    _check_free(plan, view, plan.neutral, poses, "head")
+    for prop in plan.props:
+        if prop.code == OTHER:
+            own = map(Pose.from_vectors, prop.rotations, prop.translations)
+            placed = [compose(view.pose(frame), pose) for frame, pose in enumerate(own)]
+            _check_free(plan, view, prop.vertices, placed, "shirt")
     farthest = max(float(pose.translation[2]) for pose in poses) + _REACH
     mirrored = 0.0
     if view.mirror is not None:
@@ -168,4 +165,23 @@ def check_view(plan: ClipPlan, view: View) -> None:
             f"the head is {max(farthest, mirrored) - _REACH:.0f} mm from camera '{view.name}', "
             "farther than depth labels go",
             f"place it within {FARTHEST - _REACH:.0f} mm",
+        )
+
+
+def _check_free(
+    plan: ClipPlan,
+    view: View,
+    vertices: NDArray[np.float32],
+    placed: list[Pose],
+    name: str,
+) -> None:
+    """Raise `ParameterError` if a camera is within the hull of a thing, or nearly, at some time."""
+    hull = ConvexHull(vertices).equations
+    centres = np.array([-pose.rotation.T @ pose.translation for pose in placed])
+    away = (centres @ hull[:, :3].T + hull[:, 3]).max(axis=1)
+    if away.min() < _AIR:
+        at = int(away.argmin()) / plan.rate
+        raise ParameterError(
+            f"camera '{view.name}' is inside the {name}, or touches it, at {at:.2f} s",
+            f"place it at least {_AIR:.0f} mm away from the {name}",
         )

@@ -9,19 +9,19 @@ from contextlib import contextmanager
 
 
 class Clock:
-    """Sums of seconds by the name of what they were spent on."""
+    """Sums of processor seconds, all threads of this process, by what they were spent on."""
 
     def __init__(self) -> None:
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
     @contextmanager
     def part(self, name: str) -> Iterator[None]:
-        """Count the time inside as that of `name`."""
-        start = time.perf_counter()
+        """Count the processor time inside as that of `name`."""
+        start = time.process_time()
         try:
             yield
         finally:
-            self.seconds[name] += time.perf_counter() - start
+            self.seconds[name] += time.process_time() - start
 
 
 def cost_lines(seconds: dict[str, float], frames: int) -> list[str]:

@@ -58,38 +58,29 @@ def plan_clip(
     entry = scene.clip[number]
     where = f"clip '{entry.name}'"
     person = cast.person(entry.speaker, where)
-    rng_seed = scene.seed + number if entry.motion.seed is None else entry.motion.seed
-    rng = np.random.default_rng(rng_seed)
+    seed = scene.seed + number if entry.motion.seed is None else entry.motion.seed
+    rng = np.random.default_rng(seed)
     said = perform(entry, speaker, person.neutral, scene.rate, folder, rng)
     times = np.arange(len(said.weights)) / scene.rate
     events = pick("event", scene.event, entry.events, where)
-    shift = sum((_leave(e, times) for e in events if e.kind == "leave"), np.zeros((len(times), 3)))
-    heads = head_poses(entry.motion, times, rng, said.turns, shift)
+    heads = head_poses(entry.motion, times, rng, said.turns, _leaving(events, times))
     rotations, translations = vectors(heads)
     lamps = pick("light", scene.light, entry.lights, where)
     plan = ClipPlan(
-        name=entry.name,
-        person=entry.speaker,
-        sentence=said.text,
-        command=command,
-        seed=scene.seed,
-        number=number,
+        name=entry.name, person=entry.speaker, sentence=said.text,
+        command=command, seed=scene.seed, number=number,
         rate=scene.rate,
         weights=said.weights,
-        identity_weights=person.identity,
-        neutral=person.neutral,
-        texture=person.texture,
-        dots=person.dots,
-        rotations=rotations,
-        translations=translations,
-        phonemes=said.phonemes,
-        intervals=said.intervals,
+        identity_weights=person.identity, neutral=person.neutral,
+        texture=person.texture, dots=person.dots,
+        rotations=rotations, translations=translations,
+        phonemes=said.phonemes, intervals=said.intervals,
         lights=lights_at(lamps, times),
         ambient=scene.ambient,
         roughness=scene.roughness,
         views=_views(scene, entry, speaker, person.neutral, heads, times, events, folder),
         props=props_of(scene, entry, speaker, person, heads),
-    )
+    )  # fmt: skip
     for view in plan.views:
         check_view(plan, view)
     return plan
@@ -102,6 +93,12 @@ def lights_at(lamps: Iterable[LightEntry], times: FloatArray) -> FloatArray:
         for lamp in lamps
     ]
     return np.stack(rows, axis=1) if rows else np.zeros((len(times), 0, 7))
+
+
+def _leaving(events: tuple[EventEntry, ...], times: FloatArray) -> FloatArray:
+    """Shift (T, 3), mm, of a head by all events."""
+    shifts = [_leave(event, times) for event in events if event.kind == "leave"]
+    return np.asarray(np.sum([np.zeros((len(times), 3)), *shifts], axis=0), np.float64)
 
 
 def _leave(event: EventEntry, times: FloatArray) -> FloatArray:

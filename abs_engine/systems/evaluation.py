@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,10 @@ from abs_engine.truth import Truth, load_truth
 SCORES, TABLE = "scores.json", "scores.csv"
 MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1
 POOLED = "all clips"
+FOCAL_WARNING = 0.2
+"""Share of the true focal length by which a run's may differ without a warning."""
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -142,10 +147,11 @@ def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] 
     """
     path = Path(path)
     areas = dict(speaker.points) if same_mesh(truth, speaker) else {}
-    areas.pop("landmark_68", None)
+    areas.pop("landmark_68", None)  # `measure` adds these to every system alike
     if path.is_dir():
         run = load_run(path)
         check_run(run, len(truth), len(truth.neutral))
+        _check_camera(path, run, truth)
         surface = load_mesh(path) if (path / MESH).is_file() else None
         if surface is not None and (len(surface), len(surface.mean)) != (
             len(truth),
@@ -168,6 +174,26 @@ def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] 
             "the truth is of another head than the bundled one", "score landmarks instead"
         )
     return read_arkit(path, clip, speaker.unit_names, speaker.units, areas)
+
+
+def _check_camera(path: Path, run: Mapping[str, NDArray[Any]], truth: Truth) -> None:
+    """Refuse a run of pictures of another size; warn if its camera is of another focal length."""
+    true = truth.camera
+    if "camera_size" in run and tuple(run["camera_size"].tolist()) != true.size:
+        raise ParameterError(
+            "{} saw pictures of {}x{} pixels, the truth {}x{}".format(
+                path, *run["camera_size"].tolist(), *true.size
+            ),
+            "name the view that was tracked with --truth DATASET/CLIP/CAMERA",
+        )
+    focal = float(run["camera_matrix"][0, 0]) if "camera_matrix" in run else true.matrix[0, 0]
+    if abs(focal / true.matrix[0, 0] - 1) > FOCAL_WARNING:
+        _log.warning(
+            "%s was tracked with a focal length of %.0f px, the truth's is %.0f: is it this view?",
+            path,
+            focal,
+            true.matrix[0, 0],
+        )
 
 
 def landmarks_of(truth: Truth, speaker: Speaker) -> NDArray[Any] | None:

@@ -8,6 +8,7 @@ fitted. This is the texture comparison of Odisio and Bailly (section 4) over the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,11 @@ from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
 DRAWN_FACE = 112.0  # drawn pixels across the rigid face
+STARTS = 10  # from which a simplex goes down
 CHROMA_NOISE = 0.01  # standard deviation of normalised colour, per pixel
 OBSERVATIONS = 500.0  # independent pixels of the face
-COARSE_DEPTH = np.arange(-160.0, 161.0, 20.0)  # mm
+COARSE_DEPTH = np.arange(-260.0, 161.0, 20.0)  # mm
+COARSE_PITCH = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])  # rad; trades with depth: many valleys
 COARSE_HEIGHT = np.arange(-15.0, 15.1, 5.0)  # mm
 
 
@@ -84,11 +87,26 @@ def align_texture(
     term = ColourError(np.asarray(window.sample(image), np.float32))
     frame = PoseFrame(pose, centre)
     error = _TextureError(renderer, scene, camera, window, term, frame)
-    grid = np.array([[0, 0, 0, 0, y, z] for z in COARSE_DEPTH for y in COARSE_HEIGHT], np.float64)
-    start = grid[int(np.argmin(error.values(grid)))]
+    places = product(COARSE_PITCH, COARSE_HEIGHT, COARSE_DEPTH)
+    grid = np.array([[pitch, 0, 0, 0, y, z] for pitch, y, z in places], np.float64)
+    starts = grid[_valleys(error.values(grid))]
     solver, spec = Simplex(tolerance=0.02, limit=300), pose_spec(0)
-    first = solver.minimise(error, start, spec)
-    return frame.pose(solver.minimise(error, first.x, spec).x)  # again: a fresh simplex
+    found = [solver.minimise(error, start, spec) for start in starts]
+    best = min(found, key=lambda solution: solution.value)
+    return frame.pose(solver.minimise(error, best.x, spec).x)  # again: a fresh simplex
+
+
+def _valleys(values: FloatArray) -> NDArray[np.int64]:
+    """The lowest few grid points, no two of them of one pitch and nearly one depth."""
+    shape = len(COARSE_PITCH), len(COARSE_HEIGHT), len(COARSE_DEPTH)
+    chosen: list[tuple[int, ...]] = []
+    for at in np.argsort(values):
+        pitch, height, depth = (int(i) for i in np.unravel_index(at, shape))
+        if all(pitch != p or abs(depth - d) > 1 for p, _, d in chosen):
+            chosen.append((pitch, height, depth))
+        if len(chosen) == STARTS:
+            break
+    return np.asarray(np.ravel_multi_index(tuple(np.array(chosen).T), shape), np.int64)
 
 
 def _only(scene: Scene, facets: NDArray[np.bool_]) -> Scene:

@@ -57,7 +57,8 @@ were drawn by pyrender, with lights, lens, sensor and compression as the scene s
     CLIP/CAMERA/video.mp4      what the camera saw
     CLIP/CAMERA/frames/*.png   the same before compression, if the scene asked for it
     CLIP/CAMERA/points.npz     the landmarks in pixels, and whether they are seen; see below
-    CLIP/CAMERA/coco.json      landmarks and boxes of the head as COCO keypoints
+    CLIP/CAMERA/coco.json      landmarks and boxes of the head as COCO keypoints; its file names are
+                               those of frames/*.png: without these, frame N of video.mp4
 
 Pictures with labels, CLIP/CAMERA/KIND/*.png, one for each frame:
 
@@ -82,11 +83,15 @@ index into `class_names`; `uv` (V, 2), v down; `rotations`, `translations` (T, 3
 gap between the lips seen from the front, mm, negative where they overlap everywhere; `closed`
 (T,), gap below {closed} mm; vertex lists `outer_lip` (a ring), `outer_lip_20` (points 48-59 of the
 68), `inner_lip_8` (60-67), `mouth_corners`, `landmark_68` (the order of iBUG 300-W, the subject's
-right first).
+right first); `dots`, the vertices in the middle of beads or ink dots painted on the skin, empty
+where there are none.
 
 `points.npz`: `landmark_pixels` (T, 68, 2), `landmark_visible` (T, 68); `lip_pixels` and
 `lip_visible`, which are points 48-67; the same with `mirror_` before the name where there is a
-mirror; `in_picture` (T,), whether any of the head is seen.
+mirror; `in_picture` (T,), whether any of the head is seen. A landmark is visible if it is in the
+picture and neither head, hand, microphone nor shirt is nearer to the camera along its ray by more
+than 1 mm, so that those in the seam of closed lips count as visible. COCO's flag is 2
+for visible, 1 for hidden, 0 outside of the picture.
 
 ## Reading and checking
 
@@ -108,7 +113,8 @@ be used without condition.
 
 - One head topology; skin without subsurface scattering, no hair on the head, no shadows cast.
 - What is said follows a model of coarticulation, not a recording, unless the table says otherwise.
-- Tongue and teeth are drawn, but the tongue's motion is coarse.
+- Tongue and teeth are drawn, but the tongue's motion is coarse. In f and v the lower lip comes
+  within 1 mm of the upper teeth and need not touch them.
 - Labels describe the mesh. Shoulders, background and what covers the head have no facet ids.
 """
 

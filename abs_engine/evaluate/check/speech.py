@@ -93,18 +93,22 @@ def widest_gap(
     right, left = np.sort(vertices[corners, 0].astype(np.float64))
     reach = 0.4 * (left - right)
     columns = (right + left) / 2 + np.arange(-reach, reach, 1.0)
-    ceiling = np.array([heights(vertices[upper], x).min(initial=np.inf) for x in columns])
-    floor = np.array([heights(vertices[lower], x).max(initial=-np.inf) for x in columns])
+    ceiling = np.nanmin(heights(vertices[upper], columns), axis=1, initial=np.inf)
+    floor = np.nanmax(heights(vertices[lower], columns), axis=1, initial=-np.inf)
     return float((ceiling - floor).max())
 
 
-def heights(edges: NDArray[np.floating], x: float) -> FloatArray:
-    """Heights at which edges (E, 2, 3) cross a plane of constant x."""
+def heights(edges: NDArray[np.floating], columns: FloatArray) -> FloatArray:
+    """Heights (C, E) at which edges (E, 2, 3) cross planes of constant x (C,); NaN if they don't.
+
+    Edges that lie in such a plane have neighbours that cross it at their ends.
+    """
     start, run = edges[:, 0].astype(np.float64), (edges[:, 1] - edges[:, 0]).astype(np.float64)
     steep = np.abs(run[:, 0]) > 1e-9
-    share = (x - start[steep, 0]) / run[steep, 0]
+    start, run = start[steep], run[steep]
+    share = (columns[:, None] - start[:, 0]) / run[:, 0]
     crosses = (share >= 0) & (share <= 1)
-    return np.asarray((start[steep, 1] + share * run[steep, 1])[crosses])
+    return np.where(crosses, start[:, 1] + share * run[:, 1], np.nan)
 
 
 def lip_edges(clip: Clip, label: str) -> NDArray[np.int32]:

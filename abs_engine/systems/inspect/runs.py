@@ -22,6 +22,7 @@ from abs_engine.track.record import SUMMARY, load_run
 from abs_engine.video import probe, read_frames
 
 Image = NDArray[np.uint8]
+_CAMERA = ("camera_matrix", "camera_size", "camera_distortion", "rate")
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +102,9 @@ def load_run_head(folder: Path, speaker: Speaker) -> RunHead:
             f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes",
             "track the video again",
         )
+    missing = [name for name in _CAMERA if name not in arrays]
+    if missing:
+        raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
     size = tuple(int(n) for n in arrays["camera_size"])
     camera = Camera(arrays["camera_matrix"], (size[0], size[1]), arrays["camera_distortion"])
     return RunHead(Path(folder), speaker, arrays, mesh, camera)
