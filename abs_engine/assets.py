@@ -17,7 +17,10 @@ from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.geometry import check_mesh
 
 FORMAT, VERSION = "abs_engine.speaker", 1
-POINTS, POINTS_FORMAT, POINTS_VERSION = "points.json", "abs_engine.points", 1
+POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)
+LIPS_OF_68 = slice(48, 68)
+"""The lips among the 68 landmarks of `Speaker.points`: 12 outer points, then 8 inner ones."""
+
 _PACKAGE = Path(__file__).resolve().parent
 
 
@@ -213,14 +216,15 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
         return {}
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
-        kind = told["format"], told["version"], told["vertices"], told["faces"]
+        kind, version = (told["format"], told["vertices"], told["faces"]), told["version"]
         lists = {k: np.asarray(v["vertices"], np.int32) for k, v in told["lists"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputFileError(
             f"{path} is no list of points", "make it again with assets/speaker_points.py"
         ) from error
     inside = all(v.size and v.min() >= 0 and v.max() < vertices for v in lists.values())
-    if kind != (POINTS_FORMAT, POINTS_VERSION, vertices, faces) or not inside:
+    known = kind == (POINTS_FORMAT, vertices, faces) and version in POINTS_VERSIONS
+    if not (known and inside):
         raise ModelFormatError(
             f"{path} has another format or belongs to another mesh",
             "make it again with assets/speaker_points.py",

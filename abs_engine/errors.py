@@ -43,8 +43,16 @@ class ParameterError(AbsEngineError):
     """A value is outside of what the function accepts."""
 
 
+class OtherClipError(ParameterError):
+    """A result is of another clip than the ground truth that it is compared with."""
+
+
 class FaceNotFoundError(AbsEngineError):
     """No face, or no mouth, was found in the frames."""
+
+
+class TooFewPixelsError(AbsEngineError):
+    """A colour class has too few pixels to be learned from."""
 
 
 class OutputError(AbsEngineError):
@@ -69,3 +77,11 @@ class TooFewPointsError(AbsEngineError):
 
 class DegenerateViewsError(AbsEngineError):
     """Views, or points, lie so that depth or rotation cannot be found from them."""
+
+
+class PictureError(AbsEngineError):
+    """A picture holds NaN or infinity, or has another size than its camera."""
+
+
+class NothingSeenError(AbsEngineError):
+    """No training frame shows any part of what an appearance model is to be learned of."""

@@ -7,6 +7,14 @@ import speaker_mesh as sm
 from speaker_head import Head
 from speaker_mesh import CONTACT_RING
 
+CORNER_RING, CORNER_SPOKE = CONTACT_RING - 4, 5
+"""Place of the points 60 and 64 in the lip grid: ring, and spokes from the corner on the upper lip.
+
+There the rim of the red is seen from the front in all seven heads, closed or open: at rest 0.5 mm
+from the line where the lips meet, with a dropped jaw 1.5 to 1.7 mm from the corner of the opening
+(means). The ends of the contact ring lie in the fold of the corner, 1 to 6 mm behind what is seen.
+"""
+
 
 def lip_marks(head: Head) -> dict[str, np.ndarray]:
     """Return the lip landmarks.
@@ -14,8 +22,9 @@ def lip_marks(head: Head) -> dict[str, np.ndarray]:
     Notes
     -----
     Outer points follow the vermilion border (with its taper at the corners); inner ones are the
-    ring of the lip grid on which the closed lips touch. Twelve outer and eight inner points are
-    numbered like 48 to 67 of the 68 points: the right corner first, along the upper lip.
+    ring of the lip grid on which the closed lips touch, but for the inner corners, which lie where
+    they are seen (`CORNER_RING`). Twelve outer and eight inner points are numbered like 48 to 67 of
+    the 68 points: the right corner first, along the upper lip.
     """
     grid, left = head.lips.vertices, head.lips.left
     spokes = np.arange(grid.shape[1])
@@ -23,12 +32,13 @@ def lip_marks(head: Head) -> dict[str, np.ndarray]:
     contact = grid[CONTACT_RING]
     upper = contact[: left + 1]
     lower = np.concatenate([contact[:1], contact[: left - 1 : -1]])
+    corners = grid[CORNER_RING, [CORNER_SPOKE, left - CORNER_SPOKE]]
     return {
         "outer_lip": outer,
         "inner_lip_upper": upper,
         "inner_lip_lower": lower,
         "outer_lip_20": outer_twelve(head, outer),
-        "inner_lip_8": inner_eight(head, upper, lower),
+        "inner_lip_8": inner_eight(head, upper, lower, corners),
         "mouth_corners": np.array([outer[0], outer[left]]),
     }
 
@@ -53,12 +63,14 @@ def outer_twelve(head: Head, outer: np.ndarray) -> np.ndarray:
     return np.array([outer[0], *top, outer[left], *bottom])
 
 
-def inner_eight(head: Head, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
-    """Pick the points 60 to 67 on the line of contact."""
+def inner_eight(
+    head: Head, upper: np.ndarray, lower: np.ndarray, corners: np.ndarray
+) -> np.ndarray:
+    """Pick the points 60 to 67: the corners, and on the line of contact those between."""
     half = head.vertices[upper[-1], 0]
     top = [pick_x(head, upper, x) for x in (-0.4 * half, 0.0, 0.4 * half)]
     bottom = [pick_x(head, lower, x) for x in (0.4 * half, 0.0, -0.4 * half)]
-    return np.array([upper[0], *top, upper[-1], *bottom])
+    return np.array([corners[0], *top, corners[1], *bottom])
 
 
 def eyelid_loop(head: Head, side: int) -> np.ndarray:

@@ -16,7 +16,8 @@ import speaker_mesh as sm
 from scipy.spatial import cKDTree
 from speaker_marks import eyelid_loop
 
-FORMAT, VERSION = "abs_engine.points", 1
+FORMAT, VERSION = "abs_engine.points", 2
+"""Version 2: points 60 and 64 of `landmark_68`, the inner corners, lie where they are seen."""
 
 BROW = ((52.0, 45.5), (45.0, 48.5), (33.0, 52.0), (25.0, 52.0), (14.0, 48.5))
 """(-x, y) of points 17 to 21, on the painted brow, outer end first."""

@@ -15,7 +15,7 @@ from abs_engine.camera import Camera
 from abs_engine.geometry import Pose, vertex_normals
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates, Scene
-from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.mirror import Mirror
 from abs_engine.synth.sequence import deform, say
 from abs_engine.truth import (
@@ -31,6 +31,7 @@ from abs_engine.truth import (
 )
 from abs_engine.truth.card import card_text
 from abs_engine.truth.coco import box_and_area, coco
+from abs_engine.truth.codec import CLOSED_BELOW
 from abs_engine.truth.picture import write_picture
 from abs_engine.video import VideoWriter
 
@@ -149,7 +150,7 @@ class Shot:
     def __init__(self, take, camera, now, then, mirror):
         self.take, self.camera = take, camera
         speaker = take.speaker
-        self.now, self.marks = now, speaker.points["landmark_68"]
+        self.now, self.marks, self.mirror = now, speaker.points["landmark_68"], mirror
         parts = [(now, then, welded_normals(speaker, now), speaker.faces, None)]
         if mirror is not None:
             turned = mirror.reflect_directions(welded_normals(speaker, now))
@@ -196,7 +197,11 @@ class Shot:
     def picture(self, rng):
         """The albedo under a light, before a grey wall, with noise."""
         light = np.array([-0.4, -0.5, -0.77])
-        shade = 0.35 + 0.75 * np.clip(self.labels["normals"] @ light, 0, None)
+        normals = self.labels["normals"]
+        if self.mirror is not None:  # the light falls on the head, not on its image
+            through = (self.seen & ~self.direct)[..., None]
+            normals = np.where(through, self.mirror.reflect_directions(normals), normals)
+        shade = 0.35 + 0.75 * np.clip(normals @ light, 0, None)
         lit = self.labels["albedo"] * shade[..., None]
         picture = np.where(self.seen[..., None], lit, 90.0) + rng.normal(
             0, 2, (*self.seen.shape, 3)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
+import zlib
 from functools import cache
 from pathlib import Path
 
@@ -89,3 +92,28 @@ def write_landmarks(path: Path) -> Path:
     """Another system's exact 68 landmarks, without a mesh."""
     heading, rows = wide_rows(truth(), *true_landmarks(truth()))
     return write_csv(path, heading, rows)
+
+
+def part_of(page: str, name: str) -> bytes:
+    """What an element of a page holds deflated."""
+    found = re.search(f'<script type="text/plain" id="{name}">(.*?)</script>', page)
+    return zlib.decompress(base64.b64decode(found[1]))
+
+
+def told_by(page: str) -> dict:
+    """What a page tells its scripts."""
+    return json.loads(part_of(page, "data"))
+
+
+def unpacked(told: dict, store: bytes) -> np.ndarray:
+    """An array that a page holds, as ``web/arrays.js`` reads it."""
+    kind = np.dtype({"f4": "<f4", "i2": "<i2", "u1": "u1", "u2": "<u2", "u4": "<u4"}[told["kind"]])
+    count = int(np.prod(told["shape"]))
+    planes = np.frombuffer(store, np.uint8, count * kind.itemsize, told["at"])
+    flat = planes.reshape(kind.itemsize, count).T.copy().view(kind).ravel()
+    if told["row"]:
+        for column in range(told["row"]):
+            flat[column :: told["row"]] = np.cumsum(flat[column :: told["row"]], dtype=kind)
+    if told["step"] is None:
+        return flat.reshape(told["shape"])
+    return np.where(flat == -32768, np.nan, flat * told["step"]).reshape(told["shape"])

@@ -16,7 +16,7 @@ from abs_engine.camera import Camera
 from abs_engine.evaluate.estimate import Estimate, LinearSurface, of_run
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.geometry import FACING, rotations
-from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+from abs_engine.synth.contact import widest_gap
 from abs_engine.track.mesh import RunMesh
 from abs_engine.truth import (
     ClipEntry,
@@ -29,6 +29,7 @@ from abs_engine.truth import (
     write_truth,
 )
 from abs_engine.truth.clip import LANDMARKS
+from abs_engine.truth.codec import CLOSED_BELOW
 
 FRAMES, RATE = 60, 25.0
 

@@ -20,11 +20,16 @@ from abs_engine import cli
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.evaluate.check import Finding, check_dataset
 from abs_engine.evaluate.check.finding import merged
+from abs_engine.evaluate.check.footage import time_findings
 from abs_engine.evaluate.check.ids import shift
-from abs_engine.truth import Phoneme, load_dataset, write_sums
+from abs_engine.evaluate.check.motion import vector_findings
+from abs_engine.evaluate.check.sight import look
+from abs_engine.geometry import Pose
+from abs_engine.truth import Phoneme, load_clip, load_dataset, write_sums
 from abs_engine.truth.camera_file import camera_json, load_placed_camera
 from abs_engine.truth.codec import frame_name
 from abs_engine.truth.picture import read_picture, write_picture
+from abs_engine.truth.view import load_view
 from abs_engine.video import VideoWriter, read_frames
 
 FRAMES = 5
@@ -381,6 +386,54 @@ def test_a_true_dataset_with_a_mirror_is_clean_and_a_moved_mirror_is_not(tmp_pat
     said = "\n".join(map(str, check_dataset(folder)))
     assert "ids do not lie on their facets" in said
     assert "mirror_landmark_pixels are not where the vertices project to" in said
+
+
+def test_landmarks_that_the_mirror_shows_are_held_against_the_ids(tmp_path):
+    folder = make_dataset(tmp_path / "mirror", 3, mirror=True, lossless=False)
+    points = "talk/front/points.npz"
+    faults = {
+        "all": (lambda seen: np.ones_like(seen), "mirror_landmark_visible does not agree"),
+        "none": (lambda seen: np.zeros_like(seen), "mirror_landmark_visible does not agree"),
+        "other": (lambda seen: ~seen, "mirror_landmark_visible does not agree"),
+        "short": (lambda seen: seen[:-1], "mirror_landmark_visible is missing"),
+    }
+    for fault, (change, words) in faults.items():
+        broken = tmp_path / fault
+        shutil.copytree(folder, broken)
+        key = "mirror_landmark_visible"
+        arrays(lambda d, change=change, key=key: d.update({key: change(d[key])}), points)(broken)
+        write_sums(broken)
+        said = [str(finding) for finding in check_dataset(broken)]
+        assert said
+        assert all(words in line and points in line for line in said), said
+
+
+@pytest.mark.parametrize(("rate", "found"), [(12.5, False), (25.0, True), (120.0, True)])
+def test_a_turn_is_too_fast_by_the_second(rate, found):
+    vectors = np.zeros((3, 3))
+    vectors[2, 1] = 0.7  # 8.75, 17.5 and 84 radians per second
+    poses = [Pose.from_vectors(row, np.zeros(3)) for row in vectors]
+    said = [str(finding) for finding in vector_findings(vectors, poses, rate, "x")]
+    assert ["rotations jump" in line for line in said] == ([True] if found else [])
+
+
+def test_light_that_changes_and_a_mirror_do_not_put_a_video_out_of_step(tmp_path):
+    folder = make_dataset(tmp_path / "dim", 6, mirror=True, lossless=False)
+    for kind in ("albedo", "normals", "flow"):
+        shutil.rmtree(folder / "talk" / "front" / kind)
+    truth = load_view(load_clip(folder / "talk"), folder / "talk" / "front")
+    frames = list(read_frames(truth.video))
+    sights = [look(truth, frame) for frame in range(1, 5)]
+    for gains in ((1.0, 0.7, 0.5, 0.7, 1.0, 0.7), (0.4, 0.6, 0.8, 1.0, 0.8, 0.6)):
+        lit = {k: np.uint8(frame * gains[k]) for k, frame in enumerate(frames)}
+        assert list(time_findings(truth, sights, lit, "video")) == []
+        for late in (1, -1):
+            moved = {k: lit[min(max(k - late, 0), 5)] for k in lit}
+            (said,) = time_findings(truth, sights, moved, "video")
+            assert "is not in step" in said.what
+    black = {k: np.zeros_like(frame) for k, frame in enumerate(frames)}
+    (said,) = time_findings(truth, sights, black, "video")
+    assert "does not look like its labels" in said.what
 
 
 @pytest.mark.parametrize("fault", FAULTS)

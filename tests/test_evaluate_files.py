@@ -25,11 +25,13 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.cli import main
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.evaluate.arkit_csv import read_arkit, timecodes
+from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
 from abs_engine.geometry import FACING, rotations
+from abs_engine.synth.speech import read_livelink
 from abs_engine.systems.inspect.runs import load_run_head
+from abs_engine.truth.timecode import BASES, seconds_since_first
 
 MARKS = slice(48, 68)
 
@@ -215,11 +217,19 @@ def test_another_frame_rate_is_brought_to_the_frames(truth, reference, tmp_path)
     np.testing.assert_allclose(found.surface.weights[:, unit], 0.02 * np.arange(FRAMES), atol=1e-12)
 
 
-def test_timecodes_by_hand(tmp_path):
-    got = timecodes(["01:00:00:00.000", "01:00:01:30.500"], tmp_path)
-    np.testing.assert_allclose(got, [3600, 3601 + 30.5 / 48])  # 48: the least rate above 30.5
-    with pytest.raises(InputFileError, match=r"hh:mm:ss:ff\.fff"):
-        timecodes(["1:2:3"], tmp_path)
+def test_both_readers_of_face_units_have_one_clock(truth, reference, tmp_path):
+    """The same file is scored and played at the same times, whatever its timecodes count."""
+    heading, rows = arkit_rows(truth)
+    for base in BASES:
+        codes = [f"23:59:{58 + k // base:02d}:{k % base:02d}.000" for k in range(2 * base)]
+        codes += [f"00:00:{k // base:02d}:{k % base:02d}.000" for k in range(2 * base)]
+        lines = [[code, *rows[k % len(rows)][1:]] for k, code in enumerate(codes)]
+        path = write_csv(tmp_path / f"{base}.csv", heading, lines)
+        times = read_livelink(path).times
+        np.testing.assert_allclose(times, np.arange(4 * base) / base, atol=1e-9)
+        np.testing.assert_array_equal(seconds_since_first(codes, path), times)
+        with pytest.raises(ParameterError, match=f"lasts {times[-1]:.2f} s"):
+            arkit(path, reference)
 
 
 def _without(heading, rows, *names):
@@ -377,8 +387,7 @@ def test_a_run_of_another_camera(truth, dataset, tmp_path, capsys, caplog):
     for name, factor, warnings in (("b", 1.19, 0), ("c", 1.21, 1)):
         run = write_run(tmp_path / name, truth, camera_size=size, camera_matrix=matrix * factor)
         assert main(["evaluate", str(run), *words, str(tmp_path / f"{name}-out")]) == 0
-        assert len(caplog.records) == warnings
-    assert "focal length" in caplog.text
+        assert caplog.text.count("focal length") == warnings
 
 
 def test_a_run_without_its_camera_is_no_model(truth, tmp_path):

@@ -119,7 +119,9 @@ def test_spikes_and_closures_of_a_run(truth, run):
     n = int(truth.closed.sum())
     missed = int(truth.closed[at])
     assert scores["closure"]["recall"] == pytest.approx((n - missed) / n)
-    said = score(run | {"closed": np.ones(FRAMES, bool)}, truth)
+    always = np.ones(FRAMES, bool)
+    assert score(run | {"closed": always}, truth)["closure"] == scores["closure"]  # its own word
+    said = score(run, truth, (always, truth.closed))
     assert said["closure"] == {"precision": pytest.approx(n / FRAMES), "recall": 1}
 
 

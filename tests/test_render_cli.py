@@ -251,9 +251,36 @@ def write_small(path: Path, size: tuple[int, int] = (32, 24)) -> None:
         writer.write(np.zeros((size[1], size[0], 3), np.uint8))
 
 
-def test_a_run_whose_video_is_elsewhere(fails, place, tmp_path):
+def test_a_run_whose_video_is_elsewhere(render, fails, place, tmp_path):
     run = write_run(tmp_path / "alone")
-    assert "is not beside the run" in fails("overlay", run)
+    line = fails("overlay", run)
+    assert "is not beside the run" in line
+    assert "--video FILE, or its dataset with --truth DIR" in line
+    assert (render("overlay", run, "--truth", place / "data") != 255).any()
+
+
+def test_what_has_no_effect_on_a_run_is_refused(fails, place):
+    run, data = place / "run", place / "data"
+    assert "--person does not go with RUN" in fails("classes", run, "--person", "kofi")
+    assert "--unit does not go with --truth" in fails("ids", "--truth", data, "--unit", "jawOpen=1")
+    assert "--turn does not go with RUN" in fails("depth", run, "--turn", 30)
+    error = "error", run, "--truth", data
+    assert "--person does not go with RUN" in fails(*error, "--person", "kofi")
+
+
+def test_a_wrong_person_is_told_before_a_renderer_is_opened(fails, monkeypatch):
+    def opened(*_):
+        raise AssertionError("a renderer was opened")
+
+    monkeypatch.setattr("abs_engine.render.select.open_renderer", opened)
+    for kind in ("portrait", "nomogram", "classes"):
+        assert "did you mean 'clara'?" in fails(kind, "--person", "clra")
+
+
+def test_modes_show_the_mouth(render):
+    mouth = render("nomogram", "--modes", 1, "--columns", 2, "--size", 40, 48, name="m.png")
+    head = "nomogram", "--modes", 1, "--columns", 2, "--size", 40, 48, "--crop", "head"
+    assert (mouth != render(*head, name="h.png")).any()
 
 
 def test_every_kind_says_what_it_takes():

@@ -4,36 +4,23 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 import re
 
-import cv2
 import numpy as np
 import pytest
 import reported
 
 from abs_engine.cli import main
-from abs_engine.errors import OutputError, ParameterError, VideoError
-from abs_engine.evaluate.report.colours import bar_colours, clay_colours, scale_end
-from abs_engine.evaluate.report.embed import packed, packed_motion, script_json
-from abs_engine.evaluate.report.film import mouth_picture, shorten, worst_frames
-from abs_engine.evaluate.report.motion import LARGEST_ERROR_MM, LinearMotion, compress
+from abs_engine.errors import OutputError, ParameterError
 from abs_engine.systems import reporting
 from abs_engine.systems.reporting import ReportOptions, write_report
-
-KINDS = {"f4": "<f4", "i2": "<i2", "u1": "u1", "u4": "<u4", "f8": "<f8"}
-
-
-def unpacked(told):
-    raw = base64.b64decode(told["data"])
-    return np.frombuffer(raw, KINDS[told["kind"]]).reshape(told["shape"])
 
 
 def plotted(told):
     """An array of a plotly figure."""
     if isinstance(told, list):
         return np.array(told)
-    return np.frombuffer(base64.b64decode(told["bdata"]), KINDS[told["dtype"]])
+    return np.frombuffer(base64.b64decode(told["bdata"]), {"f4": "<f4", "f8": "<f8"}[told["dtype"]])
 
 
 @pytest.fixture(scope="module")
@@ -56,100 +43,13 @@ def page(folder):
 
 @pytest.fixture(scope="module")
 def told(page):
-    return json.loads(
-        re.search(r'<script type="application/json" id="data">(.*?)</script>', page)[1]
-    )
+    return reported.told_by(page)
 
 
-def test_a_motion_comes_back_within_the_largest_error():
-    rng = np.random.default_rng(1)
-    paths = rng.normal(size=(20, 3)) @ rng.normal(size=(3, 120)) * 5
-    frames = (50 + paths + rng.normal(size=paths.shape) * 0.01).reshape(20, 40, 3)
-    motion = compress(lambda k: frames[k], 20)
-    assert len(motion.modes) == 3  # what was put in; the noise is below the limit
-    found = np.array([motion.vertices(k) for k in range(20)])
-    assert np.abs(found - frames).max() < LARGEST_ERROR_MM
-
-
-def test_lost_frames_of_a_motion_stay_lost():
-    frames = np.random.default_rng(2).normal(size=(5, 4, 3))
-    frames[3] = np.nan
-    motion = compress(lambda k: frames[k], 5)
-    assert np.isnan(motion.weights).all(axis=1).tolist() == [False, False, False, True, False]
-    assert np.allclose(motion.vertices(4), frames[4], atol=LARGEST_ERROR_MM)
-
-
-@pytest.mark.parametrize("value", [0.0, np.nan])
-def test_a_motion_that_stands_still_or_is_never_seen(value):
-    motion = compress(lambda _: np.full((4, 3), value), 3)
-    assert motion.modes.shape == (1, 4, 3)
-    assert np.isnan(motion.weights).all() == np.isnan(value)
-
-
-def test_sixteen_bits_are_fine_enough_for_a_mesh():
-    rng = np.random.default_rng(3)
-    motion = LinearMotion(
-        rng.normal(size=(9, 3)).astype("f4") * 100,
-        rng.normal(size=(4, 9, 3)).astype("f4") * 10,
-        rng.uniform(0, 1, (6, 4)).astype("f4"),
-    )
-    told = packed_motion(motion)
-    modes, weights = (unpacked(told[k]).astype(float) for k in ("modes", "weights"))
-    found = unpacked(told["mean"]) + np.tensordot(weights, modes, 1)
-    assert np.abs(found - [motion.vertices(k) for k in range(6)]).max() < 0.01
-    assert not unpacked(told["lost"]).any()
-
-
-def test_arrays_are_little_endian_and_text_ends_no_script():
-    assert unpacked(packed(np.array([[1.5, -2]], ">f4"))).tolist() == [[1.5, -2]]
-    text = script_json({"a": "</script><!--\u2028"})
-    assert "<" not in text
-    assert json.loads(text) == {"a": "</script><!--\u2028"}
-
-
-def test_worst_frames_keep_apart():
-    errors = np.array([1, 9, 8.5, 2, np.nan, 3, 7, 0])
-    assert worst_frames(errors, 3, 2) == [1, 6, 3]
-    assert worst_frames(errors, 9, 1) == [1, 2, 6, 5, 3, 0, 7]
-    assert worst_frames(np.full(3, np.nan), 2, 1) == []
-
-
-def test_a_contour_is_drawn_where_it_lies():
-    picture = np.zeros((200, 200, 3), np.uint8)
-    square = np.array([[80.0, 90], [120, 90], [120, 110], [80, 110]])
-    coded = np.frombuffer(mouth_picture(picture, [(square, "#ff0000")], square), np.uint8)
-    drawn = cv2.imdecode(coded, cv2.IMREAD_COLOR)[..., ::-1]
-    height, width = drawn.shape[:2]
-    y, x = np.nonzero(drawn[..., 0] > 128)
-    # the square lies in the middle and takes 1 / 1.7 of the width
-    assert (x.min() + x.max()) / 2 == pytest.approx((width - 1) / 2, abs=1.5)
-    assert (y.min() + y.max()) / 2 == pytest.approx((height - 1) / 2, abs=1.5)
-    assert x.max() - x.min() == pytest.approx(width / 1.7, abs=4)
-    assert drawn[..., 2].max() < 100
-
-
-def test_a_film_is_cut_and_made_smaller():
-    pictures = [np.full((600, 1280, 3), 10 * k, np.uint8) for k in range(6)]
-    film, kept = shorten(iter(pictures), 25.0, 3, {4})
-    assert film.size == (1280, 600)
-    assert kept.keys() == {4}
-    assert kept[4].max() == 40
-    with pytest.raises(VideoError, match="the video has 6 frames"):
-        shorten(iter(pictures), 25.0, 7, ())
-
-
-def test_the_scale_of_errors_ends_at_a_round_number():
-    assert scale_end([np.linspace(0, 3.1, 100)]) == 4.0
-    assert scale_end([np.array([0.017, np.nan])]) == pytest.approx(0.02)
-    assert scale_end([]) == 1.0
-    assert bar_colours().shape == (256, 3)
-
-
-def test_lips_and_skin_have_their_colours():
-    faces, classes = np.array([[0, 1, 2], [2, 3, 4]]), np.array([0, 1])
-    found = clay_colours(faces, classes, ("skin", "upper_lip"), 5)
-    assert (found[2] == found[3]).all()
-    assert (found[0] != found[3]).any()
+@pytest.fixture(scope="module")
+def unpacked(page):
+    store = reported.part_of(page, "arrays")
+    return lambda told: reported.unpacked(told, store)
 
 
 def test_error_curves_are_the_known_errors(told):
@@ -184,13 +84,13 @@ def test_true_closures_are_shaded(told):
         assert within == closed[frame]
 
 
-def test_the_error_on_the_face_is_the_shift(told):
+def test_the_error_on_the_face_is_the_shift(told, unpacked):
     maps = {head["name"]: head["map"] for head in told["heads"]}
     assert maps["truth"] is None
     assert np.allclose(unpacked(maps["shifted"]), reported.SHIFT_MM, atol=2e-2)
 
 
-def test_heads_move_as_they_did(told):
+def test_heads_move_as_they_did(told, unpacked):
     true = reported.truth()
     for head in told["heads"]:
         weights, modes = (unpacked(head["motion"][k]).astype(float) for k in ("weights", "modes"))
@@ -204,7 +104,7 @@ def test_heads_move_as_they_did(told):
     assert [h["name"] for h in told["heads"]] == ["truth", "shifted", "exact"]
 
 
-def test_contours_lie_on_the_true_lips(told):
+def test_contours_lie_on_the_true_lips(told, unpacked):
     true = reported.truth()
     named = {c["name"]: c["loops"] for c in told["contours"]}
     assert set(named) == {"truth", "shifted", "exact", "marks"}
@@ -215,7 +115,7 @@ def test_contours_lie_on_the_true_lips(told):
     assert unpacked(named["marks"][0]).shape == (reported.FRAMES, 12, 2)
 
 
-def test_seams_of_the_texture_are_closed(told):
+def test_seams_of_the_texture_are_closed(told, unpacked):
     weld = unpacked(told["weld"])
     assert len(np.unique(reported.speaker().weld)) == len(np.unique(weld))
 
@@ -239,7 +139,7 @@ def test_the_page_asks_for_nothing_from_outside(page):
     body = page[page.rindex("</head>") :]
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', body)
     assert "default-src 'none'" in page
-    assert len(page) < 15e6
+    assert len(page) < 4e6  # two of it plotly
 
 
 def test_without_truth_there_are_curves_and_heads_but_no_scores(folder):
@@ -258,7 +158,7 @@ def test_a_long_clip_is_played_in_part(folder, monkeypatch):
     write_report([folder / "exact"], out, ReportOptions(folder / "data"))
     page = out.read_text(encoding="utf-8")
     assert f"The first 10 of {reported.FRAMES} frames" in page
-    told = json.loads(re.search(r'id="data">(.*?)</script>', page)[1])
+    told = reported.told_by(page)
     assert told["heads"][0]["motion"]["weights"]["shape"][0] == 10
     assert told["contours"][0]["loops"][0]["shape"][0] == 10
 

@@ -108,6 +108,41 @@ def test_charts_of_all_systems_are_drawn(page):
     assert page.run(count.format("boxes", "trace.boxes")) >= 5 * 2
 
 
+def test_equal_curves_are_told_apart(page):
+    """The exact run lies on the truth: both are seen, and so is a third in the same place."""
+    strokes = page.run("""
+        const rows = document.querySelectorAll('#chart-lips .scatterlayer .js-line');
+        return [...rows].map((r) => [r.style.stroke, r.style.strokeWidth, r.style.strokeDasharray]);
+    """)
+    by_colour = {colour: (float(width[:-2]), dash) for colour, width, dash in strokes}
+    assert len(by_colour) >= 3
+    truth, shifted, exact = list(by_colour.values())[:3]
+    assert truth[0] > shifted[0] + 2 > exact[0] + 2
+    assert exact[1] != shifted[1]
+    legend = "return [...document.querySelectorAll('.legend line')].map((l) => l.outerHTML)"
+    assert len(set(page.run(legend))) == 4
+
+
+def test_contours_on_the_video_have_the_dashes_of_the_curves(page):
+    dashes = page.run("return told.contours.map((one) => one.stroke.dash.join())")
+    assert dashes[:2] == ["", ""]
+    assert len(set(dashes[1:])) == len(dashes) - 1
+
+
+def test_an_old_browser_is_told_so(browser, pages):
+    """What the page does where nothing can be inflated."""
+    asked = """
+        const old = window.DecompressionStream, note = document.querySelector('.too-old');
+        delete window.DecompressionStream;
+        start().then(() => {
+          const seen = !note.hidden;
+          note.hidden = true;
+          window.DecompressionStream = old;
+          done(seen);
+        });"""
+    assert browser.wait(asked)
+
+
 def test_it_plays(page):
     before = canvas(page, ".stage")
     page.run("document.getElementById('play').click()")

@@ -15,6 +15,7 @@ from abs_engine.assets import load_speaker
 from abs_engine.cli import main
 from abs_engine.cli.synth import request_of
 from abs_engine.errors import AbsEngineError, InputFileError, ModelFormatError, ParameterError
+from abs_engine.synth import studio
 from abs_engine.synth.cameras import check_view, lens, stand
 from abs_engine.synth.cast import Cast, person_of
 from abs_engine.synth.look import Light, LightKey
@@ -82,6 +83,19 @@ def test_text_in_quotes_and_odd_characters_comes_back():
     ("text", "words"),
     [
         ("sed = 1", "no key 'sed' (nearest: 'seed')"),
+        ("framerate = 25", "no key 'framerate' (nearest: 'rate')"),
+        ("frame_rate = 25", "no key 'frame_rate' (nearest: 'rate')"),
+        ("fps = 25", "no key 'fps' (nearest: 'rate')"),
+        ("resolution = [64, 48]", "no key 'resolution' (nearest: 'size')"),
+        ("cameras = 1", "no key 'cameras' (nearest: 'camera')"),
+        ('[[clip]]\nperson = "mei"', "no key 'person' (nearest: 'speaker')"),
+        ('[[clip]]\ntext = "m a"', "no key 'text' (nearest: 'say')"),
+        ("[[clip]]\nduration = 3", "no key 'duration' (nearest: 'frames')"),
+        ("[[camera]]\nfov = 40", "no key 'fov' (nearest: 'field_of_view_degrees')"),
+        ("[[camera]]\nfocal_length = 400", "no key 'focal_length' (nearest: 'focal')"),
+        ("[[camera]]\nroll = 3", "no key 'roll' (nearest: 'roll_degrees')"),
+        ("[[camera]]\nlook_at = [0, 0, 0]", "no key 'look_at' (nearest: 'target')"),
+        ("[[camera]]\nxyzzy = 3", "no key 'xyzzy'; keys:"),
         ("[[camera]]\nfocl = 3.0", "camera 1 has no key 'focl' (nearest: 'focal')"),
         ('[[camera]]\nname="side"\nsensor={blurr=1}', "camera 'side', sensor has no key 'blurr'"),
         ('labels = ["normals", "albdo"]', "labels 2 is 'albdo' (nearest: 'albedo')"),
@@ -157,6 +171,41 @@ def test_what_cannot_be_filmed_is_one_line(speaker, text, words):
         plan(speaker, text if "[[clip]]" in text else f"{text}\n[[clip]]\nframes = 3\n")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_people_are_asked_for_before_anything_is_worked_out(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(studio, "plan_clip", lambda *_: pytest.fail("a clip was worked out"))
+    for text, words in (
+        ('[[clip]]\n[[clip]]\nspeaker = "klara"', "clip 'clip-2': there is no person 'klara' "),
+        ("[[clip]]\n[[speaker]]\nname = 'a'\nbase = 'b'", "a: there is no person 'b' to start"),
+        ("[[clip]]\n[[speaker]]\nname = 'a'\nidentity = { chin = 1.0 }", "no shape target 'chin'"),
+        ("[[clip]]\n[[speaker]]\nname = 'a'\nskin = 'blue'", "no skin tone 'blue'"),
+    ):
+        scene = tmp_path / "scene.toml"
+        scene.write_text(HEAD + text)
+        assert main(["synth", str(scene), "-o", str(tmp_path / "out")]) == 2
+        assert words in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.toml"]
+
+
+@pytest.mark.parametrize(
+    ("say", "told"),
+    [
+        ("_ hello _ world", ["'hello' as h e l l o", "'world' as w o r l d"]),
+        ("the cat sat", ["'the' as t h e", "'cat' as c a t"]),
+        ("Bob met a few wolves", ["'few' as f e w", " and 1 more"]),
+        ("h @ l @U _ m A: m A: _", []),
+        ('"b{d pul f(0.2)', []),
+        ("m a p a", []),
+    ],
+)
+def test_words_in_ordinary_spelling_are_not_read_in_silence(speaker, caplog, say, told):
+    plan(speaker, f"[[clip]]\nsay = '{say}'")
+    said = "\n".join(record.getMessage() for record in caplog.records)
+    assert bool(said) == bool(told)
+    assert all(words in said for words in told), said
+    assert len(caplog.records) <= 1
+    assert not told or "clip 'clip-1' reads" in said
 
 
 def test_the_command_line_says_it_in_one_line_with_status_2(tmp_path, capsys):

@@ -7,10 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from trimesh.triangles import closest_point
 
 from abs_engine.assets import load_speaker
 from abs_engine.errors import ParameterError
-from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+from abs_engine.synth.contact import widest_gap
+from abs_engine.synth.people import neutral as shape
+from abs_engine.synth.people import random_person
 from abs_engine.synth.sequence import deform
 from abs_engine.synth.speech import articulate, parse_phonemes
 from abs_engine.synth.speech.chart import IPA
@@ -18,10 +21,14 @@ from abs_engine.synth.speech.contact import ContactSolver
 from abs_engine.synth.speech.dominance import Score, blend
 from abs_engine.synth.speech.lips import Lips, tooth_gap
 from abs_engine.synth.speech.targets import ARTICULATORS, goals
+from abs_engine.truth.codec import CLOSED_BELOW
 
 PEOPLE = ("clara", "kofi", "mei", "walter", "amara", "ravi")
 SPEAKER = load_speaker()
 UNIT = {name: index for index, name in enumerate(SPEAKER.unit_names)}
+TOUCHING = 0.25
+"""mm between the lower lip and the upper teeth, the median along them."""
+
 OPEN_VOWELS = set("aɑɒæɐɔɛœ")
 
 # Short and long closures, clusters, and rounded and spread neighbours; the phases of the frames
@@ -162,13 +169,83 @@ def test_bilabials_close_and_labiodentals_touch_in_everybody(person, text, rate)
         held = np.flatnonzero((times >= contact.start) & (times <= contact.end))
         assert len(held)
         vertices = [neutral(person) + deform(SPEAKER, speech.weights[frame]) for frame in held]
-        assert max(tooth_gap(SPEAKER, v) for v in vertices) < 1.0
+        assert max(tooth_gap(SPEAKER, v) for v in vertices) < TOUCHING
         assert gaps[held].min() > 1.5
     long = [i for i in speech.intervals if i.label[0] in OPEN_VOWELS and i.end - i.start > 0.08]
     assert len(long) >= 2
     for interval in long:
         frame = int(np.abs(times - (interval.start + interval.end) / 2).argmin())
         assert gaps[frame] > 3.0, interval
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_labiodentals_touch_in_people_drawn_by_chance(seed):
+    drawn = shape(SPEAKER, random_person(SPEAKER, np.random.default_rng(seed)))
+    speech = articulate(SPEAKER, drawn, parse_phonemes("_(0.1) fi vu aFa pOf mivO _"), 25.0)
+    times = np.arange(len(speech)) / 25
+    seen = {"lips": 0, "teeth": 0}
+    for contact in speech.contacts:
+        held = np.flatnonzero((times >= contact.start) & (times <= contact.end))
+        for frame in held:
+            vertices = drawn + deform(SPEAKER, speech.weights[frame])
+            seen[contact.kind] += 1
+            if contact.kind == "lips":
+                assert widest_gap(SPEAKER, vertices) < CLOSED_BELOW
+                continue
+            assert tooth_gap(SPEAKER, vertices) < TOUCHING
+            assert frame != held[0] or depth_in_teeth(vertices) < 0.3
+    assert seen["teeth"] >= 5
+    assert seen["lips"] >= 2
+
+
+@pytest.mark.parametrize("person", PEOPLE)
+def test_the_lip_does_not_go_through_the_teeth(person):
+    solver = ContactSolver(lips(person), SPEAKER.unit_names)
+    for symbol in "fvɱ":
+        bitten = neutral(person) + deform(SPEAKER, solver.bite(posture(symbol)))
+        assert depth_in_teeth(bitten) < 0.3
+        off = lips(person).tooth_gaps(solver.bite(posture(symbol)))[0]
+        assert off.max() < 0.5  # neither end of the teeth stands deep in the lip
+
+
+def test_depth_in_teeth_by_hand():
+    moved, edge = neutral("clara").astype(np.float64), lips("clara").incisors[5]
+    assert depth_in_teeth(moved) == 0.0
+    red = np.unique(SPEAKER.faces[SPEAKER.facet_class == SPEAKER.class_id("lower_lip")])
+    middle = red[np.linalg.norm(moved[red] - edge, axis=1).argmin()]
+    # The teeth are 1.4 mm thick there.
+    moved[red] += edge - moved[middle] + np.array([0, 1.5, -0.4])
+    assert depth_in_teeth(moved) > 0.3
+
+
+def cross(one, other):
+    """Of vectors (..., 2)."""
+    return one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+
+
+def depth_in_teeth(vertices):
+    """How deep (mm) a point of the lower lip's red is between the teeth's front and their back."""
+    vertices = vertices.astype(np.float64)
+    teeth, lip = (
+        vertices[SPEAKER.faces[SPEAKER.facet_class == SPEAKER.class_id(name)]]
+        for name in ("upper_teeth", "lower_lip")
+    )
+    share = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4
+    points = np.einsum("sc,fcx->fsx", share, lip).reshape(-1, 3)
+    points = points[(np.abs(points[:, 0]) < 6) & (points[:, 1] > teeth[..., 1].min())]
+    (a, b, c), z = (teeth[:, k, :2] for k in range(3)), teeth[..., 2]
+    area = cross(b - a, c - a)
+    flat = np.abs(area) > 1e-9
+    deepest = 0.0
+    for point in points:
+        along = cross(point[:2] - a, c - a), cross(b - a, point[:2] - a)
+        u, w = (part[flat] / area[flat] for part in along)
+        met = (u >= 0) & (w >= 0) & (u + w <= 1)
+        at = (z[flat, 0] + u * (z[flat, 1] - z[flat, 0]) + w * (z[flat, 2] - z[flat, 0]))[met]
+        if len(at) and at.min() < point[2] < at.max():
+            place = closest_point(teeth, np.broadcast_to(point, (len(teeth), 3)))
+            deepest = max(deepest, np.linalg.norm(place - point, axis=1).min())
+    return deepest
 
 
 @pytest.mark.parametrize("person", PEOPLE)

@@ -8,6 +8,7 @@ import pytest
 from abs_engine.assets import load_speaker
 from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.synth.speech import play_recording, read_livelink
+from abs_engine.truth.timecode import seconds_since_first
 
 UNITS = ("jawOpen", "mouthClose")
 HEADER = "Timecode,BlendShapeCount,MouthClose,JawOpen,HeadYaw,HeadPitch,HeadRoll,LeftEyeYaw"
@@ -23,9 +24,9 @@ def test_samples_are_joined_by_straight_lines(tmp_path):
     # Three samples at 0, 1/10 and 3/10 s of a 60 Hz timecode; frames at 0, 0.05, ... 0.3 s.
     path = written(
         tmp_path,
-        "10:00:00:30.000,61,0.0,0.2,0,0,0,9",
-        "10:00:00:36.000,61,0.4,0.4,0.1,0,0,9",
-        "10:00:00:48.000,61,0.0,1.4,0.1,0,0,9",
+        "10:00:00:33.000,61,0.0,0.2,0,0,0,9",
+        "10:00:00:39.000,61,0.4,0.4,0.1,0,0,9",
+        "10:00:00:51.000,61,0.0,1.4,0.1,0,0,9",
     )
     recording = read_livelink(path)
     np.testing.assert_allclose(recording.times, [0, 0.1, 0.3], atol=1e-9)
@@ -60,6 +61,17 @@ def test_the_timecode_counts_at_the_smallest_usual_rate(tmp_path):
     path = written(tmp_path, *rows, "00:00:00:12,61,0,0,0,0,0,0")  # past midnight
     np.testing.assert_allclose(read_livelink(path).times, [0, 0.5, 23 / 24, 1.5])
     np.testing.assert_allclose(read_livelink(path, 30).times[1:3], [0.4, 23 / 30])
+
+
+def test_timecodes_by_hand(tmp_path):
+    got = seconds_since_first(["01:00:00:00.000", "01:00:01:30.500"], tmp_path)
+    np.testing.assert_allclose(got, [0, 1 + 30.5 / 48])  # 48: the least rate above 30.5
+    got = seconds_since_first([" 1:0:0:0", "1:0:0:150 ", "1:0:1:0"], tmp_path)
+    np.testing.assert_allclose(got, [0, 150 / 151, 1])  # of no usual rate
+    night = seconds_since_first(["23:59:59:0", "00:00:00:0"], tmp_path)
+    np.testing.assert_allclose(night, [0, 1])
+    with pytest.raises(InputFileError, match=r"line 3 .*'1:2:3' is no timecode.*hh:mm:ss:ff\.fff"):
+        seconds_since_first(["1:2:3:4", "1:2:3"], tmp_path)
 
 
 @pytest.mark.parametrize(

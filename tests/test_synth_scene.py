@@ -229,10 +229,11 @@ def test_every_p_b_and_m_of_the_shipped_speech_is_a_contact():
     """The plan's own mesh: what is filmed is neutral + offsets of these weights."""
     from abs_engine.assets import load_speaker
     from abs_engine.synth.cast import Cast
-    from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+    from abs_engine.synth.contact import widest_gap
     from abs_engine.synth.resolve import plan_clip
     from abs_engine.synth.scenefile import complete
     from abs_engine.synth.sequence import deform
+    from abs_engine.truth.codec import CLOSED_BELOW
 
     speaker = load_speaker()
     scene = complete(read_scene(ROOT / "assets" / "scenes" / "speech.toml"))

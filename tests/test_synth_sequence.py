@@ -10,9 +10,11 @@ import pytest
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
-from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.sequence import articulate, deform, say
+from abs_engine.synth.speech.lips import tooth_gap
 from abs_engine.synth.visemes import SENTENCES, VISEMES, parse
+from abs_engine.truth.codec import CLOSED_BELOW
 
 CAMERA = Camera.ideal((320, 240))
 CLOSED = {"rest", "p", "m"}
@@ -60,6 +62,17 @@ def test_labels_come_from_the_mesh(speaker, sentence):
         assert sequence.closed[frame] == (gap(speaker, "mei", row) < CLOSED_BELOW)
     assert 0.1 < sequence.closed.mean() < 0.8
     assert {sequence.visemes[i] for i in np.flatnonzero(sequence.closed)} & CLOSED
+
+
+@pytest.mark.parametrize("person", ["clara", "kofi", "mei"])
+def test_the_lower_lip_touches_the_teeth_in_every_f_and_v(speaker, person):
+    sequence = say("_ a f o v i _", speaker, person, CAMERA)
+    middles = [(start + end) / 2 for name, start, end in sequence.intervals if name == "f"]
+    assert len(middles) == 2
+    for middle in middles:
+        weights = sequence.weights[round(middle * sequence.rate)]
+        vertices = speaker.named(person) + deform(speaker, weights)
+        assert tooth_gap(speaker, vertices) < 0.25
 
 
 def test_every_closure_of_the_script_happens(speaker):

@@ -200,8 +200,10 @@ GOOD = json.loads(camera_json(SIDE))
 def test_bad_camera_files(tmp_path, text, error, words):
     path = tmp_path / "camera.json"
     path.write_text(text)
-    with pytest.raises(error, match=words):
+    with pytest.raises(error, match=words) as caught:
         load_camera(path)
+    assert str(path) in caught.value.problem
+    assert "dataset again" not in caught.value.remedy  # the user may have written it
     path.unlink()
     with pytest.raises(InputFileError, match="does not exist"):
         load_camera(path)

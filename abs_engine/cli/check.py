@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 
 from abs_engine.cli.progress import Progress
+from abs_engine.errors import InputFileError
 
 CLEAN, FAULTY = 0, 1
 _FRAMES = 40
@@ -26,6 +29,7 @@ def check(chosen: Namespace) -> int:
     """Verify a dataset; print what is wrong, one finding a line."""
     from abs_engine.evaluate.check import check_dataset
 
+    _check_whole(chosen.dataset)
     with Progress("checking") as progress:
         progress.announce("checksums")
         found = check_dataset(chosen.dataset, frames=chosen.frames or None, progress=progress)
@@ -33,6 +37,21 @@ def check(chosen: Namespace) -> int:
         print(finding)
     print("nothing wrong" if not found else f"{len(found)} findings")
     return FAULTY if found else CLEAN
+
+
+def _check_whole(folder: Path) -> None:
+    """Raise `InputFileError` for a clip or a camera of a dataset, which is checked as a whole."""
+    from abs_engine.truth import codec
+
+    if (folder / codec.DATASET).is_file():
+        return
+    for root in folder.resolve().parents[:3]:
+        if (root / codec.DATASET).is_file():
+            shown = min(str(root), os.path.relpath(root), key=len)
+            raise InputFileError(
+                f"{folder} is a part of the dataset {shown}, which is checked as a whole",
+                f"type 'abs-engine check {shlex.quote(shown)}'",
+            )
 
 
 def _frames(text: str) -> int:

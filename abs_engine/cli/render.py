@@ -15,7 +15,7 @@ KINDS = {
     "postures": "the face units, each alone",
     "nomogram": "rows of a face unit or a mode (--modes, or RUN's) from low to high",
     "turntable": "a posture from all sides",
-    "overlay": "the tracked head of RUN over its video",
+    "overlay": "the tracked head of RUN over its video; --truth or --video say where that is",
     "ids": "facet ids, of a posture, of RUN or of --truth; also classes, depth, normals",
     "classes": "classes of facets",
     "depth": "depth in mm",
@@ -43,7 +43,8 @@ def add_render(command: argparse.ArgumentParser) -> None:
     add("--unit", action="append", default=[], metavar="NAME=WEIGHT", type=_unit, dest="units",
         help="a face unit of the posture, such as jawOpen=0.4; may be repeated")  # fmt: skip
     add("--palette", choices=("colour", "clay", "classes"), help="of what surface the head is")
-    add("--crop", choices=("head", "mouth"), default="head", help="what is shown (default: head)")
+    add("--crop", choices=("head", "mouth"),
+        help="what is shown (default: the mouth for modes, else the head)")  # fmt: skip
     add("--size", type=_count, nargs=2, metavar=("WIDTH", "HEIGHT"), help="of one picture, pixels")
     add("--turn", type=float, default=0.0, metavar="DEGREES", help="to the head's left")
     add("--views", type=_count, metavar="N", help="of a turntable (default: 8; 100 as MP4)")
@@ -62,10 +63,11 @@ def add_render(command: argparse.ArgumentParser) -> None:
 
 
 def request_of(chosen: Namespace) -> Request:
-    """What was typed, as a request."""
+    """What was typed, as a request; a wrong name is told before anything is opened."""
+    from abs_engine.systems.inspect.body import check_person
     from abs_engine.systems.inspect.request import Request
 
-    return Request(
+    request = Request(
         kind=chosen.kind,
         output=chosen.output,
         run=chosen.run_folder,
@@ -75,6 +77,9 @@ def request_of(chosen: Namespace) -> Request:
         limits=None if chosen.limits is None else tuple(chosen.limits),
         **{name: getattr(chosen, name) for name in _AS_TYPED},
     )
+    if request.run is None and request.truth is None:
+        check_person(request.person, request.speaker)
+    return request
 
 
 _AS_TYPED = (

@@ -25,6 +25,8 @@ def add_arguments(command: ArgumentParser) -> None:
         "--truth", type=Path, metavar="DIR",
         help="what 'synth -o' made, or DATASET/CLIP/CAMERA; without it nothing is scored",
     )  # fmt: skip
+    command.add_argument("--clip", metavar="NAME", help="of the dataset, where it has several")
+    command.add_argument("--camera", metavar="NAME", help="of the clip, where it has several")
     command.add_argument(
         "--video", type=Path, metavar="FILE",
         help="the video that was tracked (default: the truth's, or that beside the run)",
@@ -40,7 +42,14 @@ def report(chosen: Namespace) -> int:
 
     from abs_engine.systems.reporting import ReportOptions, write_report
 
-    options = ReportOptions(chosen.truth, chosen.video, chosen.seed, _command_line(chosen))
+    options = ReportOptions(
+        truth=chosen.truth,
+        clip=chosen.clip,
+        camera=chosen.camera,
+        video=chosen.video,
+        seed=chosen.seed,
+        command=_command_line(chosen),
+    )
     with Progress("report") as progress:
         write_report(chosen.results, chosen.output, options, progress.announce)
     print(f"wrote {chosen.output}; open it in a browser")
@@ -49,7 +58,7 @@ def report(chosen: Namespace) -> int:
 
 def _command_line(chosen: Namespace) -> str:
     words = ["abs-engine", "report", *map(str, chosen.results)]
-    for name in ("truth", "video", "output"):
+    for name in ("truth", "clip", "camera", "video", "output"):
         value = getattr(chosen, name)
         words += [f"--{name}", str(value)] if value is not None else []
     words += ["--seed", str(chosen.seed)] if chosen.seed else []

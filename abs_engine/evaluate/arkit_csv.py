@@ -27,13 +27,10 @@ from abs_engine.evaluate.estimate import (
     PointTrack,
 )
 from abs_engine.evaluate.landmark_csv import Reference
+from abs_engine.truth.timecode import seconds_since_first
 
 FloatArray = NDArray[np.float64]
 HEAD = ("headyaw", "headpitch", "headroll")
-TICKS = (24, 25, 30, 48, 50, 60, 120)
-"""Frames a second that timecodes count."""
-
-DAY = 86400.0
 DRIFT = 0.002
 """Share by which timecodes may be off: they count 30 frames where 29.97 are taken in a second."""
 
@@ -84,6 +81,7 @@ def read_arkit(
         turned="camera",
         curves=curves,
         closed=np.asarray(curves["aperture"] < CLOSED_APERTURE),
+        closed_by="aperture",
         surface=surface,
     )
 
@@ -110,8 +108,7 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
     remedy = "give a row for each frame, or timecodes that cover the clip"
     if "timecode" not in table.columns:
         raise ParameterError(problem, remedy)
-    times = timecodes(table.text("timecode"), table.path)
-    times = times - times[0]
+    times = seconds_since_first(table.text("timecode"), table.path)
     wanted = np.arange(clip.frames) / clip.rate
     if (np.diff(times) <= 0).any() or abs(times[-1] - wanted[-1]) > 1.5 / clip.rate:
         raise ParameterError(f"{problem}, and lasts {times[-1]:.2f} s", remedy)
@@ -125,34 +122,12 @@ def _check_duration(table: Table, clip: Reference) -> None:
     cells = table.text("timecode") if "timecode" in table.columns else []
     if wanted < 1 or not all(cells) or not cells:
         return  # within a second the timecodes do not show how many frames they count
-    times = timecodes(cells, table.path)
-    lasts = float(times[-1] - times[0]) % DAY
+    lasts = float(seconds_since_first(cells, table.path)[-1])
     if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
         raise ParameterError(
             f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",
             "give results for this very clip",
         )
-
-
-def timecodes(cells: Sequence[str], path: Path) -> FloatArray:
-    """Timecodes ``hh:mm:ss:ff.fff`` in seconds, (N,).
-
-    Frames are parts of a second by the smallest usual rate above the largest frame number.
-
-    Raises
-    ------
-    InputFileError
-        If one is none.
-    """
-    try:
-        parts = np.array([[float(part) for part in cell.split(":")] for cell in cells])
-        hours, minutes, seconds, ticks = parts.T
-    except ValueError as error:
-        raise InputFileError(
-            f"the Timecode of {path} is not hh:mm:ss:ff.fff", "write it so in every row"
-        ) from error
-    base = next((rate for rate in TICKS if rate > ticks.max()), TICKS[-1])
-    return np.asarray(3600 * hours + 60 * minutes + seconds + ticks / base)
 
 
 def _rotations(angles: FloatArray) -> FloatArray:

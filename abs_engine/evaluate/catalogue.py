@@ -96,8 +96,15 @@ def _curve(key: str, name: str) -> list[Metric]:
 
 CLOSURE = (
     f". Closed is a widest gap between the lips below {CLOSED_BELOW} mm, of the truth and of every "
-    "system with a mesh; of others, what they say, or points 62 and 66 less than "
-    f"{CLOSED_APERTURE} mm apart, which perfect landmarks do not meet perfectly"
+    "system with a mesh. Of a system without one, what it says itself, against the same truth; or, "
+    f"where it says nothing, points 62 and 66 less than {CLOSED_APERTURE:g} mm apart, against the "
+    "truth's own points 62 and 66, measured alike: in mm after the stable landmarks are laid on "
+    "the person at rest, or in the picture with the distance of the eyes as the ruler"
+)
+
+VISIBLE = (
+    ", as `landmark_visible` of the truth says: in the picture with nothing before them, or in a "
+    "fold of the lips that is seen within 1.5 mm"
 )
 
 METRICS: tuple[Metric, ...] = (
@@ -126,12 +133,24 @@ METRICS: tuple[Metric, ...] = (
         "camera coordinates are projected by the true camera",
     ),
     Metric(
+        "landmarks_visible_rms_px",
+        "68 landmarks that are seen, picture, RMS",
+        "px",
+        f"the same over the points that the camera sees in each frame{VISIBLE}",
+    ),
+    Metric(
         "landmarks_nme",
         "68 landmarks, over distance of eyes",
         "share",
         "mean distance over the true distance of points 36 and 45 (Sagonas et al. 2016)",
     ),
     Metric("lips_rms_px", "lip landmarks, picture, RMS", "px", "the same for points 48 to 67"),
+    Metric(
+        "lips_visible_rms_px",
+        "lip landmarks that are seen, picture, RMS",
+        "px",
+        f"for those of points 48 to 67 that the camera sees in each frame{VISIBLE}",
+    ),
     Metric("lips_nme", "lip landmarks, over distance of eyes", "share", "for points 48 to 67"),
     *(metric for key, name in CURVES.items() for metric in _curve(key, name)),
     Metric(

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.evaluate.check.speech import lip_edges, widest_gap
+from abs_engine.assets import LIPS_OF_68
 from abs_engine.evaluate.estimate import Estimate, PointTrack, Surface
-from abs_engine.evaluate.measures import LIPS_OF_68, both_spaces
+from abs_engine.evaluate.measures import both_spaces
 from abs_engine.truth import Truth
 from abs_engine.truth.codec import CLOSED_BELOW
+from abs_engine.truth.lip_gap import lip_edges, widest_gap
 
 FloatArray = NDArray[np.float64]
 LIPS = ("upper_lip", "lower_lip")
@@ -47,7 +48,7 @@ def complete(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None)
         estimate = replace(estimate, pixels=_pixels(estimate, truth, landmark_68))
     if estimate.surface is not None and set(LIPS) <= set(truth.class_names):
         closed = closed_on_mesh(estimate.surface, truth, np.flatnonzero(estimate.found).tolist())
-        estimate = replace(estimate, closed=closed)
+        estimate = replace(estimate, closed=closed, closed_by="mesh")
     return estimate
 
 

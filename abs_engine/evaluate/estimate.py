@@ -18,7 +18,9 @@ NORMAL_95 = 1.959963984540054
 """Half the width of a normal distribution's central 95 %, in standard deviations."""
 
 CLOSED_APERTURE = 1.0
-"""A result that does not say which frames are closed is closed below this aperture, mm."""
+"""Where only landmarks tell, lips are closed below this aperture, mm, of result and truth alike."""
+
+ClosedBy = Literal["own", "mesh", "aperture", "picture"]
 
 
 class Surface(Protocol):
@@ -74,6 +76,9 @@ class Estimate:
         Measured along the axes of the head frame, or after the stable landmarks of each frame were
         laid on the person at rest (`landmark_curves`); the truth's are then measured so, too.
     closed : (T,) bool, optional
+    closed_by : {"own", "mesh", "aperture", "picture"}
+        Whether `closed` is the system's own word, or measured on its mesh, on its aperture, or on
+        its landmarks in the picture; see `closing.closures`.
     pixels : (T, 68, 2) float64, optional
         Landmarks in the picture; NaN for points that are not given.
     intervals : mapping of str to (lower, upper)
@@ -91,6 +96,7 @@ class Estimate:
     curves: Mapping[str, FloatArray] = field(default_factory=dict)
     curves_on: Literal["axes", "rest"] = "axes"
     closed: NDArray[np.bool_] | None = None
+    closed_by: ClosedBy = "own"
     pixels: FloatArray | None = None
     intervals: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
     surface: Surface | None = None
@@ -181,6 +187,7 @@ def of_run(
         translations=np.asarray(run["translation"], np.float64),
         curves={"aperture": aperture, "width": np.asarray(run["width"], np.float64)},
         closed=np.asarray(run["closed"], bool) if "closed" in run else aperture < CLOSED_APERTURE,
+        closed_by="own" if "closed" in run else "aperture",
         intervals=_intervals(run),
         surface=surface,
     )

@@ -27,8 +27,9 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.evaluate import metrics
+from abs_engine.evaluate.closing import closed_in_picture, narrow
 from abs_engine.evaluate.csv_table import Table, read_table
-from abs_engine.evaluate.estimate import CLOSED_APERTURE, Estimate, PointTrack
+from abs_engine.evaluate.estimate import ClosedBy, Estimate, PointTrack
 from abs_engine.evaluate.rest import landmark_curves
 from abs_engine.geometry import FACING
 
@@ -223,14 +224,16 @@ def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
     tracked = _any_point(shape)
     tracks: dict[str, PointTrack] = {}
     curves: dict[str, FloatArray] = {}
-    closed = _closed_in_picture(found.pixels, clip)
+    rest = clip.neutral[clip.landmark_68]
+    closed = closed_in_picture(found.pixels, rest)
+    by: ClosedBy = "picture"
     if has_mm:
         given = _always_given(path, found.points, tracked)
         track = PointTrack(clip.landmark_68[given], found.points[:, given], found.space)
         tracks["landmarks"] = track
-        rest = None if found.space == "head" else clip.neutral[clip.landmark_68]
-        curves = landmark_curves(found.points, rest)
-        closed = _closed(curves["aperture"], closed)
+        curves = landmark_curves(found.points, None if found.space == "head" else rest)
+        if np.isfinite(curves["aperture"]).any():
+            closed, by = narrow(curves["aperture"]), "aperture"
     return Estimate(
         name=path.stem,
         found=tracked,
@@ -238,6 +241,7 @@ def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
         rotations=found.rotations,
         translations=found.translations,
         closed=closed,
+        closed_by=by,
         pixels=found.pixels if has_px else None,
         curves=curves,
         curves_on="axes" if found.space == "head" else "rest",
@@ -270,28 +274,6 @@ def _always_given(path: Path, points: FloatArray, tracked: NDArray[np.bool_]) ->
 def _any_point(points: FloatArray) -> NDArray[np.bool_]:
     """Frames (T,) in which some point is given."""
     return np.asarray(np.any(np.all(np.isfinite(points), axis=2), axis=1))
-
-
-def _closed(aperture: FloatArray, otherwise: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
-    if not np.isfinite(aperture).any():
-        return otherwise
-    return np.asarray(aperture < CLOSED_APERTURE)
-
-
-def _closed_in_picture(pixels: FloatArray, clip: Reference) -> NDArray[np.bool_] | None:
-    """Frames (T,) in which the inner lips are less than `CLOSED_APERTURE` apart in the picture.
-
-    Point 62 above point 66, square to the line of the eyes. The distance of the outer corners of
-    the eyes is the ruler; the person's own is known in mm. None without these points.
-    """
-    eyes = metrics.interocular(pixels)
-    along = (pixels[:, 45] - pixels[:, 36]) / eyes[:, None]
-    up = np.stack([along[:, 1], -along[:, 0]], axis=1)  # y of the picture points down
-    gap = ((pixels[:, 62] - pixels[:, 66]) * up).sum(axis=1) / eyes
-    if not np.isfinite(gap).any():
-        return None
-    ruler = metrics.interocular(clip.neutral[clip.landmark_68][None])[0]
-    return np.asarray(gap * ruler < CLOSED_APERTURE)
 
 
 def _empty(frames: int, axes: int) -> FloatArray:

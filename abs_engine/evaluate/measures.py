@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.assets import LIPS_OF_68
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate, PointTrack
 from abs_engine.evaluate.metrics.bootstrap import Mean
 from abs_engine.truth import Truth
+from abs_engine.truth.codec import POINTS
 
 FloatArray = NDArray[np.float64]
-LIPS_OF_68 = slice(48, 68)
 
 
 def track_means(
@@ -59,7 +60,23 @@ def pixel_means(
     means["lips_rms_px"] = _rms(metrics.pixel_error(lips, true_lips))
     lip_error = metrics.normalised_error(lips, true_lips, eyes)
     means["lips_nme"] = Mean.of(lip_error)
+    hidden = hidden_landmarks(truth, landmark_68)
+    if hidden is not None:
+        shown = np.where(hidden[..., None], np.nan, pixels)
+        means["landmarks_visible_rms_px"] = _rms(metrics.pixel_error(shown, true))
+        lips = shown[:, LIPS_OF_68]
+        means["lips_visible_rms_px"] = _rms(metrics.pixel_error(lips, true_lips))
     return means, lip_error if np.isfinite(lip_error).any() else error
+
+
+def hidden_landmarks(truth: Truth, landmark_68: NDArray[Any]) -> NDArray[np.bool_] | None:
+    """Which landmarks (T, 68) the camera does not see; None where the truth does not say."""
+    told = truth.landmarks.get("landmark_68")
+    if not np.array_equal([] if told is None else told, landmark_68):
+        return None
+    if not (truth.folder / POINTS).is_file():
+        return None
+    return np.asarray(~truth.landmark_visible)
 
 
 def pose_means(estimate: Estimate, truth: Truth) -> dict[str, Mean]:

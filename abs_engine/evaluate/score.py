@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.errors import ParameterError
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import METRICS
+from abs_engine.evaluate.closing import Closures, closures
 from abs_engine.evaluate.complete import complete
 from abs_engine.evaluate.estimate import Estimate, within
 from abs_engine.evaluate.measures import (
@@ -56,12 +57,15 @@ class ClipScores:
         Frames per second.
     means : mapping of str to Mean
     numbers : mapping of str to float
+    closures : two (T,) bool, optional
+        Frames that are called closed, and those that are, see `closing.closures`.
     """
 
     name: str
     rate: float
     means: dict[str, Mean]
     numbers: dict[str, float]
+    closures: Closures | None = None
 
 
 def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) -> ClipScores:
@@ -108,9 +112,10 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
             means |= curve_means(name, said.curves[name], true, said)
             correlation = metrics.curve_error(said.curves[name], true).correlation
             numbers[f"{name}_correlation"] = correlation
-    if said.closed is not None:
-        means |= closure_means(said.closed, np.asarray(truth.closed, bool) & seen, truth.rate)
-    return ClipScores(estimate.name, truth.rate, means, numbers)
+    closed = closures(said, truth, true_curves["aperture"], landmark_68)
+    if closed is not None:
+        means |= closure_means(closed[0], closed[1] & seen, truth.rate)
+    return ClipScores(estimate.name, truth.rate, means, numbers, closed)
 
 
 def in_picture(truth: Truth, landmark_68: NDArray[Any] | None) -> NDArray[np.bool_]:

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from abs_engine.errors import OutputError
-from abs_engine.evaluate.estimate import CLOSED_APERTURE, check_run
+from abs_engine.evaluate.closing import Closures, narrow
+from abs_engine.evaluate.estimate import check_run
 from abs_engine.evaluate.metrics import (
     PointError,
     closure,
@@ -36,7 +37,9 @@ SPIKE = 3.0
 SCORES, CURVES = "truth_scores.json", "truth_curves.png"
 
 
-def report(run: Run, truth: Truth, folder: Path) -> dict[str, Any]:
+def report(
+    run: Run, truth: Truth, folder: Path, closures: Closures | None = None
+) -> dict[str, Any]:
     """Score a run and write ``truth_scores.json`` and ``truth_curves.png`` into `folder`.
 
     Parameters
@@ -46,6 +49,8 @@ def report(run: Run, truth: Truth, folder: Path) -> dict[str, Any]:
     truth : Truth
     folder : Path
         Must exist.
+    closures : two (T,) bool, optional
+        See `score`.
 
     Returns
     -------
@@ -59,7 +64,7 @@ def report(run: Run, truth: Truth, folder: Path) -> dict[str, Any]:
     OutputError
         If the folder cannot be written.
     """
-    scores = score(run, truth)
+    scores = score(run, truth, closures)
     try:
         text = json.dumps(_plain(scores), indent=1, allow_nan=False) + "\n"
         (Path(folder) / SCORES).write_text(text, encoding="utf-8")
@@ -71,7 +76,7 @@ def report(run: Run, truth: Truth, folder: Path) -> dict[str, Any]:
     return scores
 
 
-def score(run: Run, truth: Truth) -> dict[str, Any]:
+def score(run: Run, truth: Truth, closures: Closures | None = None) -> dict[str, Any]:
     """Numbers of a run against the truth.
 
     Parameters
@@ -79,9 +84,12 @@ def score(run: Run, truth: Truth) -> dict[str, Any]:
     run : mapping of str to array
         `lip_points` (T, N, 3), mm, head frame; `lip_vertex` (N,), their vertex indices in the
         truth's mesh; `rotation` (T, 3), rotation vectors, and `translation` (T, 3), mm, head
-        to camera; `aperture` and `width` (T,), mm, defined as `Truth.aperture` and `Truth.width`;
-        perhaps `closed` (T,), else an aperture below `CLOSED_APERTURE` is closed.
+        to camera; `aperture` and `width` (T,), mm, defined as `Truth.aperture` and `Truth.width`.
+        What it says itself of closed lips does not count.
     truth : Truth
+    closures : two (T,) bool, optional
+        Frames that are called closed, and those that are, as measured on the meshes; by default
+        those in which the aperture, the run's and the truth's, is below `CLOSED_APERTURE`.
 
     Returns
     -------
@@ -105,6 +113,8 @@ def score(run: Run, truth: Truth) -> dict[str, Any]:
     in_camera = to_camera(found, run["rotation"], run["translation"])
     true_in_camera = to_camera(true, truth.rotations, truth.translations)
     tracked = np.asarray(np.isfinite(found).all(axis=(1, 2)))
+    if closures is None:
+        closures = narrow(run["aperture"]), narrow(truth.aperture)
     return {
         "frames": len(truth),
         "frames_tracked": int(tracked.sum()),
@@ -115,16 +125,9 @@ def score(run: Run, truth: Truth) -> dict[str, Any]:
         **_pose_error(run, truth, tracked),
         "aperture": asdict(curve_error(run["aperture"], truth.aperture)),
         "width": asdict(curve_error(run["width"], truth.width)),
-        "closure": asdict(closure(closed_frames(run), truth.closed)),
+        "closure": asdict(closure(*closures)),
         "aperture_spikes": spikes(run["aperture"], SPIKE),
     }
-
-
-def closed_frames(run: Run) -> NDArray[np.bool_]:
-    """Frames (T,) in which a run says that the lips are closed."""
-    if "closed" in run:
-        return np.asarray(run["closed"], np.bool_)
-    return np.asarray(run["aperture"] < CLOSED_APERTURE)
 
 
 def draw(run: Run, truth: Truth) -> Figure:

@@ -19,7 +19,7 @@ from abs_engine.synth.people import (
     random_person,
     skin_tone,
 )
-from abs_engine.synth.scenefile import SpeakerEntry
+from abs_engine.synth.scenefile import ClipEntry, SpeakerEntry
 from abs_engine.synth.scenefile.reader import nearest
 
 NO_DOTS = np.zeros(0, np.int32)
@@ -70,7 +70,26 @@ class Cast:
             self._last = name, self._make(name, where)
         return self._last[1]
 
+    def check(self, clips: tuple[ClipEntry, ...]) -> None:
+        """Raise `ParameterError` if a clip names nobody, or somebody who cannot be made.
+
+        It makes no pictures of them, so a scene of many clips is told of it at once.
+        """
+        for entry in self._entries.values():
+            identity_vector(self._speaker, person_of(entry, self._speaker))
+        for clip in clips:
+            self._known(clip.speaker, f"clip '{clip.name}'")
+
+    def _known(self, name: str, where: str) -> None:
+        known = [*self._entries, *self._speaker.people]
+        if name not in known:
+            raise ParameterError(
+                f"{where}: there is no person '{name}'{nearest(name, known)}",
+                f"choose one of {', '.join(known)}, or add a [[speaker]]",
+            )
+
     def _make(self, name: str, where: str) -> Actor:
+        self._known(name, where)
         speaker = self._speaker
         if name in self._entries:
             person = person_of(self._entries[name], speaker)
@@ -80,13 +99,7 @@ class Cast:
                 paint(speaker, person),
                 np.asarray(dots(speaker, person).vertices, np.int32),
             )
-        if name in speaker.people:
-            return Actor(speaker.people[name], speaker.named(name), speaker.texture(name), NO_DOTS)
-        known = [*self._entries, *speaker.people]
-        raise ParameterError(
-            f"{where}: there is no person '{name}'{nearest(name, known)}",
-            f"choose one of {', '.join(known)}, or add a [[speaker]]",
-        )
+        return Actor(speaker.people[name], speaker.named(name), speaker.texture(name), NO_DOTS)
 
 
 def person_of(entry: SpeakerEntry, speaker: Speaker) -> Person:

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.assets import Speaker
+from abs_engine.assets import LIPS_OF_68, Speaker
 from abs_engine.release import engine_version
 from abs_engine.synth.chunk import Job, read_numbers, seconds_of
-from abs_engine.synth.contact import CLOSED_BELOW
 from abs_engine.synth.plan import ClipPlan, View
 from abs_engine.truth import (
     ClipEntry,
@@ -26,12 +25,20 @@ from abs_engine.truth import (
 )
 from abs_engine.truth.card import card_text
 from abs_engine.truth.coco import coco
-from abs_engine.truth.codec import CAMERA, COCO, DATASET, FRAMES, README, VIDEO, frame_name
+from abs_engine.truth.codec import (
+    CAMERA,
+    CLOSED_BELOW,
+    COCO,
+    DATASET,
+    FRAMES,
+    README,
+    VIDEO,
+    frame_name,
+)
 from abs_engine.truth.picture import read_picture
 from abs_engine.video import VideoWriter
 
 _LANDMARKS = ("outer_lip", "outer_lip_20", "inner_lip_8", "mouth_corners")
-_LIPS = slice(48, 68)
 _SUMMED = ("boxes", "areas", "gap")
 Advance = Callable[[], None]
 
@@ -129,7 +136,7 @@ def finish_view(plan: ClipPlan, view: View, numbers: dict[str, Any], folder: Pat
     for prefix in ("", "mirror_"):
         if f"{prefix}landmark_pixels" in arrays:
             for what in ("pixels", "visible"):
-                arrays[f"{prefix}lip_{what}"] = arrays[f"{prefix}landmark_{what}"][:, _LIPS]
+                arrays[f"{prefix}lip_{what}"] = arrays[f"{prefix}landmark_{what}"][:, LIPS_OF_68]
     write_points(folder, **arrays, in_picture=numbers["areas"] > 0)
     labels = coco(
         [f"{FRAMES}/{frame_name(i)}" for i in range(len(plan))],

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker
 from abs_engine.camera import Camera
 from abs_engine.synth import surface
+from abs_engine.synth.seam import DEPTH, beside, lip_strips
 
 FloatArray = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -180,7 +181,8 @@ def visible(
     """Whether vertices are seen: in the picture, and nothing solid lies before them.
 
     The facets that meet in a vertex do not hide it; what turns its back hides nothing, as it is
-    not drawn; props hide from both sides.
+    not drawn; props hide from both sides. Landmarks of the lips are also seen in a fold, where
+    their own lip is seen within `seam.SLACK` of them.
 
     Parameters
     ----------
@@ -196,19 +198,45 @@ def visible(
     -------
     (N,) bool
     """
-    pixels, depth = geometry.pixels[vertex], geometry.drawn[vertex, 2]
-    points = np.column_stack([pixels, depth])
+
+    def clear(points: NDArray[np.integer], clearance: float = CLEARANCE) -> NDArray[np.bool_]:
+        near = _hidden(points, geometry, speaker, camera, covers, clearance, mirrored)
+        return inside(geometry.pixels[points], camera) & ~near
+
+    seen = clear(vertex) & (geometry.drawn[vertex, 2] > camera.near)
+    strips = lip_strips(speaker)
+    folded = [i for i in np.flatnonzero(~seen).tolist() if int(vertex[i]) in strips]
+    if not folded:
+        return np.asarray(seen)
+    shallow = clear(vertex[folded], DEPTH)
+    for i in np.asarray(folded)[shallow].tolist():
+        mark = int(vertex[i])
+        seen[i] = clear(beside(geometry.points, mark, strips[mark])).any()
+    return np.asarray(seen)
+
+
+def _hidden(
+    vertex: NDArray[np.integer],
+    geometry: Geometry,
+    speaker: Speaker,
+    camera: Camera,
+    covers: tuple[Cover, ...],
+    clearance: float,
+    mirrored: bool,
+) -> NDArray[np.bool_]:
+    """Whether something is nearer than vertices (N,) on their rays, by more than `clearance`."""
+    points = np.column_stack([geometry.pixels[vertex], geometry.drawn[vertex, 2]])
     faces = speaker.faces[:, ::-1] if mirrored else speaker.faces
     owner = speaker.weld[vertex].astype(np.int64)
     hidden = surface.hidden(
-        points, geometry.drawn, geometry.pixels, faces, speaker.weld, owner, CLEARANCE
+        points, geometry.drawn, geometry.pixels, faces, speaker.weld, owner, clearance
     )
     for cover in covers:
         nobody, own = np.full(len(vertex), -1), np.arange(len(cover.drawn), dtype=np.int32)
         place = flat(camera, cover.drawn)
         for side in (cover.faces, cover.faces[:, ::-1]):
-            hidden |= surface.hidden(points, cover.drawn, place, side, own, nobody, CLEARANCE)
-    return np.asarray(inside(pixels, camera) & (depth > camera.near) & ~hidden)
+            hidden |= surface.hidden(points, cover.drawn, place, side, own, nobody, clearance)
+    return np.asarray(hidden)
 
 
 def inside(pixels: FloatArray, camera: Camera) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from abs_engine.synth.sequence import expression, utter
 from abs_engine.synth.speech import (
     Speech,
     articulate,
+    doubtful,
     parse_phonemes,
     play_recording,
     read_livelink,
@@ -22,6 +24,7 @@ from abs_engine.synth.speech import (
 )
 
 FloatArray = NDArray[np.float64]
+_log = logging.getLogger(__name__)
 DEFAULT_SENTENCE = "demo"
 
 
@@ -107,6 +110,7 @@ def _say(
     if entry.say is not None:
         text = " ".join(entry.say.split())
         utterance = parse_phonemes(text, entry.alphabet)
+        _warn_of_words(text, entry)
         return _spoken(text, articulate(speaker, neutral, utterance, rate))
     if entry.textgrid is not None:
         utterance = read_textgrid(folder / entry.textgrid, entry.tier)
@@ -117,8 +121,21 @@ def _say(
         return _spoken("(recording)", play_recording(recording, speaker.unit_names, rate))
     text = DEFAULT_SENTENCE if entry.sentence is None else entry.sentence
     frames = None if entry.frames is None else max(1, entry.frames // entry.repeat)
-    talk = utter(text, speaker, rate, frames)
+    talk = utter(text, speaker, neutral, rate, frames)
     return Performance(text, talk.weights, talk.visemes, talk.intervals)
+
+
+def _warn_of_words(text: str, entry: ClipEntry) -> None:
+    """Say how words in ordinary spelling are read: each of their letters is a sound as well."""
+    read = doubtful(text, entry.alphabet)
+    if read:
+        some = ", ".join(f"'{word}' as {sounds}" for word, sounds in list(read.items())[:3])
+        more = f" and {len(read) - 3} more" if len(read) > 3 else ""
+        _log.warning(
+            "clip '%s' reads %s%s, sound by sound; if that is ordinary spelling, write sounds "
+            "instead, such as h @ l @U",
+            entry.name, some, more,
+        )  # fmt: skip
 
 
 def _spoken(text: str, speech: Speech) -> Performance:

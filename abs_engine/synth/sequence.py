@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,11 @@ from abs_engine.assets import Speaker
 from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import FACING, Pose
-from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+from abs_engine.synth.contact import widest_gap
+from abs_engine.synth.speech.contact import ContactSolver
+from abs_engine.synth.speech.lips import Lips
 from abs_engine.synth.visemes import Viseme, parse
+from abs_engine.truth.codec import CLOSED_BELOW
 
 FloatArray = NDArray[np.float64]
 
@@ -98,10 +101,10 @@ def say(
         If a viseme or the person is unknown, or rate or length are not positive.
     """
     rng = np.random.default_rng(seed)
-    talk = utter(text, speaker, rate, frames)
+    neutral = speaker.named(person)
+    talk = utter(text, speaker, neutral, rate, frames)
     times = np.arange(len(talk.weights)) / rate
     weights = talk.weights + expression(times, speaker.unit_names, rng)
-    neutral = speaker.named(person)
     base = portrait(camera, speaker, neutral)
     rotations, translations = wander(times, base, rng)
     gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in weights]
@@ -129,11 +132,20 @@ class Talk:
     intervals: tuple[tuple[str, float, float], ...]
 
 
-def utter(text: str, speaker: Speaker, rate: float, frames: int | None = None) -> Talk:
-    """What a sentence of visemes is in face units; parameters and errors as `say`."""
+def utter(
+    text: str,
+    speaker: Speaker,
+    neutral: NDArray[np.floating],
+    rate: float,
+    frames: int | None = None,
+) -> Talk:
+    """What a sentence of visemes is in face units of a person; parameters and errors as `say`.
+
+    In f the lower lip of the person with `neutral` vertices (V, 3), mm, goes to the upper teeth.
+    """
     if rate <= 0 or (frames is not None and frames < 1):
         raise ParameterError("rate and length must be positive", "give at least one frame")
-    visemes = parse(text)
+    visemes = tuple(_at_teeth(v, speaker, neutral) if v.name == "f" else v for v in parse(text))
     natural = sum(v.seconds for v in visemes)
     frames = max(1, round(natural * rate)) if frames is None else frames
     times = np.arange(frames) / rate
@@ -145,6 +157,13 @@ def utter(text: str, speaker: Speaker, rate: float, frames: int | None = None) -
     )
     weights = articulate(visemes, spoken, speaker.unit_names)
     return Talk(weights, _nearest(visemes, spoken), intervals)
+
+
+def _at_teeth(viseme: Viseme, speaker: Speaker, neutral: NDArray[np.floating]) -> Viseme:
+    """The viseme with the lower lip of a person at the upper teeth."""
+    solver = ContactSolver(Lips.of(speaker, neutral), speaker.unit_names)
+    bitten = solver.bite(viseme.weights(speaker.unit_names))
+    return replace(viseme, units=dict(zip(speaker.unit_names, bitten.tolist(), strict=True)))
 
 
 def deform(speaker: Speaker, weights: FloatArray) -> NDArray[np.float16]:

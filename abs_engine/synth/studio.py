@@ -74,6 +74,7 @@ def film_scene(
         command, scene.seed, scene.labels, scene.frames, text, _digest(scene, text, beside, command)
     )
     cast = Cast(speaker, scene.speaker)
+    cast.check(scene.clip)
     plans = (
         plan_clip(scene, number, speaker, cast, beside, command)
         for number in range(len(scene.clip))

@@ -15,6 +15,7 @@ from abs_engine.synth.make import Crew
 from abs_engine.synth.scenefile import Label, sentence_scene
 from abs_engine.synth.studio import film_scene
 from abs_engine.systems.demo_page import camera_error, demo_page, head_given
+from abs_engine.systems.evaluation import run_closures
 from abs_engine.systems.lips import LipOptions
 from abs_engine.systems.run import track_video
 from abs_engine.track.output import Progress
@@ -125,7 +126,8 @@ def run_demo(
         run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
         (made.work / EVALUATION).mkdir()
         arrays = load_run(run_folder)
-        scores = report(arrays, truth, made.work / EVALUATION)
+        closures = run_closures(run_folder, truth)
+        scores = report(arrays, truth, made.work / EVALUATION, closures)
         remarks = (
             head_given(options.person, options.person_known),
             camera_error(*position_errors(arrays["translation"], truth.translations)),

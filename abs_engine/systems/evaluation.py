@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from abs_engine.assets import Speaker, load_speaker
 from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
+from abs_engine.evaluate.closing import Closures
 from abs_engine.evaluate.csv_table import read_table
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
@@ -23,6 +23,7 @@ from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, sum
 from abs_engine.evaluate.truth_report import report
 from abs_engine.files import NewFolder
 from abs_engine.release import engine_version
+from abs_engine.systems.same_clip import check_clip
 from abs_engine.track.mesh import MESH, load_mesh
 from abs_engine.track.record import load_run
 from abs_engine.truth import Truth, load_truth
@@ -30,10 +31,6 @@ from abs_engine.truth import Truth, load_truth
 SCORES, TABLE = "scores.json", "scores.csv"
 MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1
 POOLED = "all clips"
-FOCAL_WARNING = 0.2
-"""Share of the true focal length by which a run's may differ without a warning."""
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -100,7 +97,7 @@ def evaluate(
             systems[name] = summary(clips[-1:], seed=seed)
             _save_map(made.work / f"error_map_{_file_name(name)}.npz", estimate, truth)
             if len(results) == 1 and path.is_dir():
-                report(load_run(path), truth, made.work)
+                report(load_run(path), truth, made.work, clips[-1].closures)
         if len(truths) > 1:
             systems[POOLED] = summary(clips, seed=seed)
         facts = {
@@ -123,6 +120,19 @@ def default_folder(results: Sequence[Path]) -> Path:
     if only.suffix.lower() == ".csv":
         return only.with_name(f"{only.stem}-evaluation")
     return only / "evaluation"
+
+
+def run_closures(path: Path, truth: Truth) -> Closures | None:
+    """Closed frames of a run and of the truth, as `evaluate` measures them on their meshes.
+
+    Raises
+    ------
+    InputFileError, ParameterError
+        As `read_result`.
+    """
+    speaker = load_speaker()
+    marks = landmarks_of(truth, speaker)
+    return measure(read_result(path, truth, speaker, marks), truth, marks).closures
 
 
 def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] | None) -> Estimate:
@@ -151,7 +161,7 @@ def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] 
     if path.is_dir():
         run = load_run(path)
         check_run(run, len(truth), len(truth.neutral))
-        _check_camera(path, run, truth)
+        check_clip(path, run, truth)
         surface = load_mesh(path) if (path / MESH).is_file() else None
         if surface is not None and (len(surface), len(surface.mean)) != (
             len(truth),
@@ -174,26 +184,6 @@ def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] 
             "the truth is of another head than the bundled one", "score landmarks instead"
         )
     return read_arkit(path, clip, speaker.unit_names, speaker.units, areas)
-
-
-def _check_camera(path: Path, run: Mapping[str, NDArray[Any]], truth: Truth) -> None:
-    """Refuse a run of pictures of another size; warn if its camera is of another focal length."""
-    true = truth.camera
-    if "camera_size" in run and tuple(run["camera_size"].tolist()) != true.size:
-        raise ParameterError(
-            "{} saw pictures of {}x{} pixels, the truth {}x{}".format(
-                path, *run["camera_size"].tolist(), *true.size
-            ),
-            "name the view that was tracked with --truth DATASET/CLIP/CAMERA",
-        )
-    focal = float(run["camera_matrix"][0, 0]) if "camera_matrix" in run else true.matrix[0, 0]
-    if abs(focal / true.matrix[0, 0] - 1) > FOCAL_WARNING:
-        _log.warning(
-            "%s was tracked with a focal length of %.0f px, the truth's is %.0f: is it this view?",
-            path,
-            focal,
-            true.matrix[0, 0],
-        )
 
 
 def landmarks_of(truth: Truth, speaker: Speaker) -> NDArray[Any] | None:

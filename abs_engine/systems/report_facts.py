@@ -74,8 +74,13 @@ def _flat(values: dict[str, Any], before: str = "") -> list[tuple[str, str]]:
         elif isinstance(value, list):
             rows.append((spoken, ", ".join(str(v) for v in value)))
         else:
-            rows.append((spoken, "not given" if value is None else str(value)))
+            rows.append((spoken, "not given" if value is None else _short(value)))
     return rows
+
+
+def _short(value: object) -> str:
+    """A value as text; of other numbers than whole ones six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _version(name: str) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,25 +15,24 @@ from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
 from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.report import film
-from abs_engine.evaluate.report.colours import TRUTH_ON_PICTURES, clay_colours, picture_colour
+from abs_engine.evaluate.report.colours import clay_colours
 from abs_engine.evaluate.report.data import (
-    Film,
-    FloatArray,
     Head,
     ReportData,
     Said,
     System,
     TrueClip,
-    WorstFrame,
 )
 from abs_engine.evaluate.report.motion import compress
 from abs_engine.evaluate.report.page import report_page
-from abs_engine.evaluate.report.quantities import CURVES, PRIMARY, error_rows, error_series
+from abs_engine.evaluate.report.quantities import CURVES, error_rows, error_series
 from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
 from abs_engine.files import check_free, write_new
 from abs_engine.systems.evaluation import landmarks_of, read_result, same_mesh
-from abs_engine.systems.inspect.runs import RunHead, find_video, load_run_head
+from abs_engine.systems.inspect.run_video import find_video
+from abs_engine.systems.inspect.runs import RunHead, load_run_head
 from abs_engine.systems.report_facts import made_facts, run_facts, truth_facts
+from abs_engine.systems.report_film import filmed
 from abs_engine.systems.report_parts import (
     Loops,
     lip_loops,
@@ -43,15 +41,13 @@ from abs_engine.systems.report_parts import (
     system_of,
     with_protrusion,
 )
-from abs_engine.truth import Truth, load_truth
+from abs_engine.systems.report_views import shown_view
+from abs_engine.truth import Truth
 from abs_engine.video import read_frames
 
 Image = NDArray[np.uint8]
 MOST_PLAYED = 1000
 """Frames that the page's player shows at most, so that the page stays of a size to be sent."""
-
-WORST = 8
-_APART_SECONDS = 0.12
 
 
 @dataclass(frozen=True)
@@ -61,7 +57,9 @@ class ReportOptions:
     Parameters
     ----------
     truth : Path, optional
-        A dataset of one view, or DATASET/CLIP/CAMERA; without it the report only shows.
+        A dataset, DATASET/CLIP or DATASET/CLIP/CAMERA; without it the report only shows.
+    clip, camera : str, optional
+        Which view of the dataset, if its path leaves that open.
     video : Path, optional
         The video that was tracked; by default the truth's, or that beside the first run.
     seed : int
@@ -71,6 +69,8 @@ class ReportOptions:
     """
 
     truth: Path | None = None
+    clip: str | None = None
+    camera: str | None = None
     video: Path | None = None
     seed: int = 0
     command: str = ""
@@ -100,7 +100,7 @@ def write_report(
     InputFileError, VideoError
         If a result, the truth or the video cannot be read.
     ParameterError
-        If the results are not all of the same frames.
+        If the results are not all of the same frames, or several views are left to choose from.
     OutputError
         If the file exists or cannot be written.
     """
@@ -108,6 +108,8 @@ def write_report(
     tell = stage or (lambda _: None)
     paths = [Path(path) for path in results]
     if options.truth is None:
+        if options.clip is not None or options.camera is not None:
+            raise ParameterError("without a dataset there is no clip or camera", "give --truth")
         data = _without_truth(paths, options, tell)
     else:
         data = _with_truth(paths, Path(options.truth), options, tell)
@@ -119,7 +121,8 @@ def _with_truth(
     paths: Sequence[Path], folder: Path, options: ReportOptions, tell: Callable[[str], None]
 ) -> ReportData:
     tell("scoring")
-    truth, speaker = load_truth(folder), load_speaker()
+    view = shown_view(folder, options.clip, options.camera, paths)
+    truth, speaker = view.truth, load_speaker()
     played = min(len(truth), MOST_PLAYED)
     loops = lip_loops(truth, speaker)
     scored = [
@@ -136,7 +139,7 @@ def _with_truth(
     )
     tell("reading the video")
     pictures = truth.pictures() if options.video is None else read_frames(options.video)
-    shown, systems = _filmed(pictures, truth, scored, true, played)
+    shown, systems = filmed(pictures, truth, scored, true, played)
     return ReportData(
         title=f"{truth.person}, '{truth.sentence or truth.name}': tracked and true",
         subtitle=_subtitle(len(truth), truth.rate, truth.camera),
@@ -153,6 +156,8 @@ def _with_truth(
         curves=CURVES,
         errors=error_rows([system.errors for system in scored]),
         facts=truth_facts(truth, folder) | made_facts(options.command, options.seed),
+        view=view.name,
+        others=view.others,
     )
 
 
@@ -211,54 +216,6 @@ def _without_truth(
         curves=CURVES,
         facts=made_facts(options.command, None),
     )
-
-
-def _filmed(
-    pictures: Iterable[Image],
-    truth: Truth,
-    systems: Sequence[System],
-    true: TrueClip,
-    played: int,
-) -> tuple[Film, list[System]]:
-    """The film, and the systems with pictures of their worst frames."""
-    apart = max(1, round(_APART_SECONDS * truth.rate))
-    worst = [
-        film.worst_frames(_primary(system)[0], WORST, apart) if system.errors else []
-        for system in systems
-    ]
-    wanted = set(chain.from_iterable(worst))
-    shown, kept = film.shorten(pictures, truth.rate, played, wanted)
-    drawn = []
-    for number, (system, frames) in enumerate(zip(systems, worst, strict=True)):
-        colour = picture_colour(number)
-        drawn.append(
-            replace(
-                system,
-                worst=tuple(_worst(system, colour, k, kept[k], truth, true) for k in frames),
-            )
-        )
-    return shown, drawn
-
-
-def _worst(
-    system: System, colour: str, frame: int, picture: Image, truth: Truth, true: TrueClip
-) -> WorstFrame:
-    values, unit = _primary(system)
-    loops = [(loop[frame], TRUTH_ON_PICTURES) for loop in true.contours.values()]
-    loops += [(loop[frame], colour) for loop in system.contours.values()]
-    said = f", /{truth.phonemes[frame]}/" if truth.phonemes else ""
-    text = f"frame {frame}, {frame / truth.rate:.2f} s{said}: {values[frame]:.2f} {unit}"
-    return WorstFrame(
-        frame, film.mouth_picture(picture, loops, true.contours["outer"][frame]), text
-    )
-
-
-def _primary(system: System) -> tuple[FloatArray, str]:
-    """The errors by which frames are the worst, and their unit."""
-    quantity = next((q for q in PRIMARY if q.key in system.errors), None)
-    if quantity is None:
-        return np.zeros(0), ""
-    return system.errors[quantity.key].values, quantity.unit
 
 
 def _speaker_colours(speaker: Speaker) -> NDArray[np.uint8]:

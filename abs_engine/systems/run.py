@@ -13,6 +13,7 @@ from abs_engine.files import NewFolder
 from abs_engine.scene import Renderer
 from abs_engine.systems.lips import LipOptions, LipTracker, prepare_lips
 from abs_engine.track.output import Progress, RunFacts, write_run
+from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe
 
 DEFAULTS = LipOptions()
@@ -54,6 +55,8 @@ def track_video(
         If the video or the speaker cannot be read, or the video breaks off.
     FaceNotFoundError
         If no face is found.
+    TooFewPixelsError
+        If too little of it is seen to learn its colours.
     ParameterError
         If an option does not fit the video.
     OutputError
@@ -97,11 +100,13 @@ def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
     solver = asdict(tracker.setting.solver)
     return {
         "video": tracker.video.name,
+        "video_sha256": digest(tracker.video),
         "size": list(tracker.info.size),
         "rate": tracker.info.rate,
         "person": options.person,
         "mouth": None if options.mouth is None else list(options.mouth),
         "camera": "given" if options.camera is not None else "ideal",
         "speaker": "bundled" if options.speaker is None else options.speaker.name,
+        "colours": "learned" if options.colours is None else options.colours.name,
         "solver": solver,
     }

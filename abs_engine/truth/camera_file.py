@@ -11,12 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.camera import Camera
-from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.geometry import Pose
 from abs_engine.truth.codec import CAMERA_FORMAT, VERSION
-from abs_engine.truth.picture import AGAIN
 
 FloatArray = NDArray[np.float64]
+
+MEND = (
+    "a camera file is JSON with format, version, size [w, h], matrix (3 rows, px), distortion "
+    "(a list), near and far (mm), as `abs-engine synth` writes it for each camera"
+)
+"""What to do about a bad file, whoever wrote it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,25 +101,29 @@ def load_placed_camera(path: Path) -> PlacedCamera:
         If it is missing or no JSON.
     ModelFormatError
         If it has another format or version, or lacks a field.
+    ParameterError
+        If there can be no such camera.
     """
     path = Path(path)
     if not path.is_file():
         raise InputFileError(f"{path} does not exist", "check the path")
     try:
         return _parse(path, json.loads(path.read_text(encoding="utf-8")))
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
-        raise ModelFormatError(
-            f"{path} lacks a field or has a wrong one ({error})", AGAIN
-        ) from error
+    except KeyError as error:
+        raise ModelFormatError(f"{path} lacks the field {error}", MEND) from error
+    except (TypeError, IndexError, AttributeError) as error:
+        raise ModelFormatError(f"{path} has a field that is a wrong one ({error})", MEND) from error
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {error.problem}", error.remedy) from error
     except ValueError as error:
-        raise InputFileError(f"{path} is not a camera file", AGAIN) from error
+        raise InputFileError(f"{path} is not a camera file ({error})", MEND) from error
 
 
 def _parse(path: Path, fields: dict[str, Any]) -> PlacedCamera:
     kind = fields["format"], fields["version"]
     if kind != (CAMERA_FORMAT, VERSION):
         raise ModelFormatError(
-            f"{path} is {kind[0]} version {kind[1]}, wanted {CAMERA_FORMAT} {VERSION}", AGAIN
+            f"{path} is {kind[0]} version {kind[1]}, wanted {CAMERA_FORMAT} {VERSION}", MEND
         )
     width, height = (int(n) for n in fields["size"])
     matrix, distortion = (np.array(fields[k], np.float64) for k in ("matrix", "distortion"))
@@ -126,7 +135,10 @@ def _parse(path: Path, fields: dict[str, Any]) -> PlacedCamera:
         for k in ("rotations", "translations")
     )
     if len(rotations) != len(translations) or not len(rotations):
-        raise ModelFormatError(f"{path} has rotations without translations", AGAIN)
+        raise ModelFormatError(
+            f"{path} has rotations without translations: {len(rotations)} and {len(translations)}",
+            "give as many of both, one where the camera stands still, or leave both out",
+        )
     mirror = fields.get("mirror")
     corners = None if mirror is None else np.array(mirror["rectangle"], np.float64).reshape(4, 3)
     return PlacedCamera(camera, rotations, translations, corners)

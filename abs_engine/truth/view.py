@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
+from abs_engine.assets import LIPS_OF_68, read_npz
 from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.geometry import Pose
@@ -21,9 +21,6 @@ from abs_engine.truth.clip import Clip, FloatArray
 from abs_engine.truth.offsets import check_frame
 from abs_engine.truth.picture import AGAIN, read_picture
 from abs_engine.video import read_frames
-
-LIPS = slice(48, 68)
-"""The lips among the 68 landmarks."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -145,12 +142,12 @@ class Truth(Clip):
     @property
     def lip_pixels(self) -> FloatArray:
         """Pixels (T, 20, 2) of the landmarks of the lips, seen or not."""
-        return self.landmark_pixels[:, LIPS]
+        return self.landmark_pixels[:, LIPS_OF_68]
 
     @property
     def lip_visible(self) -> NDArray[np.bool_]:
         """Which landmarks of the lips (T, 20) the camera sees."""
-        return self.landmark_visible[:, LIPS]
+        return self.landmark_visible[:, LIPS_OF_68]
 
     @property
     def mirror_pixels(self) -> FloatArray | None:

@@ -3,7 +3,8 @@
 A head under steady light is, pixel by pixel, close to a linear function of its albedo and of its
 albedo times its normals (light of the first order of spherical harmonics: Basri & Jacobs 2003).
 That function is fitted to the frame that a label is of, and to its neighbours. The frame that fits
-best must be the label's own.
+best must be the label's own. A frame fits as well as the share of its own variance that is
+explained, so that a change of exposure or light from frame to frame does not count.
 """
 
 from __future__ import annotations
@@ -91,25 +92,27 @@ def time_findings(
     truth: Truth, sights: list[Sight], kept: dict[int, NDArray[np.uint8]], name: str
 ) -> Iterator[Finding]:
     """Labels that fit a neighbouring frame better than their own, or none."""
-    left, total = dict.fromkeys(LAGS, 0.0), 0.0
+    left, total, counted = dict.fromkeys(LAGS, 0.0), dict.fromkeys(LAGS, 0.0), 0
     for sight in sights:
         if len(sight) < PIXELS or any(sight.frame + lag not in kept for lag in LAGS):
             continue
+        counted += 1
         model, near = features(truth, sight)
         for lag in LAGS:
             levels = kept[sight.frame + lag].mean(axis=2)[near]
-            rest = unexplained(model, levels)
-            left[lag] += rest
-            total += ((levels - levels.mean()) ** 2).sum() if lag == 0 else 0.0
-    if total == 0:
+            left[lag] += unexplained(model, levels)
+            total[lag] += float(((levels - levels.mean()) ** 2).sum())
+    if not counted:
         return
-    best = min(left, key=lambda lag: left[lag])
-    explained = 1 - left[0] / total
-    if best != 0 and left[best] < BETTER * left[0]:
-        how = f"labels fit the frame {best:+d} away better, {1 - left[best] / total:.1%} against "
-        yield Finding(name, "is not in step with the labels", how + f"{explained:.1%}")
-    elif explained < EXPLAINED:
-        yield Finding(name, "does not look like its labels", f"they explain {explained:.0%} of it")
+    missed = {lag: left[lag] / total[lag] if total[lag] else 1.0 for lag in LAGS}
+    best = min(missed, key=lambda lag: missed[lag])
+    explained = {lag: 1 - share for lag, share in missed.items()}
+    if missed[best] < BETTER * missed[0] and explained[best] >= EXPLAINED:
+        how = f"labels fit the frame {best:+d} away better, {explained[best]:.1%} against "
+        yield Finding(name, "is not in step with the labels", how + f"{explained[0]:.1%}")
+    elif explained[0] < EXPLAINED:
+        how = f"they explain {explained[0]:.0%} of it"
+        yield Finding(name, "does not look like its labels", how)
 
 
 def features(truth: Truth, sight: Sight) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -120,8 +123,8 @@ def features(truth: Truth, sight: Sight) -> tuple[FloatArray, NDArray[np.bool_]]
     near &= truth.cover(sight.frame) == 0
     normal = np.zeros((*seen.shape, 3))
     direct = smooth_normals(truth, Head.of(truth, sight.frame).points)
-    image = None if sight.reflection is None else sight.reflection.directions(direct)
-    normal[sight.y, sight.x] = sight.blend(truth, direct, image)
+    # The light falls on the head itself, so its own normals count in a mirror too.
+    normal[sight.y, sight.x] = sight.blend(truth, direct, None)
     light = np.concatenate([seen[..., None], normal], axis=2)
     if truth.has("albedo"):
         colours = truth.albedo(sight.frame).mean(axis=2)[..., None]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.sight import FloatArray, Reflection, Sight, reflection
+from abs_engine.evaluate.check.sight import FloatArray, Reflection, Sight, in_mirror, reflection
 from abs_engine.truth import Truth
 from abs_engine.truth.coco import box_and_area, keypoint_names, keypoints
 
@@ -47,6 +47,8 @@ def point_findings(truth: Truth, name: str) -> Iterator[Finding]:
             yield Finding(name, "mirror_landmark_pixels is missing or has a wrong shape")
         else:
             told.append(("mirror_landmark_pixels", truth.mirror_pixels, mirror))
+        if truth.mirror_visible is None or truth.mirror_visible.shape != (frames, 68):
+            yield Finding(name, "mirror_landmark_visible is missing or has a wrong shape")
     for label, pixels, through in told:
         yield from _projected(truth, points, label, pixels, through, name)
 
@@ -91,35 +93,58 @@ def visible_findings(
         See `mark_classes`.
     name : str
     """
-    told = truth.landmark_visible[sight.frame]
-    seen, hidden = certain(truth, sight, classes)
-    wrong = int((seen & ~told).sum() + (hidden & told).sum())
-    sure = int(seen.sum() + hidden.sum())
-    if wrong > max(UNSURE * sure, 2):
-        how = f"{wrong} of {sure} that are clear"
-        yield Finding(name, "landmark_visible does not agree with the ids", how, sight.frame)
+    told: list[tuple[str, NDArray[np.bool_], Reflection | None]] = [
+        ("landmark_visible", truth.landmark_visible, None)
+    ]
+    mirror, seen_there = sight.reflection, truth.mirror_visible
+    if mirror is not None and seen_there is not None and seen_there.shape == (len(truth), 68):
+        told.append(("mirror_landmark_visible", seen_there, mirror))
+    for label, marks, through in told:
+        yield from _seen(truth, sight, classes, (label, marks[sight.frame], through), name)
     direct = bool((~sight.mirrored).any())
     if bool(truth.in_picture[sight.frame]) not in {direct, bool(len(sight))}:
         how = f"{len(sight)} pixels of it are seen"
         yield Finding(name, "in_picture does not agree with the ids", how, sight.frame)
 
 
+def _seen(
+    truth: Truth,
+    sight: Sight,
+    classes: NDArray[np.bool_],
+    told: tuple[str, NDArray[np.bool_], Reflection | None],
+    name: str,
+) -> Iterator[Finding]:
+    """Marks that are told otherwise than the ids show them, directly or in the mirror."""
+    label, marks, mirror = told
+    seen, hidden = certain(truth, sight, classes, mirror)
+    wrong = int((seen & ~marks).sum() + (hidden & marks).sum())
+    sure = int(seen.sum() + hidden.sum())
+    if wrong > max(UNSURE * sure, 2):
+        how = f"{wrong} of {sure} that are clear"
+        yield Finding(name, f"{label} does not agree with the ids", how, sight.frame)
+
+
 def certain(
-    truth: Truth, sight: Sight, classes: NDArray[np.bool_]
+    truth: Truth, sight: Sight, classes: NDArray[np.bool_], mirror: Reflection | None = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which of the 68 landmarks are seen for certain, and which are hidden for certain.
 
     What is seen shows a facet of its own, with nothing around it that is clearly nearer or of
     another class: where lips touch, each lies before the other by less than this can tell. What
-    is hidden is outside of the picture, or has something clearly nearer all around it.
+    is hidden is outside of the picture, or has something clearly nearer all around it. In a mirror,
+    what is seen lies in it, and what lies well outside of it is hidden.
     """
     vertex = truth.landmarks["landmark_68"]
     points = truth.pose(sight.frame).apply(truth.vertices(sight.frame)[vertex].astype(np.float64))
+    points = points if mirror is None else mirror.points(points)
     pixels, depth = truth.camera.project(points), points[:, 2]
     height, width = sight.ids.shape
     drawn = np.full((height, width), np.inf)
-    drawn[sight.y, sight.x] = np.where(sight.mirrored, np.inf, sight.depth)
-    nearest = np.where(truth.cover(sight.frame) > 0, -np.inf, drawn)
+    drawn[sight.y, sight.x] = np.where(sight.mirrored == (mirror is None), np.inf, sight.depth)
+    nearest = drawn.copy()
+    if mirror is not None:
+        nearest[sight.y, sight.x] = sight.depth  # the head itself stands before its image
+    nearest[truth.cover(sight.frame) > 0] = -np.inf
     kinds = truth.class_ids(sight.frame)
     seen, hidden = np.zeros(68, np.bool_), np.zeros(68, np.bool_)
     for i, (pixel, z) in enumerate(zip(pixels, depth, strict=True)):
@@ -128,11 +153,20 @@ def certain(
             continue
         x, y = (int(v) for v in np.clip(np.rint(pixel), 0, (width - 1, height - 1)))
         around = slice(max(y - 1, 0), y + 2), slice(max(x - 1, 0), x + 2)
-        hidden[i] = bool((nearest[around] < z - JUMP).all())
-        if np.isfinite(drawn[y, x]) and (nearest[around] > z - JUMP).all():
+        looks = _looks(truth, mirror, *around)
+        hidden[i] = bool((nearest[around] < z - JUMP).all()) or not looks.any()
+        if np.isfinite(drawn[y, x]) and looks.all() and (nearest[around] > z - JUMP).all():
             own = truth.weld[truth.faces[sight.ids[y, x] - 1]] == truth.weld[vertex[i]]
             seen[i] = bool(own.any() and classes[i, kinds[around]].all())
     return seen, hidden
+
+
+def _looks(
+    truth: Truth, mirror: Reflection | None, rows: slice, columns: slice
+) -> NDArray[np.bool_]:
+    """Which pixels look into the mirror; all of them where none is asked for."""
+    y, x = np.mgrid[rows, columns].reshape(2, -1)
+    return np.ones(len(x), np.bool_) if mirror is None else in_mirror(truth, x, y)
 
 
 Boxes = dict[int, tuple[Any, Any]]

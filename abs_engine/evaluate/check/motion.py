@@ -17,8 +17,11 @@ from abs_engine.truth.dataset import ClipEntry
 OFFSET = 80.0
 """No face unit moves a vertex farther than this, mm."""
 
-TURN = 0.6
-"""A head or a camera does not turn farther than this from frame to frame, radians."""
+TURN = 15.0
+"""A head or a camera does not turn faster than this, radians per second: 0.6 in a frame of 1/25 s.
+
+Where frames are so far apart that anything may happen between them, no turn is too far.
+"""
 
 NEAREST = 60.0
 """No camera is nearer to the middle of the head than this, mm."""
@@ -67,7 +70,7 @@ def offset_findings(clip: Clip, frame: int, name: str) -> Iterator[Finding]:
 def pose_findings(clip: Clip, name: str) -> Iterator[Finding]:
     """Head poses that are not in radians, or jump."""
     poses = [clip.world_pose(frame) for frame in range(len(clip))]
-    yield from vector_findings(clip.world_rotations, poses, name)
+    yield from vector_findings(clip.world_rotations, poses, clip.rate, name)
 
 
 def camera_findings(truth: Truth, name: str) -> Iterator[Finding]:
@@ -75,7 +78,7 @@ def camera_findings(truth: Truth, name: str) -> Iterator[Finding]:
     placed = truth.placed
     if placed is not None:
         poses = [placed.pose(frame) for frame in range(len(placed.rotations))]
-        yield from vector_findings(placed.rotations, poses, name)
+        yield from vector_findings(placed.rotations, poses, truth.rate, name)
     near = np.linalg.norm(truth.translations, axis=1)
     if near.min() < NEAREST:
         at = int(near.argmin())
@@ -83,9 +86,9 @@ def camera_findings(truth: Truth, name: str) -> Iterator[Finding]:
 
 
 def vector_findings(
-    vectors: NDArray[np.float64], poses: list[Pose], name: str
+    vectors: NDArray[np.float64], poses: list[Pose], rate: float, name: str
 ) -> Iterator[Finding]:
-    """Rotation vectors (T, 3) that are no radians, and rotations that jump."""
+    """Rotation vectors (T, 3) that are no radians, and rotations that jump at a frame rate."""
     size = np.linalg.norm(vectors, axis=1)
     if size.max() > 2 * np.pi:
         at = int(size.argmax())
@@ -94,7 +97,7 @@ def vector_findings(
         )
         return
     turns = [rotation_angle(a, b) for a, b in pairwise(poses)]
-    if turns and max(turns) > TURN:
+    if turns and max(turns) > TURN / rate:
         at = int(np.argmax(turns))
-        how = f"{np.degrees(turns[at]):.0f} degrees from one frame to the next"
+        how = f"{np.degrees(turns[at]):.3g} degrees from one frame to the next"
         yield Finding(name, "rotations jump", how, at)

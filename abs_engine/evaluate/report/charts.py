@@ -12,6 +12,7 @@ from plotly.subplots import make_subplots
 
 from abs_engine.evaluate.report import colours
 from abs_engine.evaluate.report.data import FloatArray, Quantity, ReportData, Said, Series, System
+from abs_engine.evaluate.report.quantities import SHARE
 
 SHOWN_SECONDS = 10.0
 """Longer clips begin with this part; a double click shows the whole."""
@@ -21,7 +22,7 @@ _GRID = "#e6e6e6"
 _LAYOUT: dict[str, Any] = {
     "template": "none",
     "font": {"family": _FONT, "size": 13, "color": "#333"},
-    "margin": {"l": 64, "r": 16, "t": 30, "b": 48},
+    "margin": {"l": 76, "r": 16, "t": 30, "b": 48},
     "hovermode": "x unified",
     "dragmode": "zoom",
     "showlegend": False,
@@ -29,6 +30,8 @@ _LAYOUT: dict[str, Any] = {
     "plot_bgcolor": "white",
 }
 _ROW, _SAID_ROW = 150, 34  # px
+_LEAST = 0.1  # mm, px or degrees: axes of errors go that far
+_LONG = 13  # letters: longer names of an axis take two lines
 
 
 def lip_chart(data: ReportData) -> Figure | None:
@@ -42,8 +45,8 @@ def lip_chart(data: ReportData) -> Figure | None:
     first = 2 if said else 1
     for row, quantity in enumerate(rows, first):
         if quantity.key in true:
-            line = {"color": colours.TRUTH, "width": 2.4}
-            _line(figure, row, data.times, true[quantity.key], "truth", line)
+            stroke = _stroke(colours.truth_stroke())
+            _line(figure, row, data.rate, true[quantity.key], "truth", stroke)
         for number, system in enumerate(data.systems):
             if quantity.key in system.curves:
                 _series(figure, row, data, system.curves[quantity.key], number)
@@ -64,7 +67,7 @@ def error_chart(data: ReportData) -> Figure | None:
         for number, system in enumerate(data.systems):
             if quantity.key in system.errors:
                 _series(figure, row, data, system.errors[quantity.key], number)
-        figure.update_yaxes(rangemode="tozero", row=row, col=1)
+        figure.update_yaxes(**_from_nought(quantity), row=row, col=1)
     if data.true is not None:
         _shade(figure, data.true.closed, data.rate)
     return _timed(figure, data, len(rows), False)
@@ -72,7 +75,7 @@ def error_chart(data: ReportData) -> Figure | None:
 
 def box_chart(data: ReportData) -> Figure | None:
     """How the errors of the frames spread; None without errors."""
-    rows = [q for q in data.errors if _given(data.systems, "errors", q.key)]
+    rows = [q for q in data.errors if q.unit != SHARE and _given(data.systems, "errors", q.key)]
     if not rows:
         return None
     columns = min(len(rows), 3)
@@ -87,12 +90,18 @@ def box_chart(data: ReportData) -> Figure | None:
         for number, system in enumerate(data.systems):
             if quantity.key in system.errors:
                 _box(figure, system.errors[quantity.key].values, system.name, number, at)
-        figure.update_yaxes(rangemode="tozero", gridcolor=_GRID, zeroline=False, **at)
+        figure.update_yaxes(**_from_nought(quantity), gridcolor=_GRID, zeroline=False, **at)
     figure.update_xaxes(showticklabels=False)
     figure.update_annotations(font_size=13)
     layout = _LAYOUT | {"hovermode": "closest", "height": 270 * lines}
     figure.update_layout(**(layout | {"margin": {"l": 48, "r": 16, "t": 36, "b": 16}}))
     return figure
+
+
+def _from_nought(quantity: Quantity) -> dict[str, Any]:
+    """An axis from 0 on, which does not enlarge rounding errors; to 1 for shares."""
+    least = 1.0 if quantity.unit == SHARE else _LEAST
+    return {"rangemode": "tozero", "autorangeoptions": {"include": [0, least]}}
 
 
 def _given(systems: Sequence[System], part: str, key: str) -> bool:
@@ -106,7 +115,9 @@ def _rows(rows: Sequence[Quantity], above: bool = False) -> Figure:
         len(heights), 1, shared_xaxes=True, row_heights=heights, vertical_spacing=0.025
     )
     for row, quantity in enumerate(rows, 1 + above):
-        figure.update_yaxes(title_text=f"{quantity.label}, {quantity.unit}", row=row, col=1)
+        between = ",<br>" if len(quantity.label) > _LONG else ", "
+        title = f"{quantity.label}{between}{quantity.unit}"
+        figure.update_yaxes(title_text=title, row=row, col=1)
     return figure
 
 
@@ -133,19 +144,23 @@ def _series(figure: Figure, row: int, data: ReportData, series: Series, number: 
         red, green, blue = colours.rgb(colour)
         edge = {"width": 0}
         fill = f"rgba({red},{green},{blue},0.18)"
-        _line(figure, row, data.times, series.lower, "", edge, hoverinfo="skip")
+        _line(figure, row, data.rate, series.lower, "", edge, hoverinfo="skip")
         _line(
-            figure, row, data.times, series.upper, "", edge,
+            figure, row, data.rate, series.upper, "", edge,
             fill="tonexty", fillcolor=fill, hoverinfo="skip",
         )  # fmt: skip
-    line = {"color": colour, "width": 1.8}
-    _line(figure, row, data.times, series.values, data.systems[number].name, line)
+    stroke = _stroke(colours.system_stroke(number))
+    _line(figure, row, data.rate, series.values, data.systems[number].name, stroke)
+
+
+def _stroke(stroke: colours.Stroke) -> dict[str, Any]:
+    return {"color": stroke.colour, "width": stroke.width, "dash": stroke.dash}
 
 
 def _line(
     figure: Figure,
     row: int,
-    times: FloatArray,
+    rate: float,
     values: FloatArray,
     name: str,
     line: dict[str, Any],
@@ -153,7 +168,7 @@ def _line(
 ) -> None:
     hover = {} if "hoverinfo" in more else {"hovertemplate": "%{y:.2f}"}
     trace = Scatter(
-        x=times.astype(np.float32), y=values.astype(np.float32), name=name, mode="lines",
+        x0=0, dx=1 / rate, y=values.astype(np.float32), name=name, mode="lines",
         line=line, **hover, **more,
     )  # fmt: skip
     figure.add_trace(trace, row=row, col=1)

@@ -1,8 +1,9 @@
-"""Colours of the report: systems apart for every eye, heads in calm clay, errors in viridis."""
+"""Colours and strokes: systems apart for every eye, heads in calm clay, errors in viridis."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib import colormaps
@@ -17,6 +18,12 @@ SYSTEMS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 TRUTH_ON_PICTURES = "#ffffff"
 _ON_PICTURES = ("#14a5ff", "#ff7f27", "#2be3a6", "#ff9ad2", "#ffd43d", "#a6e4ff")
 
+_GAPS = ((), (12, 10), (3, 5), (16, 5, 3, 5), (7, 14), (2, 9))
+"""Dashes and gaps of the systems' lines, px."""
+
+_WIDEST, _THINNER, _THINNEST, _TRUTH_WIDTH = 2.6, 0.4, 1.6, 4.8  # px
+_ON_PICTURE_WIDTH, _TRUTH_ON_PICTURE_WIDTH = 1.4, 3.0
+
 CLAY = (208, 192, 178)
 _CLASS = {
     "skin": CLAY,
@@ -30,6 +37,49 @@ _CLASS = {
 }
 _BAR_STEPS = 256
 _ENDS = (1, 2, 4, 6, 8, 10)  # so that quarters are round numbers
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """How a line is drawn. Lines in the same place are all seen: later ones lie above.
+
+    Parameters
+    ----------
+    colour : str
+        As CSS.
+    width : float
+        Pixels.
+    gaps : tuple of int
+        Lengths of dashes and gaps, px; empty for a whole line.
+    """
+
+    colour: str
+    width: float
+    gaps: tuple[int, ...] = ()
+
+    @property
+    def dash(self) -> str:
+        """The gaps as plotly names them."""
+        return ",".join(f"{n}px" for n in self.gaps) or "solid"
+
+
+def truth_stroke() -> Stroke:
+    """The truth in charts: broad, so that it is seen behind a line that meets it."""
+    return Stroke(TRUTH, _TRUTH_WIDTH)
+
+
+def system_stroke(number: int) -> Stroke:
+    """A system in charts, by its place: the gaps show what lies behind."""
+    width = max(_WIDEST - _THINNER * number, _THINNEST)
+    return Stroke(system_colour(number), width, _GAPS[number % len(_GAPS)])
+
+
+def picture_stroke(number: int | None) -> Stroke:
+    """A system, or with None the truth, on pictures of faces."""
+    if number is None:
+        return Stroke(TRUTH_ON_PICTURES, _TRUTH_ON_PICTURE_WIDTH)
+    gaps = _GAPS[number % len(_GAPS)]
+    return Stroke(picture_colour(number), _ON_PICTURE_WIDTH, gaps)
 
 
 def system_colour(number: int) -> str:

@@ -83,7 +83,7 @@ class WorstFrame:
     ----------
     frame : int
     picture : bytes
-        JPEG: the mouth with the true and the tracked contours.
+        WebP: the mouth with the true and the tracked contours.
     text : str
         Time, phoneme and error.
     """
@@ -192,6 +192,10 @@ class ReportData:
         Rows of the charts.
     facts : mapping of heading to Rows
         Clip, machine, seeds, commands.
+    view : str
+        CLIP/CAMERA of the dataset that is shown.
+    others : tuple of str
+        The other views of that dataset.
     """
 
     title: str
@@ -209,6 +213,8 @@ class ReportData:
     curves: tuple[Quantity, ...] = ()
     errors: tuple[Quantity, ...] = ()
     facts: Mapping[str, Rows] = field(default_factory=dict)
+    view: str = ""
+    others: tuple[str, ...] = ()
 
     @property
     def times(self) -> FloatArray:

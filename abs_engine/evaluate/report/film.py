@@ -18,7 +18,7 @@ from abs_engine.video import VideoWriter
 
 Image = NDArray[np.uint8]
 LARGEST_WIDTH = 640
-QUALITY = 23  # x264's; the page is to be small
+QUALITY = 26  # x264's; the page is to be small
 _ACROSS = 1.7  # widths of the mouth that a worst frame shows
 _PICTURE = 480, 330  # px
 _BITS = 4  # of OpenCV's sub-pixel coordinates
@@ -78,7 +78,7 @@ def mouth_picture(
     loops: Iterable[tuple[FloatArray, str]],
     mouth: FloatArray,
 ) -> bytes:
-    """The mouth, enlarged, with contours, as JPEG.
+    """The mouth, enlarged, with contours, as WebP.
 
     Parameters
     ----------
@@ -97,9 +97,9 @@ def mouth_picture(
     for points, colour in loops:
         if np.isfinite(points).all():
             fixed = np.rint(window.to_drawn(points) * 2**_BITS).astype(np.int32)
-            width = 3 if colour == TRUTH_ON_PICTURES else 2
+            width = 4 if colour == TRUTH_ON_PICTURES else 2
             cv2.polylines(drawn, [fixed], True, rgb(colour), width, cv2.LINE_AA, _BITS)
-    coded = cv2.imencode(".jpg", drawn[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])[1]
+    coded = cv2.imencode(".webp", drawn[..., ::-1], [cv2.IMWRITE_WEBP_QUALITY, 84])[1]
     return coded.tobytes()
 
 

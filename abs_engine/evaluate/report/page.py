@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
-from abs_engine.evaluate.report import charts, colours, sections
-from abs_engine.evaluate.report.data import FloatArray, Head, ReportData
-from abs_engine.evaluate.report.embed import packed, packed_motion, script_json, text64
+from abs_engine.evaluate.report import charts, colours, glance, sections
+from abs_engine.evaluate.report.data import Head, ReportData
+from abs_engine.evaluate.report.embed import Store, deflated, json_bytes
 
 _WEB = "web"
 _SCRIPTS = ("arrays.js", "heads.js", "stage.js", "player.js", "main.js")
@@ -32,11 +32,12 @@ def report_page(data: ReportData) -> str:
     ----------
     data : ReportData
     """
-    told = page_data(data)
+    store = Store()
+    told = page_data(data, store)
     body = "\n".join(
         part
         for part in (
-            sections.heading(data),
+            glance.heading(data),
             sections.player(data),
             sections.lip_curves(data, told["charts"]),
             sections.errors(data, told["charts"]),
@@ -48,26 +49,36 @@ def report_page(data: ReportData) -> str:
         if part
     )
     scripts = "\n".join(_script(name) for name in _SCRIPTS)
+    parts = {
+        "data": json_bytes(told),
+        "arrays": store.content,
+        "plotly": get_plotlyjs().encode("utf-8"),
+    }
+    deflates = "\n".join(
+        f'<script type="text/plain" id="{name}">{deflated(content)}</script>'
+        for name, content in parts.items()
+    )
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="{_POLICY}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{html.escape(data.title)}</title>
-<style>{_text("page.css")}</style>
-<script>{_closed(get_plotlyjs())}</script></head>
+<style>{_text("page.css")}</style></head>
 <body><main>
 <noscript><p class="warning">This page draws its charts with JavaScript; allow it to run.</p>
 </noscript>
+<p class="warning too-old" hidden>This browser cannot inflate what the page holds (it has no
+DecompressionStream); open it in a newer one.</p>
 {body}
 </main>
-<script type="application/json" id="data">{script_json(told)}</script>
+{deflates}
 {scripts}
 </body></html>
 """
 
 
-def page_data(data: ReportData) -> dict[str, Any]:
-    """What the page's scripts are told, as JSON values."""
+def page_data(data: ReportData, store: Store) -> dict[str, Any]:
+    """What the page's scripts are told, as JSON values; arrays go to the store."""
     area = slice(None) if data.area is None else data.area
     maps = [s.error_map[area] for s in data.systems if s.error_map is not None]
     drawn = {
@@ -81,16 +92,16 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "played": data.played,
         "vertices": len(data.colours),
         "focus": list(data.focus),
-        "weld": packed(weld(data)),
-        "faces": packed(data.faces.astype(np.uint32).ravel()),
-        "colours": packed(data.colours),
-        "heads": _heads(data),
-        "contours": _contours(data),
+        "weld": store.add(weld(data), 1),
+        "faces": store.add(data.faces.astype(np.uint32).ravel(), 3),
+        "colours": store.add(data.colours, 3),
+        "heads": _heads(data, store),
+        "contours": _contours(data, store),
         "film": None
         if data.film is None
-        else {"data": text64(data.film.content), "size": list(data.film.size)},
+        else {"data": store.add_file(data.film.content), "size": list(data.film.size)},
         "said": [[s.label, s.start, s.end] for s in said],
-        "ramp": {"colours": packed(colours.bar_colours()), "end": colours.scale_end(maps)},
+        "ramp": {"colours": store.add(colours.bar_colours()), "end": colours.scale_end(maps)},
         "charts": {k: json.loads(figure.to_json()) for k, figure in drawn.items() if figure},
     }
 
@@ -106,53 +117,52 @@ def weld(data: ReportData) -> NDArray[np.uint32]:
     return np.asarray(first[same.ravel()], np.uint32)
 
 
-def _heads(data: ReportData) -> list[dict[str, Any]]:
+def _heads(data: ReportData, store: Store) -> list[dict[str, Any]]:
     """The true head first, then those of the systems."""
     told = []
     if data.true is not None:
-        told.append(_head("truth", colours.TRUTH, data.true.head, data.played, None, truth=True))
+        told.append({"name": "truth", "colour": colours.TRUTH, "truth": True, "map": None})
+        told[-1] |= _moved(data.true.head, data.played, store)
     for number, system in enumerate(data.systems):
         if system.head is not None:
-            colour = colours.system_colour(number)
-            told.append(_head(system.name, colour, system.head, data.played, system.error_map))
+            errors = system.error_map
+            told.append(
+                {
+                    "name": system.name,
+                    "colour": colours.system_colour(number),
+                    "truth": False,
+                    "map": None if errors is None else store.add_steps(errors, 1),
+                    **_moved(system.head, data.played, store),
+                }
+            )
     return told
 
 
-def _head(
-    name: str,
-    colour: str,
-    head: Head,
-    played: int,
-    error_map: FloatArray | None,
-    *,
-    truth: bool = False,
-) -> dict[str, Any]:
+def _moved(head: Head, played: int, store: Store) -> dict[str, Any]:
+    """How a head moves."""
+
+    def kept(values: NDArray[Any] | None) -> dict[str, Any] | None:
+        return None if values is None else store.add(values[:played].astype(np.float32))
+
     return {
-        "name": name,
-        "colour": colour,
-        "truth": truth,
-        "motion": packed_motion(head.motion),
-        "rotations": _floats(head.rotations, played),
-        "translations": _floats(head.translations, played),
-        "map": None if error_map is None else packed(error_map.astype(np.float32)),
+        "motion": store.add_motion(head.motion),
+        "rotations": kept(head.rotations),
+        "translations": kept(head.translations),
     }
 
 
-def _contours(data: ReportData) -> list[dict[str, Any]]:
+def _contours(data: ReportData, store: Store) -> list[dict[str, Any]]:
     """Contours of the lips: the true ones, then those of the systems that have them."""
     return [
         {
             "name": name,
-            "colour": colour,
-            "truth": colour == colours.TRUTH_ON_PICTURES,
-            "loops": [packed(loop[: data.played].astype(np.float32)) for loop in loops.values()],
+            "stroke": {"colour": stroke.colour, "width": stroke.width, "dash": stroke.gaps},
+            "loops": [
+                store.add_steps(loop[: data.played], 2 * loop.shape[1]) for loop in loops.values()
+            ],
         }
-        for name, colour, loops in sections.contours(data)
+        for name, stroke, loops in sections.contours(data)
     ]
-
-
-def _floats(values: NDArray[Any] | None, played: int) -> dict[str, Any] | None:
-    return None if values is None else packed(values[:played].astype(np.float32))
 
 
 def _text(name: str) -> str:

@@ -1,48 +1,23 @@
-"""The parts of the page as HTML."""
+"""The parts of the page below its top, as HTML."""
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping
 from typing import Any
 
-from abs_engine.evaluate.catalogue import BY_KEY, METRICS, Metric
+from abs_engine.evaluate.catalogue import METRICS, Metric
 from abs_engine.evaluate.report import colours
 from abs_engine.evaluate.report.data import FloatArray, ReportData, Rows, System
 from abs_engine.evaluate.report.embed import data_url
-from abs_engine.evaluate.score import Score
-
-CARDS = (
-    ("frames_lost",),
-    ("lips_rms_head_mm", "lip_points_rms_head_mm", "landmarks_rms_head_mm", "lips_rms_px"),
-    ("face_rms_head_mm", "landmarks_rms_px"),
-    ("aperture_rms_mm",),
-    ("closure_recall_events",),
-    ("head_angle_rms_deg",),
-)
-"""Metrics of the first glance; of each group the first that there is."""
+from abs_engine.evaluate.report.pieces import safe, short, swatch
+from abs_engine.evaluate.report.quantities import SHARE
 
 SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
 _NO_WEBGL = (
     '<p class="warning no-webgl" hidden>This browser gives the page no WebGL 2, which the 3D '
     "pictures need.</p>"
 )
-
-
-def heading(data: ReportData) -> str:
-    """Title, legend and the numbers of the first glance."""
-    items = [
-        f'<li><span class="swatch" style="background:{colour}"></span>{_safe(name)}</li>'
-        for name, colour in _names(data)
-    ]
-    closed = (
-        '<li><span class="swatch area" style="background:#dddde3"></span>lips truly closed</li>'
-        if data.true is not None
-        else ""
-    )
-    return f"""<header><h1>{_safe(data.title)}</h1><p class="soft">{_safe(data.subtitle)}</p>
-<ul class="legend">{"".join(items)}{closed}</ul></header>{_cards(data)}"""
 
 
 def player(data: ReportData) -> str:
@@ -88,9 +63,14 @@ def errors(data: ReportData, charts: Mapping[str, Any]) -> str:
     """Errors over time, and their spread."""
     if "errors" not in charts:
         return ""
-    names = ", ".join(q.label for q in data.errors)
-    return f"""<section><h2>Errors</h2><p>In each frame: {_safe(names)}; for points the root mean
-square distance to the truth. Gaps are lost frames.</p>
+    names = ", ".join(q.label for q in data.errors if q.unit != SHARE)
+    shares = (
+        " 95 % intervals: which share of the coordinates they hold."
+        if any(q.unit == SHARE for q in data.errors)
+        else ""
+    )
+    return f"""<section><h2>Errors</h2><p>In each frame: {safe(names)}; for points the root mean
+square distance to the truth.{shares} Gaps are lost frames.</p>
 <div class="chart" id="chart-errors"></div>
 <h3>Their spread over the frames</h3>
 <p>Box: quartiles and median. Dashed: mean. Whiskers: the farthest values within 1.5 times the
@@ -119,7 +99,7 @@ def worst(data: ReportData) -> str:
     parts = []
     for number, system in enumerate(data.systems):
         if system.worst:
-            name = f'<h3 style="color:{colours.system_colour(number)}">{_safe(system.name)}</h3>'
+            name = f'<h3 style="color:{colours.system_colour(number)}">{safe(system.name)}</h3>'
             parts.append(f'{name}<div class="worst">{"".join(_figures(system, data.played))}</div>')
     if not parts:
         return ""
@@ -133,10 +113,10 @@ def scores(data: ReportData) -> str:
     used = [m for m in METRICS if any(m.key in s.scores for s in data.systems)]
     if not used:
         return ""
-    head = "".join(f"<th>{_safe(s.name)}</th>" for s in data.systems)
+    head = "".join(f"<th>{safe(s.name)}</th>" for s in data.systems)
     rows = "".join(_score_row(metric, data) for metric in used)
     means = "".join(
-        f"<tr><th>{_safe(m.label.strip())}</th><td>{_safe(m.definition)}</td></tr>" for m in used
+        f"<tr><th>{safe(m.label.strip())}</th><td>{safe(m.definition)}</td></tr>" for m in used
     )
     return f"""<section><h2>Scores</h2>
 <p>In brackets: 95 % confidence interval by a bootstrap over blocks of frames.</p>
@@ -152,14 +132,14 @@ def facts(data: ReportData) -> str:
     return f"<section><h2>How it was made</h2>{''.join(blocks)}</section>" if blocks else ""
 
 
-def contours(data: ReportData) -> list[tuple[str, str, Mapping[str, FloatArray]]]:
-    """Name, colour and contours: of the truth, then of the systems that have them."""
+def contours(data: ReportData) -> list[tuple[str, colours.Stroke, Mapping[str, FloatArray]]]:
+    """Name, stroke and contours: of the truth, then of the systems that have them."""
     found = []
     if data.true is not None and data.true.contours:
-        found.append(("truth", colours.TRUTH_ON_PICTURES, data.true.contours))
+        found.append(("truth", colours.picture_stroke(None), data.true.contours))
     for number, system in enumerate(data.systems):
         if system.contours:
-            found.append((system.name, colours.picture_colour(number), system.contours))
+            found.append((system.name, colours.picture_stroke(number), system.contours))
     return found
 
 
@@ -171,38 +151,8 @@ def _ends(end: float) -> str:
     )
 
 
-def _names(data: ReportData) -> list[tuple[str, str]]:
-    """Names and colours of the truth and the systems."""
-    named = [("truth", colours.TRUTH)] if data.true is not None else []
-    return named + [(s.name, colours.system_colour(k)) for k, s in enumerate(data.systems)]
-
-
 def _heads(data: ReportData) -> bool:
     return data.true is not None or any(s.head is not None for s in data.systems)
-
-
-def _cards(data: ReportData) -> str:
-    """For each system the numbers of the first glance."""
-    lines = []
-    for number, system in enumerate(data.systems):
-        found = ([key for key in group if key in system.scores] for group in CARDS)
-        keys = [group[0] for group in found if group]
-        if not keys:
-            continue
-        title = f"<h3>{_safe(system.name)}</h3>" if len(data.systems) > 1 else ""
-        cards = "".join(_card(key, system.scores[key], number) for key in keys)
-        lines.append(f'{title}<div class="cards">{cards}</div>')
-    return "".join(lines)
-
-
-def _card(key: str, score: Score, number: int) -> str:
-    metric = BY_KEY[key]
-    unit = "" if metric.unit in ("", "share") else f" {metric.unit}"
-    sure = "" if math.isnan(score.low) else f" [{_short(score.low)}, {_short(score.high)}]"
-    return (
-        f'<div class="card" style="border-color:{colours.system_colour(number)}">'
-        f"<b>{_short(score.value)}{unit}</b><small>{_safe(metric.label)}<br>{sure}</small></div>"
-    )
 
 
 def _contour_boxes(data: ReportData) -> str:
@@ -210,9 +160,9 @@ def _contour_boxes(data: ReportData) -> str:
     if data.film is None or not shown:
         return ""
     boxes = "".join(
-        f'<label><input type="checkbox" data-contour="{k}" checked> <span class="swatch" '
-        f'style="background:{colour}"></span> {_safe(name)}</label>'
-        for k, (name, colour, _) in enumerate(shown)
+        f'<label><input type="checkbox" data-contour="{k}" checked> {swatch(stroke)} '
+        f"{safe(name)}</label>"
+        for k, (name, stroke, _) in enumerate(shown)
     )
     return f'<div class="bar"><span class="soft">lips on the video:</span>{boxes}</div>'
 
@@ -244,10 +194,10 @@ def _figures(system: System, played: int) -> list[str]:
     out = []
     for one in system.worst:
         seek = f' data-frame="{one.frame}"' if one.frame < played else ""
-        source = data_url(one.picture, "image/jpeg")
+        source = data_url(one.picture, "image/webp")
         out.append(
             f'<figure><img src="{source}" alt="mouth in frame {one.frame}"{seek}>'
-            f"<figcaption>{_safe(one.text)}</figcaption></figure>"
+            f"<figcaption>{safe(one.text)}</figcaption></figure>"
         )
     return out
 
@@ -259,27 +209,16 @@ def _score_row(metric: Metric, data: ReportData) -> str:
         if score is None or math.isnan(score.value):
             cells.append('<td class="number">-</td>')
             continue
-        sure = "" if math.isnan(score.low) else f"[{_short(score.low)}, {_short(score.high)}]"
+        sure = "" if math.isnan(score.low) else f"[{short(score.low)}, {short(score.high)}]"
         cells.append(
-            f'<td class="number">{_short(score.value)} <span class="between">{sure}</span></td>'
+            f'<td class="number">{short(score.value)} <span class="between">{sure}</span></td>'
         )
     unit = "" if metric.unit == "share" else metric.unit
-    return f'<tr><th>{_safe(metric.label)}</th><td class="soft">{unit}</td>{"".join(cells)}</tr>'
+    return f'<tr><th>{safe(metric.label)}</th><td class="soft">{unit}</td>{"".join(cells)}</tr>'
 
 
 def _facts(title: str, rows: Rows) -> str:
     lines = "".join(
-        f"<tr><th>{_safe(name)}</th><td><code>{_safe(text)}</code></td></tr>" for name, text in rows
+        f"<tr><th>{safe(name)}</th><td><code>{safe(text)}</code></td></tr>" for name, text in rows
     )
-    return f'<h3>{_safe(title)}</h3><table class="facts">{lines}</table>'
-
-
-def _short(number: float) -> str:
-    """Three digits after the point, fewer where the number is large, none where it is whole."""
-    if math.isnan(number) or number == round(number) or abs(number) >= 1000:
-        return f"{number:.0f}"
-    return f"{number:.{2 if abs(number) >= 10 else 3}f}"
-
-
-def _safe(text: str) -> str:
-    return html.escape(str(text))
+    return f'<h3>{safe(title)}</h3><table class="facts">{lines}</table>'

@@ -6,9 +6,10 @@ import numpy as np
 
 from abs_engine.assets import Speaker
 from abs_engine.errors import ParameterError
-from abs_engine.synth.contact import CLOSED_BELOW, widest_gap
+from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.people.person import Person, neutral
 from abs_engine.synth.people.tones import Colour, tone_at
+from abs_engine.truth.codec import CLOSED_BELOW
 
 SPREAD = {
     "mouth_scale_horiz": 0.20, "mouth_upperlip_height": 0.22, "mouth_lowerlip_height": 0.22,

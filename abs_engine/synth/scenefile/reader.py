@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import re
 import tomllib
 import types
 import typing
@@ -14,6 +15,31 @@ from typing import Any
 
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.synth.scenefile.scene import FORMAT, VERSION, SceneFile
+
+OTHER_NAMES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("fps", "framerate", "framespersecond", "hz"), ("rate",)),
+    **dict.fromkeys(("resolution", "width", "height", "imagesize"), ("size",)),
+    **dict.fromkeys(("person", "actor", "people", "face", "head", "who", "talker"), ("speaker",)),
+    **dict.fromkeys(("text", "phonemes", "speech", "words", "says", "ipa", "xsampa"), ("say",)),
+    **dict.fromkeys(("duration", "length", "nframes", "seconds"), ("frames", "end")),
+    **dict.fromkeys(("fov", "angle", "hfov", "fieldofview"), ("field_of_view_degrees",)),
+    **dict.fromkeys(("color", "rgb", "tint"), ("colour", "skin")),
+    **dict.fromkeys(("brightness", "strength", "power"), ("intensity", "exposure", "amount")),
+    **dict.fromkeys(("principalpoint", "center"), ("centre",)),
+    **dict.fromkeys(("rotation", "turn", "angles"), ("turn_degrees", "roll_degrees")),
+    **dict.fromkeys(("lookat", "lookingat", "aim"), ("target",)),
+    **dict.fromkeys(("translation", "shift", "place", "location"), ("shift", "position")),
+    **dict.fromkeys(("lamp", "lamps", "lights"), ("light", "lights")),
+    **dict.fromkeys(("speakers",), ("speaker",)),
+    **dict.fromkeys(("quality", "bitrate", "compression"), ("crf",)),
+    **dict.fromkeys(("livelink", "blendshapes", "csv"), ("arkit",)),
+    **dict.fromkeys(("shape", "morph", "targets", "weights"), ("identity",)),
+    **dict.fromkeys(("noise",), ("sensor", "shot", "read")),
+    **dict.fromkeys(("dots", "markers", "marks"), ("beads",)),
+    **dict.fromkeys(("begin", "from"), ("start",)),
+    **dict.fromkeys(("stop", "until", "to"), ("end",)),
+}
+"""What else keys may be called, in small letters without '_' and '-', and the keys meant."""
 
 
 def read_scene(path: Path) -> SceneFile:
@@ -92,9 +118,20 @@ def build(kind: Any, table: Any, where: str) -> Any:
 
 
 def nearest(word: str, known: typing.Iterable[str]) -> str:
-    """Such as ' (nearest: focal)'; empty where nothing is alike."""
-    found = difflib.get_close_matches(word, list(known), n=1, cutoff=0.3)
-    return f" (nearest: '{found[0]}')" if found else ""
+    """Such as " (nearest: 'focal')"; empty where nothing is alike.
+
+    What has another name elsewhere comes first, then what is spelt alike, then what is a part of
+    the word or has it as a part.
+    """
+    names = list(known)
+    plain = re.sub(r"[^a-z0-9]", "", word.lower())
+    by_plain = {re.sub(r"[^a-z0-9]", "", name.lower()): name for name in reversed(names)}
+    alike = [name for name in OTHER_NAMES.get(plain, ()) if name in names]
+    alike += [by_plain[n] for n in difflib.get_close_matches(plain, by_plain, n=1, cutoff=0.75)]
+    parts = [n for n in by_plain if min(len(n), len(plain)) > 2 and (n in plain or plain in n)]
+    alike += [by_plain[n] for n in sorted(parts, key=lambda n: abs(len(n) - len(plain)))]
+    alike += [by_plain[n] for n in difflib.get_close_matches(plain, by_plain, n=1, cutoff=0.5)]
+    return f" (nearest: '{alike[0]}')" if alike else ""
 
 
 def convert(kind: Any, value: Any, where: str) -> Any:

@@ -3,6 +3,7 @@
 from abs_engine.synth.speech.articulate import Interval, Speech, articulate
 from abs_engine.synth.speech.gestures import Contact
 from abs_engine.synth.speech.livelink import Recording, play_recording, read_livelink
+from abs_engine.synth.speech.notation import doubtful
 from abs_engine.synth.speech.textgrid import read_textgrid
 from abs_engine.synth.speech.utterance import Segment, Utterance, parse_phonemes
 
@@ -14,6 +15,7 @@ __all__ = [
     "Speech",
     "Utterance",
     "articulate",
+    "doubtful",
     "parse_phonemes",
     "play_recording",
     "read_livelink",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,12 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.synth.speech.articulate import Speech, check_rate
+from abs_engine.truth.timecode import seconds_since_first
 
 FloatArray = NDArray[np.float64]
 
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
-_BASES = (24, 25, 30, 60, 120)
-_DAY = 86400.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,30 +149,16 @@ def _numbers(path: Path, header: list[str], rows: list[list[str]], first: int) -
 
 
 def _seconds(path: Path, codes: list[str], first: int, timecode_rate: float | None) -> FloatArray:
-    """Seconds since the first timecode; a recording may go on past midnight."""
-    parts = [re.fullmatch(r"(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)", code.strip()) for code in codes]
-    for line, part in enumerate(parts, first):
-        if part is None:
-            raise InputFileError(
-                f"line {line} of {path}: '{codes[line - first]}' is no timecode",
-                "timecodes are hours:minutes:seconds:frames",
-            )
-    fields = np.array([part.groups() for part in parts if part is not None], np.float64)
-    base = timecode_rate or _base(fields[:, 3].max())
-    seconds = fields[:, :3] @ [3600.0, 60.0, 1.0] + fields[:, 3] / base
-    steps = np.diff(seconds)
-    steps[steps < -_DAY / 2] += _DAY
+    """Seconds since the first timecode, growing."""
+    times = seconds_since_first(codes, path, timecode_rate)
+    steps = np.diff(times)
     if (steps <= 0).any():
         line = first + 1 + int(np.flatnonzero(steps <= 0)[0])
         raise InputFileError(
             f"line {line} of {path} is not later than the line before it",
             "sort the lines, or give the timecode's rate",
         )
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def _base(largest: float) -> float:
-    return float(next((base for base in _BASES if base > largest), np.ceil(largest + 1)))
+    return times
 
 
 def _is_angle(name: str) -> bool:

@@ -216,3 +216,30 @@ def nearest(text: str, known: tuple[str, ...]) -> str:
     names = {unicodedata.name(symbol[0], ""): symbol for symbol in reversed(known)}
     wanted = unicodedata.name(text[:1] or " ", "")
     return names[difflib.get_close_matches(wanted, list(names), n=1, cutoff=0.0)[0]]
+
+
+def doubtful(text: str, alphabet: Alphabet) -> dict[str, str]:
+    """Tokens that look like words in ordinary spelling, and how each is read, sounds in the IPA.
+
+    All letters are sounds of X-SAMPA and of the IPA, so a word is no error: it is read letter by
+    letter. Four letters without a mark look like a word, three do where nothing else is marked.
+
+    Parameters
+    ----------
+    text : str
+        As `abs_engine.synth.speech.parse_phonemes` takes it.
+    alphabet : {"x-sampa", "ipa", "arpabet"}
+
+    Raises
+    ------
+    ParameterError
+        If a sound is unknown.
+    """
+    if alphabet == "arpabet":
+        return {}
+    tokens = [re.sub(r"\([^()]*\)$", "", token) for token in text.split()]
+    tokens = [token for token in tokens if token not in _SCRIPTS["x-sampa"].pauses]
+    words = [token for token in tokens if re.fullmatch(r"[A-Za-z][a-z]{2,}", token)]
+    plain = len(words) > 1 and all(re.fullmatch(r"[A-Za-z][a-z]*", token) for token in tokens)
+    taken = [word for word in words if plain or len(word) > 3]
+    return {word: " ".join(p.label for p in spell(word, alphabet)) for word in taken}

@@ -6,11 +6,12 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
+from abs_engine.assets import Speaker, load_speaker
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import FloatArray, vertex_normals
 
@@ -44,6 +45,16 @@ class Body:
         return vertex_normals(points, weld[self.speaker.faces])[weld]
 
 
+def check_person(person: str, speaker: Path | None) -> None:
+    """Raise `ParameterError` unless the speaker of a file, or the bundled one, has the person."""
+    _check_name(person, load_speaker(speaker))
+
+
+def _check_name(person: str, speaker: Speaker) -> None:
+    if person not in speaker.people:
+        raise ParameterError(*unknown("person", person, tuple(speaker.people)))
+
+
 def person_body(speaker: Speaker, person: str) -> Body:
     """A person of the speaker at rest, with texture.
 
@@ -52,8 +63,7 @@ def person_body(speaker: Speaker, person: str) -> Body:
     ParameterError
         If there is no such person; the nearest name is given.
     """
-    if person not in speaker.people:
-        raise ParameterError(*unknown("person", person, tuple(speaker.people)))
+    _check_name(person, speaker)
     return Body(speaker, speaker.named(person).astype(np.float64), speaker.texture(person))
 
 

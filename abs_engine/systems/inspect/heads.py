@@ -30,6 +30,9 @@ from abs_engine.systems.inspect.sheets import (
 )
 from abs_engine.systems.inspect.view import views_of
 
+_WITH = {"mouthClose": "jawOpen"}
+"""Face units that close what another opens, and alone make lips cross."""
+
 SHEET_VIEWS, FILM_VIEWS = 8, 100
 """Views of a turntable on a sheet and in a film."""
 
@@ -71,7 +74,7 @@ def draw_postures(
     """Every face unit alone, as a sheet; as a film each comes and goes."""
     look = _look(request, renderer, (360, 420) if film else (180, 210))
     body = posed(person_of(request), request.units)
-    rows = unit_rows(body, request.rows)
+    rows = _units(body, request)
     if film:
         return _sweep(look, body, rows, (0.0, request.weight), "")
     return posture_sheet(look, body, rows, request.weight, progress)
@@ -106,9 +109,23 @@ def _directions(request: Request) -> tuple[Body, list[Row], bool]:
     person = person_of(request)
     if request.modes is None:
         body = posed(person, request.units)
-        return body, unit_rows(body, request.rows), False
+        return body, _units(body, request), False
     shape = mouth_shape(person.speaker, person.vertices.astype(np.float32), request.modes)
     return posed(person.moved(shape.mean), request.units), mode_rows(shape.modes), True
+
+
+def _units(body: Body, request: Request) -> list[Row]:
+    """The face units that are named as they are; of all, those that go with another beside it."""
+    rows = unit_rows(body, request.rows)
+    if request.rows:
+        return rows
+    delta = {row.name: row.delta for row in rows}
+    return [
+        Row(f"{row.name}, {other}", row.delta + delta[other])
+        if (other := _WITH.get(row.name)) in delta
+        else row
+        for row in rows
+    ]
 
 
 def _sweep(
@@ -124,5 +141,5 @@ def person_of(request: Request) -> Body:
 
 def _look(request: Request, renderer: Renderer, size: tuple[int, int]) -> Look:
     return Look(
-        renderer, request.size or size, request.palette or "colour", request.crop, request.turn
+        renderer, request.size or size, request.palette or "colour", request.shown, request.turn
     )

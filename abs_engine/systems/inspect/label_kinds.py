@@ -92,6 +92,6 @@ def _label_source(
     if film or request.views is not None:
         turns = turn_angles(request.views or FILM_VIEWS)
     size = request.size or ((240, 280) if len(turns) > 1 and not film else (512, 512))
-    views = views_of(rest, size, turns, request.crop)
+    views = views_of(rest, size, turns, request.shown)
     captions = ["" if film or len(turns) == 1 else f"{t:.0f}°" for t in turns]
     return PostureSource(renderer, posed(rest, request.units), views, captions, RATE)

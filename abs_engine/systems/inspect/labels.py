@@ -28,6 +28,9 @@ from abs_engine.systems.inspect.palette import (
 from abs_engine.systems.inspect.view import View
 
 Image = NDArray[np.uint8]
+MOST = 0.98
+"""Share of the flow within its scale: a blink is long, and would leave all else pale."""
+
 LABELS = ("ids", "classes", "depth", "normals", "albedo", "flow")
 DEPTH_COLOURS = colours_of("viridis_r")
 
@@ -134,7 +137,7 @@ class LabelPainter:
 
 
 def limits_of(kind: str, frames: Sequence[LabelFrame]) -> tuple[float, float]:
-    """Limits that hold for all frames: of depth to whole 10 mm, of flow the longest.
+    """Limits that hold for all frames: of depth to whole 10 mm, of flow above `MOST` of it.
 
     Raises
     ------
@@ -146,11 +149,18 @@ def limits_of(kind: str, frames: Sequence[LabelFrame]) -> tuple[float, float]:
     values = [_sizes(kind, frame) for frame in frames]
     known = np.concatenate(values)
     if kind == "flow":
-        return 0.0, float(max(known.max(), 0.1)) if known.size else 1.0
+        return 0.0, _two_digits(float(np.quantile(known, MOST))) if known.size else 1.0
     if not known.size:
         raise ParameterError("the head is in none of the frames", "choose others")
     low, high = 10 * np.floor(known.min() / 10), 10 * np.ceil(known.max() / 10)
     return float(low), float(max(high, low + 10))
+
+
+def _two_digits(value: float) -> float:
+    """A length, px, rounded up to two digits; 0.1 at least."""
+    value = max(value, 0.1)
+    step = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.ceil(value / step - 1e-9) * step)
 
 
 def _sizes(kind: str, frame: LabelFrame) -> NDArray[np.float64]:

@@ -31,7 +31,7 @@ def colour_bar(colours: Image, limits: tuple[float, float], text: str, height: i
     return _pixels(figure)
 
 
-def swatches(names: Sequence[str], colours: Image, height: int, width: int = 128) -> Image:
+def swatches(names: Sequence[str], colours: Image, height: int, width: int = 136) -> Image:
     """Names beside their colours, (height, width, 3) uint8 RGB."""
     figure = _figure(width, height)
     patches = [
@@ -58,7 +58,9 @@ def flow_wheel(largest: float, height: int, side: int = 96) -> Image:
     x, y = np.meshgrid(*[np.linspace(-1.02, 1.02, side)] * 2)
     inside = x * x + y * y <= 1
     wheel = paint_flow(np.stack([x, y], axis=-1) * largest, largest, inside)
-    return _explained(wheel, f"flow to the next\nframe; the rim is\n{largest:.3g} pixels", height)
+    return _explained(
+        wheel, f"flow to the next\nframe; the rim is\n{largest:.3g} pixels\nor more", height
+    )
 
 
 def _explained(picture: Image, text: str, height: int) -> Image:

@@ -122,8 +122,13 @@ class OverlayPainter:
             ("inner_lip_lower", False, LOWER),
             ("outer_lip", True, OUTER),
         ):
-            _polyline(picture, pixels[marks[name]], closed, colour)
+            _polyline(picture, pixels[marks[name]], closed, colour, self._edged)
         return picture
+
+    @property
+    def _edged(self) -> bool:
+        """Whether there is room for dark edges of lines."""
+        return self._scale > 1 or self._run.camera.size[1] >= LEAST_HEIGHT
 
     def _outline(self, picture: Image, body: Body, view: View) -> None:
         """The silhouette of the head, in place."""
@@ -132,7 +137,8 @@ class OverlayPainter:
         covered = np.pad(drawn.covered.astype(np.uint8), 1)
         chain, _ = cv2.findContours(covered, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for contour in chain:
-            _polyline(picture, contour[:, 0].astype(np.float64) - 1, True, OUTLINE)
+            points = contour[:, 0].astype(np.float64) - 1
+            _polyline(picture, points, True, OUTLINE, self._edged)
 
 
 def _pixels(body: Body, view: View) -> FloatArray:
@@ -140,8 +146,10 @@ def _pixels(body: Body, view: View) -> FloatArray:
     return view.camera.project(view.pose.apply(body.vertices))
 
 
-def _polyline(picture: Image, points: FloatArray, closed: bool, colour: Colour) -> None:
-    """A smooth line with a dark edge, in place."""
+def _polyline(
+    picture: Image, points: FloatArray, closed: bool, colour: Colour, edged: bool
+) -> None:
+    """A smooth line, perhaps with a dark edge, in place."""
     fixed = [np.rint(points * 2**_FRACTION).astype(np.int32)]
-    for ink, width in (((0, 0, 0), 3), (colour, 1)):
+    for ink, width in (((0, 0, 0), 3), (colour, 1)) if edged else ((colour, 1),):
         cv2.polylines(picture, fixed, closed, ink, width, cv2.LINE_AA, _FRACTION)

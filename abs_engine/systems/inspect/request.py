@@ -19,7 +19,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "postures": (*_LOOK, "turn", "rows", "weight"),
     "nomogram": (*_LOOK, "turn", "rows", "modes", "columns", "run"),
     "turntable": (*_LOOK, "views"),
-    "overlay": ("run", "speaker", "video", "style", "palette", "frame"),
+    "overlay": ("run", "speaker", "video", "truth", "style", "palette", "frame"),
     "ids": _LABEL,
     "classes": _LABEL,
     "depth": (*_LABEL, "limits"),
@@ -29,6 +29,11 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "error": (*_BODY, "values", "run", "truth", "frame", "largest", "views"),
 }
 """Which choices each kind of picture takes, besides file and renderer."""
+
+OF_POSTURES = ("person", "units")
+OF_VIEWS = ("turn", "crop", "views", "size")
+LABEL_KINDS = ("ids", "classes", "depth", "normals", "albedo", "flow")
+"""What choices of the head's posture, and of the view of its labels, are without effect on runs."""
 
 LARGEST = 4096
 """Pixels a side of one picture; multisampled, it takes a gigabyte."""
@@ -52,7 +57,8 @@ class Request:
     units : mapping of str to float
         Posture, weights of face units by name.
     palette : str, optional
-    crop : {"head", "mouth"}
+    crop : {"head", "mouth"}, optional
+        By default the mouth for modes, else the head.
     size : tuple of int, optional
         Width and height of one picture, pixels.
     turn : float
@@ -90,7 +96,7 @@ class Request:
     person: str = "clara"
     units: Mapping[str, float] = field(default_factory=dict)
     palette: str | None = None
-    crop: str = "head"
+    crop: str | None = None
     size: tuple[int, int] | None = None
     turn: float = 0.0
     rows: tuple[str, ...] = ()
@@ -112,6 +118,7 @@ class Request:
                 self._refuse(name)
         if self.units and "units" not in CHOICES[self.kind]:
             self._refuse("units")
+        self._check_head()
         if not np.isfinite([self.turn, self.weight]).all():
             raise ParameterError("an angle or a weight is NaN or infinite", "give a number")
         if self.size is not None and not (16 <= min(self.size) <= max(self.size) <= LARGEST):
@@ -119,6 +126,23 @@ class Request:
                 "a picture of {}x{} pixels cannot be drawn".format(*self.size),
                 f"give 16 to {LARGEST} pixels a side",
             )
+
+    @property
+    def shown(self) -> str:
+        """What is shown: head or mouth."""
+        of_modes = self.kind == "nomogram" and (self.modes is not None or self.run is not None)
+        return self.crop or ("mouth" if of_modes else "head")
+
+    def _check_head(self) -> None:
+        """Refuse choices of a head or a view where a run or a dataset decides them."""
+        if self.run is None and self.truth is None:
+            return
+        decided = (*OF_POSTURES, *(OF_VIEWS if self.kind in LABEL_KINDS else ()))
+        for name in decided:
+            default = {} if name == "units" else Request.__dataclass_fields__[name].default
+            if getattr(self, name) != default:
+                flag, by = FLAGS.get(name, f"--{name}"), "RUN" if self.run else "--truth"
+                raise ParameterError(f"{flag} does not go with {by}", "leave one of them out")
 
     def _refuse(self, name: str) -> None:
         flag = FLAGS.get(name, f"--{name}")

@@ -27,7 +27,8 @@ from abs_engine.systems.inspect.legend import colour_bar
 from abs_engine.systems.inspect.output import Progress
 from abs_engine.systems.inspect.overlay import OverlayPainter
 from abs_engine.systems.inspect.request import Request
-from abs_engine.systems.inspect.runs import RunHead, find_video, load_run_head, run_pictures
+from abs_engine.systems.inspect.run_video import find_video
+from abs_engine.systems.inspect.runs import RunHead, load_run_head, run_pictures
 from abs_engine.systems.inspect.sheets import RATE, turn_angles
 from abs_engine.systems.inspect.sources import check_pair, open_truth
 from abs_engine.systems.inspect.view import views_of
@@ -41,7 +42,10 @@ def draw_overlay(
     palette = request.palette or "classes"
     enlarged = film or request.frame is not None
     painter = OverlayPainter(renderer, run, request.style, palette, enlarged)
-    video = find_video(run, request.video)
+    truth = None if request.truth is None else open_truth(request.truth, run.speaker)
+    if truth is not None:
+        check_pair(run, truth)
+    video = find_video(run, request.video, None if truth is None else truth.video)
 
     def painted(wanted: list[int]) -> Iterator[Image]:
         for number, picture in run_pictures(run, video, wanted):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,13 +12,13 @@ from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
 from abs_engine.camera import Camera, Window
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.errors import ModelFormatError, ParameterError
 from abs_engine.geometry import Pose
 from abs_engine.systems.inspect.body import Body, check_same_mesh
 from abs_engine.systems.inspect.view import View
 from abs_engine.track.mesh import RunMesh, load_mesh
-from abs_engine.track.record import SUMMARY, load_run
-from abs_engine.video import probe, read_frames
+from abs_engine.track.record import load_run
+from abs_engine.video import read_frames
 
 Image = NDArray[np.uint8]
 _CAMERA = ("camera_matrix", "camera_size", "camera_distortion", "rate")
@@ -108,43 +107,6 @@ def load_run_head(folder: Path, speaker: Speaker) -> RunHead:
     size = tuple(int(n) for n in arrays["camera_size"])
     camera = Camera(arrays["camera_matrix"], (size[0], size[1]), arrays["camera_distortion"])
     return RunHead(Path(folder), speaker, arrays, mesh, camera)
-
-
-def find_video(run: RunHead, given: Path | None) -> Path:
-    """The video of a run: what is given, or a file of its name beside the run or here.
-
-    Raises
-    ------
-    InputFileError
-        If it is in neither place.
-    VideoError
-        If it is no video.
-    ParameterError
-        If its pictures have another size than the run's.
-    """
-    video = given or _video_beside(run.folder)
-    size = probe(video).size
-    if size != run.camera.size:
-        raise ParameterError(
-            "{} has {}x{} pixels, the run {}x{}".format(video, *size, *run.camera.size),
-            "give the video that was tracked",
-        )
-    return video
-
-
-def _video_beside(folder: Path) -> Path:
-    try:
-        told = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        name = Path(str(told["settings"]["video"])).name
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputFileError(
-            f"{folder / SUMMARY} does not name the video", "give it with --video"
-        ) from error
-    parent = folder.resolve().parent
-    for place in (parent, parent / "clip", folder, Path()):
-        if (place / name).is_file():
-            return place / name
-    raise InputFileError(f"the video {name} is not beside the run {folder}", "give it with --video")
 
 
 def run_pictures(run: RunHead, video: Path, wanted: list[int]) -> Iterator[tuple[int, Image]]:

@@ -21,6 +21,8 @@ RATE = 25.0
 """Frames a second of films that are made here."""
 SWEEP = 26
 """Frames in which a film goes through one unit or mode."""
+HEADED = 12
+"""Rows of a nomogram below each line of column heads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +134,8 @@ def nomogram(
     heads += [label(value_text(v, unit), (wide + 4, 24)) for v in values]
     lines = [beside(heads)]
     for done, row in enumerate(rows):
+        if done and done % HEADED == 0:
+            lines.append(lines[0])
         tiles = [look.draw(body.moved(body.vertices + v * row.delta), view) for v in values]
         lines.append(
             beside([label(row.name, (margin, look.size[1]), align="right"), *_spaced(tiles)])

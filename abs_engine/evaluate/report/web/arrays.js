@@ -1,14 +1,36 @@
 "use strict";
-// Arrays out of base64, meshes out of modes.
+// Arrays out of deflated text, meshes out of modes.
 
 const KINDS = { f4: Float32Array, i2: Int16Array, u1: Uint8Array, u2: Uint16Array, u4: Uint32Array };
 
+const LOST = -32768;  // of 16 bits: what is not a number
+
+let store = null;  // the bytes of all arrays
+
 function bytesOf(text) {
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
+  return bytes;
 }
 
-function unpack(packed) {
-  return new KINDS[packed.kind](bytesOf(packed.data).buffer);
+// The bytes that an element holds deflated.
+async function inflated(name) {
+  const packed = bytesOf(document.getElementById(name).textContent);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// An array out of the store, see Store in Python.
+function unpack({ kind, shape, at, row, step }) {
+  const Kind = KINDS[kind], wide = Kind.BYTES_PER_ELEMENT;
+  const count = shape.reduce((a, b) => a * b, 1), bytes = new Uint8Array(count * wide);
+  for (let b = 0; b < wide; b++) {
+    for (let k = 0; k < count; k++) bytes[k * wide + b] = store[at + b * count + k];
+  }
+  const numbers = new Kind(bytes.buffer);
+  if (row) for (let k = row; k < count; k++) numbers[k] += numbers[k - row];
+  if (step === null) return numbers;
+  return Float32Array.from(numbers, (n) => (n === LOST ? NaN : n * step));
 }
 
 // A moving mesh: mean + weights x modes, see LinearMotion in Python.

@@ -1,7 +1,7 @@
 "use strict";
 // Puts the page together from its data.
 
-const told = JSON.parse(document.getElementById("data").textContent);
+let told = null;
 const $ = (name) => document.getElementById(name);
 
 function drawCharts(seek) {
@@ -50,7 +50,7 @@ let player = null, stage = null, maps = null, contours = null, film = null;
 function filmElement() {
   if (!told.film) return null;
   const element = document.querySelector(".film video");
-  element.src = URL.createObjectURL(new Blob([bytesOf(told.film.data)], { type: "video/mp4" }));
+  element.src = URL.createObjectURL(new Blob([unpack(told.film.data)], { type: "video/mp4" }));
   element.addEventListener("loadeddata", () => player && onframe(player.frame));
   element.addEventListener("seeked", () => player && !player.playing && onframe(player.frame));
   return element;
@@ -130,12 +130,33 @@ function openHeads() {
   }
 }
 
-film = filmElement();
-if (film) contours = new Contours(document.querySelector(".film canvas"), film, told);
-openHeads();
-player = new Player(told, film, onframe);
-listen();
-const ready = drawCharts((frame) => player.seek(frame)).then(() => { onframe(player.frame); });
+// Inflates what the page holds: its data, the arrays, and plotly, which is run as a script.
+async function load() {
+  const [data, arrays, plotly] = await Promise.all(["data", "arrays", "plotly"].map(inflated));
+  const text = new TextDecoder();
+  told = JSON.parse(text.decode(data));
+  store = arrays;
+  const script = document.createElement("script");
+  script.textContent = text.decode(plotly);
+  document.head.append(script);
+}
+
+async function start() {
+  if (!window.DecompressionStream) {
+    document.querySelector(".too-old").hidden = false;
+    return;
+  }
+  await load();
+  film = filmElement();
+  if (film) contours = new Contours(document.querySelector(".film canvas"), film, told);
+  openHeads();
+  player = new Player(told, film, onframe);
+  listen();
+  await drawCharts((frame) => player.seek(frame));
+  onframe(player.frame);
+}
+
+const ready = start();
 // for tests: what the page is doing
 window.report = {
   ready, get frame() { return player.frame; }, get playing() { return player.playing; },

@@ -112,8 +112,9 @@ class Contours {
           if (k) context.lineTo(x, y); else context.moveTo(x, y);
         }
         context.closePath();
-        context.strokeStyle = line.colour;
-        context.lineWidth = (line.truth ? 2.2 : 1.4) * fine;
+        context.strokeStyle = line.stroke.colour;
+        context.lineWidth = line.stroke.width * fine;
+        context.setLineDash(line.stroke.dash.map((part) => 0.7 * part * fine));
         context.stroke();
       }
     }

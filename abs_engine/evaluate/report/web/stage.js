@@ -30,6 +30,16 @@ class Actor {
   }
 }
 
+// Where a head is between its top and its bottom, and how far it reaches, mm, with some air.
+function wholeOf(points) {
+  let low = Infinity, high = -Infinity;
+  for (let k = 1; k < points.length; k += 3) {
+    low = Math.min(low, points[k]);
+    high = Math.max(high, points[k]);
+  }
+  return { middle: (low + high) / 2, reach: 0.54 * (high - low) };
+}
+
 // Colours of errors in mm; grey where there is none.
 class Ramp {
   constructor(told) {
@@ -53,6 +63,7 @@ class Stage {
     this.actors = actors;
     this.ramp = ramp;
     this.view = new HeadView(root.querySelector("canvas"), faces, unpack(told.weld));
+    this.whole = wholeOf(actors[0].motion.mean);
     this.mode = "beside";
     this.close = false;
     this.motion = false;
@@ -71,9 +82,9 @@ class Stage {
 
   show(frame) {
     const boxes = this.boxes();
-    const columns = boxes.length < 3 ? boxes.length : boxes.length < 5 ? 2 : 3;
+    const columns = boxes.length < 4 ? boxes.length : boxes.length < 5 ? 2 : 3;
     const lines = Math.ceil(boxes.length / columns);
-    this.canvas.style.height = `${lines > 1 ? 300 * lines : 400}px`;
+    this.canvas.style.height = `${lines > 1 ? 300 * lines : columns > 2 ? 320 : 400}px`;
     this.view.begin();
     this.label(boxes, columns, lines, frame);
     boxes.forEach((heads, k) => {
@@ -94,14 +105,15 @@ class Stage {
     const ink = wire ? [...inkOf(actor.colour), 0.4] : null;
     this.view.draw(box, {
       positions, colours, model: pose ? pose[0] : STILL, moved: pose ? pose[1] : [0, 0, 0],
-      target, reach: this.close ? 36 : this.motion ? 145 : 128, wire: ink, lit: colours === actor.clay ? 1 : 0.55,
+      target, wire: ink, lit: colours === actor.clay ? 1 : 0.55,
+      reach: this.close ? 36 : this.whole.reach * (this.motion ? 1.14 : 1),
     });
   }
 
   // What the eye looks at: the mouth, or the middle of the face.
   aim() {
     const focus = this.told.focus;
-    const place = this.close ? focus : [0, focus[1] + 38, focus[2] - 40];
+    const place = this.close ? focus : [0, this.whole.middle, focus[2] - 40];
     if (!this.motion) return { target: place, origin: [0, 0, 0] };
     const first = this.actors.find((a) => a.moves && isFinite(a.moves[0]));
     if (!first) return { target: place, origin: [0, 0, 0] };
@@ -145,6 +157,7 @@ class ErrorMaps {
     this.actors = actors.filter((a) => a.map);
     this.rest = (actors.find((a) => a.truth) || actors[0]).motion.mean;
     this.view = new HeadView(root.querySelector("canvas"), faces, unpack(told.weld));
+    this.whole = wholeOf(this.rest);
     this.view.canvas.style.height = `${MAP_HEIGHT * this.actors.length}px`;
     this.view.onturn = () => this.show();
     for (const [k, actor] of this.actors.entries()) {
@@ -168,12 +181,12 @@ class ErrorMaps {
   show() {
     this.view.begin();
     const lines = this.actors.length, focus = this.told.focus;
-    const target = [0, focus[1] + 38, focus[2] - 55];
+    const target = [0, this.whole.middle, focus[2] - 55];
     this.actors.forEach((actor, line) => VIEWS.forEach((yaw, column) => {
       const box = [column / 3, 1 - (line + 1) / lines, 1 / 3, 1 / lines];
       this.view.draw(box, {
         positions: this.rest, colours: actor.mapColours, model: STILL, moved: [0, 0, 0],
-        target, reach: 125, yaw, lit: 0.55,
+        target, reach: this.whole.reach, yaw, lit: 0.55,
       });
     }));
   }

@@ -1,0 +1,84 @@
+"""Closed lips of an estimate, and of the truth measured in the same way.
+
+What a mesh shows is held against the mesh of the truth. Landmarks do not show the whole seam; so
+they are held against the landmarks of the truth, measured alike: perfect ones are then perfect,
+and nothing is won by noise, as the truth does not depend on the estimate.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.evaluate import metrics
+from abs_engine.evaluate.estimate import CLOSED_APERTURE, Estimate
+from abs_engine.evaluate.measures import true_pixels
+from abs_engine.truth import Truth
+
+FloatArray = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Closures = tuple[Flags, Flags]
+"""Frames (T,) that are called closed, and those that are."""
+
+
+def closures(
+    said: Estimate, truth: Truth, aperture: FloatArray, landmark_68: NDArray[Any] | None
+) -> Closures | None:
+    """Closed frames of an estimate and of the truth, by the measure that `closed_by` names.
+
+    Parameters
+    ----------
+    said : Estimate
+    truth : Truth
+    aperture : (T,) float64, mm
+        Of the truth, measured as the estimate's.
+    landmark_68 : (68,) int, optional
+        The landmarks on the truth's mesh.
+
+    Returns
+    -------
+    found, true : (T,) bool
+        None where the estimate does not say.
+    """
+    if said.closed is None:
+        return None
+    true: Flags | None = np.asarray(truth.closed, np.bool_)
+    if said.closed_by == "aperture":
+        true = narrow(aperture)
+    elif said.closed_by == "picture" and landmark_68 is not None:
+        marks = np.asarray(truth.neutral[landmark_68], np.float64)
+        true = closed_in_picture(true_pixels(truth, landmark_68), marks)
+    return None if true is None else (said.closed, true)
+
+
+def narrow(aperture: FloatArray) -> Flags:
+    """Frames (T,) with an aperture below `CLOSED_APERTURE`; not those where it is NaN."""
+    return np.asarray(aperture < CLOSED_APERTURE)
+
+
+def closed_in_picture(pixels: FloatArray, rest: FloatArray) -> Flags | None:
+    """Frames (T,) in which the inner lips are less than `CLOSED_APERTURE` apart in the picture.
+
+    Point 62 above point 66, square to the line of the eyes. The distance of the outer corners of
+    the eyes is the ruler; the person's own is known in mm.
+
+    Parameters
+    ----------
+    pixels : (T, 68, 2) float64
+    rest : (68, 3) float64, mm
+        The person's landmarks at rest.
+
+    Returns
+    -------
+    (T,) bool
+        None without these points.
+    """
+    eyes = metrics.interocular(pixels)
+    along = (pixels[:, 45] - pixels[:, 36]) / eyes[:, None]
+    up = np.stack([along[:, 1], -along[:, 0]], axis=1)  # y of the picture points down
+    gap = ((pixels[:, 62] - pixels[:, 66]) * up).sum(axis=1) / eyes
+    if not np.isfinite(gap).any():
+        return None
+    return narrow(gap * metrics.interocular(rest[None])[0])

@@ -1,0 +1,58 @@
+"""Timecodes as cameras and phones write them: hours:minutes:seconds:frames."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import InputFileError
+
+BASES = (24, 25, 30, 48, 50, 60, 120)
+"""Frames that timecodes usually count in a second."""
+
+_DAY = 86400.0
+_CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*")
+
+
+def seconds_since_first(
+    codes: Sequence[str], path: Path, rate: float | None = None
+) -> NDArray[np.float64]:
+    """Seconds (N,) since the first of N timecodes ``hh:mm:ss:ff.fff``; they may pass midnight.
+
+    Parameters
+    ----------
+    codes : sequence of str
+        Of the lines of a table, below its heading.
+    path : Path
+        The table, for what is said of a bad one.
+    rate : float, optional
+        Frames counted in a second. By default the smallest of `BASES` above the largest frame
+        number; takes under a second may not show it.
+
+    Raises
+    ------
+    InputFileError
+        If one is no timecode; its line is named.
+    """
+    parts = [_CODE.fullmatch(code) for code in codes]
+    for line, part in enumerate(parts, 2):
+        if part is None:
+            raise InputFileError(
+                f"line {line} of {path}: '{codes[line - 2]}' is no timecode",
+                "write hours, minutes, seconds and frames as hh:mm:ss:ff.fff in every row",
+            )
+    if not parts:
+        return np.zeros(0)
+    fields = np.array([part.groups() for part in parts if part is not None], np.float64)
+    base = rate or _base(float(fields[:, 3].max()))
+    steps = np.diff(fields[:, :3] @ [3600.0, 60.0, 1.0] + fields[:, 3] / base)
+    steps[steps < -_DAY / 2] += _DAY
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _base(largest: float) -> float:
+    return float(next((base for base in BASES if base > largest), np.floor(largest) + 1))
