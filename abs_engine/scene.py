@@ -33,6 +33,9 @@ class Scene:
     texture : (H, W, 3) uint8 RGB
     cull : bool
         Whether facets seen from behind are left out.
+    texture_modes : (P, H, W, 3) float32, RGB of 0 to 255 per unit of weight, optional
+        The texture depends on the weights too: texture + weights . texture_modes, interpolated
+        between texels and then clipped to 0 and 255. Of the texture's own size.
 
     Raises
     ------
@@ -47,6 +50,7 @@ class Scene:
     facet_class: NDArray[np.int32]
     texture: NDArray[np.uint8]
     cull: bool = True
+    texture_modes: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         for name, kind in _DTYPES.items():
@@ -66,6 +70,17 @@ class Scene:
             raise MeshError("facet classes start at 1", "keep 0 for the background")
         if not np.isfinite(self.modes).all() or not np.isfinite(self.uv).all():
             raise MeshError("modes or uv hold NaN", "repair the model file")
+        if self.texture_modes is not None:
+            self._take_texture_modes(self.texture_modes)
+
+    def _take_texture_modes(self, given: NDArray[np.float32]) -> None:
+        layers = np.ascontiguousarray(given, np.float32)
+        if layers.shape != (self.n_modes, *self.texture.shape) or not np.isfinite(layers).all():
+            raise MeshError(
+                f"texture modes have shape {layers.shape} or hold NaN",
+                f"give one of {self.texture.shape} for each of the {self.n_modes} modes",
+            )
+        object.__setattr__(self, "texture_modes", layers if len(layers) else None)
 
     @property
     def n_modes(self) -> int:

@@ -11,6 +11,7 @@ uniform int n_vertices;
 out vec2 v_uv;
 out vec2 v_bary;
 flat out ivec2 v_ids;
+flat out int v_layer;
 
 void main() {
     int facet = gl_VertexID / 3;
@@ -20,6 +21,7 @@ void main() {
 #ifdef LAYERED
     gl_Layer = gl_InstanceID;
 #endif
+    v_layer = gl_InstanceID;
     v_uv = uvs[vertex];
     v_bary = vec2(corner == 0, corner == 1);
     v_ids = ivec2(facet + 1, facet_class[facet]);

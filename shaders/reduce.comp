@@ -22,7 +22,7 @@ uniform sampler2D target;  // the frame, luminance-normalised
 
 bool pixel_term(ivec3 at, out float term) {
     vec2 uv = texelFetch(drawn, at, 0).rg;
-    vec3 c = texture_colour(uv) + 1.0;
+    vec3 c = texture_colour(uv, at.z) + 1.0;
     vec3 d = c / (c.r + c.g + c.b) - texelFetch(target, at.xy, 0).rgb;
     term = dot(d, d);
     return uv.x > -1e29;  // the background is cleared to -1e30

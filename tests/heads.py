@@ -5,12 +5,15 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from abs_engine.appearance.colour import ColourClasses
+from abs_engine.appearance.learn import learn_classes
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
 from abs_engine.geometry import FACING, Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates, Scene
 from abs_engine.systems.lips import lip_model
+from abs_engine.track.fit import mouth_window
 from abs_engine.track.model import MouthModel
 
 SIZE = 320, 240
@@ -35,3 +38,13 @@ def seen_at(rotation: object, translation: object) -> Pose:
     """A head turned by a rotation vector (radians, camera axes) away from facing the camera."""
     turned = Pose.from_vectors(rotation, translation)
     return Pose(turned.rotation @ FACING, turned.translation)
+
+
+def colours_of(model: MouthModel, pose: Pose, camera: Camera) -> ColourClasses:
+    """The colour classes of a person, learned from where they are drawn."""
+    one = Candidates.one(np.zeros(model.head.n_modes), pose)
+    window = mouth_window(model, pose, camera)
+    drawn = CpuRenderer().draw(model.head, one, camera, window)[0].class_id
+    shows = np.array([{"skin": 0, "lips": 1, None: 3}.get(c, 2) for c in model.colour_classes])
+    places = np.stack([shows[drawn] == k for k in range(3)]) * (drawn > 0) * 0.95
+    return learn_classes([window.sample(picture_of(model.head, pose, camera))], [places])

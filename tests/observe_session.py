@@ -1,7 +1,7 @@
 """Films a session, observes it by the command line, and compares with where the dots were.
 
 The head is moved by the recorded face units, or by authored ones without them. Run as a script it
-films 150 frames at 30 Hz:  python tests/observe_session.py --frames 150 [--mirror] [--start 1920]
+films 150 frames at 30 Hz:  python tests/observe_session.py --frames 150 [--mirror] [--start 2100]
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ from abs_engine.observe.board import Board
 from abs_engine.observe.marks import LIPS17
 from abs_engine.observe.observations import Observations, read_observations
 from abs_engine.synth.speech.livelink import play_recording, read_livelink
+from abs_engine.systems.physics.motion import RECORDED_FROM
 from abs_engine.video import VideoWriter
 
 RATE = 30.0
@@ -186,7 +187,7 @@ def run() -> None:
     """Film, observe, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=150)
-    parser.add_argument("--start", type=int, default=1920)
+    parser.add_argument("--start", type=int, default=RECORDED_FROM)
     parser.add_argument("--crf", type=int, default=0)
     parser.add_argument("--mirror", action="store_true")
     parser.add_argument("--keep", type=Path, help="folder for the films; must not exist")

@@ -6,8 +6,21 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.appearance.colour import CLASSES, features, hamming, learn_classes
+from abs_engine.appearance.colour import CLASSES, ColourClasses, features, hamming
+from abs_engine.appearance.learn import (
+    LEAST_PIXELS,
+    LIP_COMPONENTS,
+    PLACES,
+    SKIN_COMPONENTS,
+    learn_classes,
+)
 from abs_engine.appearance.mixture import Mixture, fit_mixture, single
+from abs_engine.errors import (
+    FaceNotFoundError,
+    InputFileError,
+    ModelFormatError,
+    TooFewPixelsError,
+)
 
 TRUE = Mixture(
     np.array([0.7, 0.3]),
@@ -100,7 +113,13 @@ def test_features_of_black_and_of_the_reference():
 
 
 SIZE = 120, 90
-COLOURS = {"skin": (196, 148, 122), "lips": (168, 88, 88), "interior": (38, 16, 16)}
+COLOURS = {
+    "skin": (196, 148, 122),
+    "lips": (168, 88, 88),
+    "teeth": (176, 160, 140),
+    "dark": (38, 16, 16),
+}
+TEETH, DARK = CLASSES.index("teeth"), CLASSES.index("dark")
 
 
 def painted(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -108,7 +127,8 @@ def painted(seed: int) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     label = np.zeros((SIZE[1], SIZE[0]), np.uint8)
     cv2.ellipse(label, (60, 46), (36, 18), 0, 0, 360, 1, -1)
-    cv2.ellipse(label, (60, 46), (26, 7), 0, 0, 360, 2, -1)
+    cv2.ellipse(label, (60, 46), (26, 7), 0, 0, 360, DARK, -1)
+    cv2.ellipse(label, (60, 45), (22, 6), 0, 180, 360, TEETH, -1)
     colours = np.array([COLOURS[c] for c in CLASSES], float)[label]
     light = 0.9 + 0.2 * np.mgrid[: SIZE[1], : SIZE[0]][1] / SIZE[0]
     picture = colours * light[..., None] + rng.normal(0, 4, (*label.shape, 3))
@@ -116,8 +136,9 @@ def painted(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def expected(label: np.ndarray, blur: float) -> np.ndarray:
-    """Where the classes are expected: roughly, and three pixels off."""
-    planes = [cv2.GaussianBlur((label == k).astype(float), (0, 0), blur) for k in range(3)]
+    """Where skin, lips and the mouth's inside are expected: roughly, and three pixels off."""
+    inside = np.minimum(label, len(PLACES) - 1)
+    planes = [cv2.GaussianBlur((inside == k).astype(float), (0, 0), blur) for k in range(3)]
     return 0.95 * np.roll(np.stack(planes), 3, axis=2)
 
 
@@ -130,12 +151,12 @@ def learned():
 def test_the_classes_of_a_painted_mouth(learned):
     picture, label = painted(7)
     maps = learned.probabilities(picture)
-    assert maps.shape == (3, *label.shape)
+    assert maps.shape == (len(CLASSES), *label.shape)
     assert maps.min() >= 0
     assert maps.sum(axis=0).max() <= 1 + 1e-9
     right = maps.argmax(axis=0) == label
     assert right.mean() > 0.95
-    for k in range(3):
+    for k in range(len(CLASSES)):
         assert right[label == k].mean() > 0.9, CLASSES[k]
         assert maps[k][label == k].mean() > 0.8
 
@@ -149,7 +170,83 @@ def test_black_belongs_to_the_mouths_inside(learned):
     black = np.full((4, 4, 3), (6, 3, 3), np.uint8)
     maps = learned.probabilities(black)
     assert np.isfinite(learned.probabilities(0 * black)).all()
-    assert (maps.argmax(axis=0) == CLASSES.index("interior")).all()
+    assert (maps.argmax(axis=0) == DARK).all()
+
+
+def test_bic_chooses_the_components_of_each_class():
+    """In even light one Gaussian does for each; two complexions of skin need two."""
+    label = painted(0)[1]
+    noise = np.random.default_rng(3).normal(0, 4, (*label.shape, 3))
+    even = np.array([COLOURS[c] for c in CLASSES], float)[label]
+    two = even.copy()
+    two[:, :60][label[:, :60] == 0] *= [1.12, 0.88, 0.82]
+    counts = []
+    for picture in (even, two):
+        image = np.uint8(np.clip(np.rint(picture + noise), 0, 255))
+        learned = learn_classes([image], [expected(label, 4.0)])
+        counts.append([len(learned.mixtures[c].weights) for c in ("skin", "lips")])
+    assert counts == [[1, 1], [2, 1]]
+    assert SKIN_COMPONENTS == 3
+    assert LIP_COMPONENTS == 2
+
+
+def test_teeth_and_dark_share_one_prior(learned):
+    np.testing.assert_array_equal(learned.priors[:2], 1)
+    assert learned.priors[2:].sum() == pytest.approx(1)
+    assert learned.priors[2:].min() > 0.05
+
+
+def test_too_few_pixels_of_a_class_are_an_error():
+    picture, label = painted(1)
+    few = np.flatnonzero(label == 1)[: LEAST_PIXELS // 2]
+    place = np.zeros((len(PLACES), label.size))
+    place[0], place[1, few], place[0, few] = 0.95, 0.95, 0.0
+    with pytest.raises(TooFewPixelsError, match="pixels show lips") as caught:
+        learn_classes([picture], [place.reshape(-1, *label.shape)])
+    assert "--colours" in caught.value.remedy
+
+
+def test_places_without_lips_are_no_mouth():
+    picture, label = painted(1)
+    place = np.zeros((len(PLACES), *label.shape))
+    place[0] = 0.95
+    with pytest.raises(FaceNotFoundError):
+        learn_classes([picture], [place])
+
+
+def test_saved_classes_come_back(learned, tmp_path):
+    learned.save(tmp_path / "colours.npz")
+    back = ColourClasses.load(tmp_path / "colours.npz")
+    picture, _ = painted(4)
+    np.testing.assert_array_equal(back.probabilities(picture), learned.probabilities(picture))
+
+
+def test_what_holds_no_classes_is_refused(learned, tmp_path):
+    with pytest.raises(InputFileError):
+        ColourClasses.load(tmp_path / "none.npz")
+    (tmp_path / "text.npz").write_text("no archive")
+    with pytest.raises(InputFileError):
+        ColourClasses.load(tmp_path / "text.npz")
+    learned.save(tmp_path / "whole.npz")
+    whole = dict(np.load(tmp_path / "whole.npz"))
+    broken = [
+        {"version": 2},
+        {"format": "abs_engine.run"},
+        {"priors": np.ones(2)},
+        {"reference": -1.0},
+        {"lips_means": np.zeros((9, 3))},
+        {"skin_covariances": -whole["skin_covariances"]},
+        {"teeth_means": whole["teeth_means"] * np.nan},
+        {"dark_weights": np.ones(0)},
+    ]
+    for change in broken:
+        np.savez(tmp_path / "broken.npz", **(whole | change))
+        with pytest.raises(ModelFormatError):
+            ColourClasses.load(tmp_path / "broken.npz")
+    del whole["lips_means"]
+    np.savez(tmp_path / "broken.npz", **whole)
+    with pytest.raises(ModelFormatError, match=r"colours\.npz of another run"):
+        ColourClasses.load(tmp_path / "broken.npz")
 
 
 def test_learning_is_repeatable():

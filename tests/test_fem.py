@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import rotations
+from abs_engine.shape.dots import ShellPoints
 from abs_engine.shape.fem import Material, ThinShell, reach
 
 STEEL = Material(young=210.0, poisson=0.3, thickness=0.5)
@@ -170,9 +172,35 @@ class TestReach:
             assert self.SHELL.energy(moved) > self.SHELL.energy(by_energy)
         assert self.SHELL.energy(by_energy) < self.SHELL.energy(by_force)
 
+    @pytest.mark.parametrize("least", ["force", "energy"])
+    def test_rows_that_pick_are_degrees_of_freedom(self, least):
+        rows = self.SHELL.selection(self.DOFS)
+        np.testing.assert_allclose(
+            reach(self.SHELL, rows, self.GOALS, least=least),
+            reach(self.SHELL, self.DOFS, self.GOALS, least=least),
+            atol=1e-12,
+        )
+
+    def test_a_point_between_nodes_is_reached_with_the_least_force(self):
+        rows = ShellPoints(np.array([[8, 9, 16], [20, 21, 28]]), np.array([[0.5, 0.3, 0.2]] * 2))
+        w = rows.rows(len(self.SHELL.vertices), "xz")
+        goals = np.array([0.2, -0.1, 0.3, 0.1])
+        moved = reach(self.SHELL, w, goals)
+        np.testing.assert_allclose(rows.at(moved)[:, [0, 2]].ravel(), goals, atol=1e-10)
+        forces = self.SHELL.stiffness @ moved.ravel()
+        rng = np.random.default_rng(0)
+        for _ in range(20):
+            other = rng.normal(0, 0.05, moved.size)
+            other -= w.T @ np.linalg.solve((w @ w.T).toarray(), w @ other)  # moves no goal
+            assert np.linalg.norm(forces) < np.linalg.norm(forces + self.SHELL.stiffness @ other)
+
     def test_bad_goals_are_named(self):
         with pytest.raises(ParameterError, match="3 goals for 2 different"):
             reach(self.SHELL, np.array([1, 1, 2]), self.GOALS)
+        with pytest.raises(ParameterError, match="no degree of freedom 999"):
+            reach(self.SHELL, np.array([1, 2, 999]), self.GOALS)
+        with pytest.raises(ParameterError, match="for this shell"):
+            reach(self.SHELL, sparse.eye(3), self.GOALS)
         with pytest.raises(ParameterError, match="least 'work'"):
             reach(self.SHELL, self.DOFS, self.GOALS, least="work")
 

@@ -90,3 +90,44 @@ def test_they_agree_on_which_candidate_is_best(renderer):
     theirs = oracle.measure(scene, many, camera, window, frame).total
     assert np.abs(ours - theirs).max() < 1e-3 * np.ptp(theirs)
     assert np.array_equal(np.argsort(ours), np.argsort(theirs))
+
+
+def varying(n_modes: int = 8) -> Scene:
+    """A ball whose texture depends on its weights, so strongly that some of it is clipped."""
+    ball = shapes.ball(shapes.SMALL, n_modes)
+    height, width, _ = ball.texture.shape
+    blobs = [shapes.noise_texture(width, height, 10 + k).astype(float) for k in range(n_modes)]
+    layers = 0.8 * (np.stack(blobs) - 127)
+    return Scene(**{**vars(ball), "texture_modes": layers})
+
+
+@pytest.mark.parametrize("window_of", [whole, crop])
+def test_a_texture_that_depends_on_the_weights(renderer, camera, window_of):
+    scene, window = varying(), window_of(camera)
+    many = shapes.states(scene, 5)
+    width, height = window.drawn
+    term = ColourError(np.random.default_rng(2).uniform(0, 255, (height, width, 3)))
+    oracle = CpuRenderer()
+    ours = renderer.measure(scene, many, camera, window, term)
+    theirs = oracle.measure(scene, many, camera, window, term)
+    assert ours.total == pytest.approx(theirs.total, rel=1e-3)
+    assert np.abs(ours.pixels - theirs.pixels).max() <= 2
+    for drawn, known in zip(
+        renderer.draw(scene, many, camera, window),
+        oracle.draw(scene, many, camera, window),
+        strict=True,
+    ):
+        same = drawn.facet_id == known.facet_id
+        assert np.abs(drawn.rgb - known.rgb)[same].max() < 0.5
+        assert known.rgb[known.covered].max() == 255
+
+
+def test_a_picture_shows_the_texture_of_its_weights(renderer, camera):
+    scene = varying()
+    many = shapes.states(scene, 2)
+    pictures = renderer.picture(scene, many, camera, camera.whole, 1)
+    for picture, known in zip(
+        pictures, CpuRenderer().draw(scene, many, camera, camera.whole), strict=True
+    ):
+        inside = known.covered & ~boundary(known.facet_id)
+        assert np.abs(picture.astype(int) - known.image)[inside].max() <= 1

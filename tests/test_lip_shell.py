@@ -45,6 +45,20 @@ def test_it_faces_the_front_and_no_triangle_is_a_sliver():
     assert elastic.areas.max() < 40
 
 
+def test_each_column_keeps_to_its_own_lip():
+    """Else a node of the lower lip stays behind with the upper one when the jaw goes down."""
+    lip = {
+        name: np.unique(SPEAKER.faces[SPEAKER.facet_class == SPEAKER.class_id(name)])
+        for name in ("upper_lip", "lower_lip")
+    }
+    half, on_lips = COLUMNS // 2, SHELL.corners[: 3 * COLUMNS].reshape(3, COLUMNS, 3)
+    assert np.isin(on_lips[:, 1:half], lip["upper_lip"]).all()
+    assert np.isin(on_lips[:, half + 1 :], lip["lower_lip"]).all()
+    down = np.einsum("nkd,nk->nd", unit("jawOpen")[SHELL.corners], SHELL.weights)[:, 1]
+    down = down[: 3 * COLUMNS].reshape(3, COLUMNS)
+    assert np.abs(np.diff(down, axis=0)).max() < 4.0
+
+
 def test_lip_facets_lie_between_the_contours():
     lips = REST[SHELL.faces[SHELL.lip]].mean(axis=1)
     outer = SPEAKER.vertices[SPEAKER.landmarks["outer_lip"]]

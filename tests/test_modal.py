@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import sparse
 
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.shape.modal import learn, load_physics, reconstruct
+from abs_engine.errors import InputFileError, ModelFormatError, OutputError, ParameterError
+from abs_engine.shape.modal import learn, load_physics
+from abs_engine.shape.posterior import expected_posterior, reconstruct
 
 N, TRUE = 12, np.array([9.0, 4.0, 1.0])
 RNG = np.random.default_rng(3)
@@ -29,6 +33,7 @@ def test_modes_and_variances_are_those_that_were_put_in():
     np.testing.assert_allclose(overlap, np.eye(3), atol=0.05)
     np.testing.assert_allclose(PHYSICS.mean, MEAN, atol=0.1)
     assert PHYSICS.held == pytest.approx(1.0)
+    np.testing.assert_allclose(PHYSICS.shares, np.cumsum(TRUE) / TRUE.sum(), atol=0.02)
 
 
 def test_held_is_the_share_of_the_variance():
@@ -63,43 +68,84 @@ class TestReconstruct:
     def observed(self):
         return PHYSICS.shape(self.TRUTH).reshape(2, -1)[:, self.DOFS]
 
+    def conditioned(self, noise):
+        """Mean and covariance of the shape by the conditional Gaussian of all coordinates."""
+        s = PHYSICS.matrix
+        covariance = s @ np.diag(PHYSICS.variances) @ s.T
+        among = covariance[np.ix_(self.DOFS, self.DOFS)] + noise**2 * np.eye(len(self.DOFS))
+        gain = np.linalg.solve(among, covariance[self.DOFS]).T
+        centre = (PHYSICS.rest + PHYSICS.mean).ravel()
+        mean = centre + (self.observed() - centre[self.DOFS]) @ gain.T
+        return mean, covariance - gain @ covariance[self.DOFS]
+
     def test_a_few_exact_coordinates_give_the_whole(self):
         found = reconstruct(PHYSICS, self.DOFS, self.observed(), 1e-6)
-        np.testing.assert_allclose(found, self.TRUTH, atol=1e-6)
+        np.testing.assert_allclose(found.coefficients, self.TRUTH, atol=1e-6)
+        assert found.deviation < 1e-5
 
     def test_noise_pulls_to_the_mean(self):
         found = reconstruct(PHYSICS, self.DOFS, self.observed(), 1e3)
-        np.testing.assert_allclose(found, 0, atol=1e-3)
+        np.testing.assert_allclose(found.coefficients, 0, atol=1e-3)
+        np.testing.assert_allclose(found.covariance, np.diag(PHYSICS.variances), atol=1e-3)
 
-    def test_it_is_the_mean_of_the_conditional_gaussian(self):
-        s, noise = PHYSICS.matrix, 0.7
-        covariance = s @ np.diag(PHYSICS.variances) @ s.T
-        among = covariance[np.ix_(self.DOFS, self.DOFS)] + noise**2 * np.eye(len(self.DOFS))
-        centre = (PHYSICS.rest + PHYSICS.mean).ravel()
-        away = (self.observed() - centre[self.DOFS]).T
-        expected = centre[:, None] + covariance[:, self.DOFS] @ np.linalg.solve(among, away)
-        found = PHYSICS.shape(reconstruct(PHYSICS, self.DOFS, self.observed(), noise))
-        np.testing.assert_allclose(found.reshape(2, -1), expected.T, atol=1e-9)
+    def test_it_is_the_conditional_gaussian(self):
+        mean, covariance = self.conditioned(0.7)
+        found = reconstruct(PHYSICS, self.DOFS, self.observed(), 0.7)
+        np.testing.assert_allclose(found.shapes.reshape(2, -1), mean, atol=1e-9)
+        np.testing.assert_allclose(found.shape_covariance, covariance, atol=1e-9)
+        nodes = np.trace(covariance.reshape(N, 3, N, 3), axis1=1, axis2=3).diagonal()
+        np.testing.assert_allclose(found.node_deviations, np.sqrt(nodes), atol=1e-9)
+        assert found.deviation == pytest.approx(np.sqrt(np.trace(covariance) / N))
+
+    def test_weighted_rows_see_what_degrees_of_freedom_do(self):
+        rows = sparse.csr_matrix(np.eye(3 * N)[self.DOFS])
+        plain = reconstruct(PHYSICS, self.DOFS, self.observed(), 0.7)
+        weighted = reconstruct(PHYSICS, rows, self.observed(), 0.7)
+        np.testing.assert_allclose(weighted.coefficients, plain.coefficients, atol=1e-12)
+        np.testing.assert_allclose(weighted.covariance, plain.covariance, atol=1e-12)
+
+    def test_it_is_as_far_off_as_it_says(self):
+        rng = np.random.default_rng(8)
+        truth = rng.normal(size=(3000, 3)) * np.sqrt(PHYSICS.variances)
+        shapes = PHYSICS.shape(truth)
+        noisy = shapes.reshape(3000, -1)[:, self.DOFS] + 0.5 * rng.normal(size=(3000, 8))
+        found = reconstruct(PHYSICS, self.DOFS, noisy, 0.5)
+        away = np.sqrt(((found.shapes - shapes) ** 2).sum(axis=2).mean(axis=0))
+        np.testing.assert_allclose(away, found.node_deviations, rtol=0.06)
+        np.testing.assert_allclose(
+            expected_posterior(PHYSICS, self.DOFS, 0.5).covariance, found.covariance
+        )
 
     @pytest.mark.parametrize(("dofs", "noise"), [([], 1.0), ([0], 0.0)])
     def test_nothing_to_go_by_is_refused(self, dofs, noise):
         with pytest.raises(ParameterError, match="nothing observed"):
             reconstruct(PHYSICS, np.array(dofs, int), np.zeros(len(dofs)), noise)
 
+    def test_values_that_do_not_fit_are_refused(self):
+        with pytest.raises(ParameterError, match="3 values for 8"):
+            reconstruct(PHYSICS, self.DOFS, np.zeros(3), 1.0)
+
 
 def test_it_comes_back_from_a_file(tmp_path):
-    PHYSICS.save(tmp_path / "lips.npz")
+    told = replace(PHYSICS, noise=0.1, person="mei", speaker="0f", source="a session")
+    told.save(tmp_path / "lips.npz")
     back = load_physics(tmp_path / "lips.npz")
-    for name, value in vars(PHYSICS).items():
+    for name, value in vars(told).items():
         np.testing.assert_array_equal(getattr(back, name), value)
+    with pytest.raises(OutputError, match="exists"):
+        told.save(tmp_path / "lips.npz")
 
 
 def test_files_that_are_none_are_named(tmp_path):
     with pytest.raises(InputFileError):
         load_physics(tmp_path / "none.npz")
-    np.savez(tmp_path / "half.npz", format="abs_engine.learned_physics", version=1, rest=REST)
+    kind = {"format": "abs_engine.learned_physics", "version": 2}
+    np.savez(tmp_path / "half.npz", **kind, rest=REST)
     with pytest.raises(ModelFormatError, match="lacks"):
         load_physics(tmp_path / "half.npz")
+    np.savez(tmp_path / "odd.npz", **kind, **{**vars(PHYSICS), "mean": np.zeros(3)})
+    with pytest.raises(ModelFormatError, match="fit"):
+        load_physics(tmp_path / "odd.npz")
 
 
 def test_too_little_motion_is_refused():

@@ -20,23 +20,28 @@ from abs_engine.observe.observations import Observations, read_observations, wri
 
 SKULL = ("a", "b", "c")
 NAMES = (*LIPS17, *SKULL)
-_ROWS = np.array([-20.0, -10, 0, 10, 20])
+_OUTER, _INNER = np.array([-10.0, 0, 10]), np.array([-12.0, -4, 4, 12])
+
+
+def _row(across: np.ndarray, up: float, out: float) -> np.ndarray:
+    return np.stack([across, np.full_like(across, up), np.full_like(across, out)], axis=1)
+
+
 FACE = np.concatenate(
     [
-        np.stack([_ROWS, 0 * _ROWS + 6, 0 * _ROWS], axis=1),
-        np.stack([_ROWS[1:4], 0 * _ROWS[1:4] + 3, 0 * _ROWS[1:4] + 1], axis=1),
-        np.stack([_ROWS, 0 * _ROWS - 6, 0 * _ROWS], axis=1),
-        np.stack([_ROWS[1:4], 0 * _ROWS[1:4] - 3, 0 * _ROWS[1:4] + 1], axis=1),
+        [[-20, 0, 0]], _row(_OUTER, 6, 0), [[20, 0, 0]], _row(_OUTER, -6, 0),
+        _row(_INNER, 3, 1), _row(_INNER, -3, 1),
         [[0, 40, 15], [-50, 90, 0], [50, 90, 0], [0, 60, 10]],
     ]
-)
+)  # fmt: skip
 """mm: 17 points of the mouth and nose, three of the skull."""
 
 
 def talking(frames: int = 5) -> np.ndarray:
     """Places (T, 20, 3): the lower lip goes down by 2 mm a frame, the head 3 mm to the left."""
     out = np.tile(FACE, (frames, 1, 1))
-    out[:, 8:16, 1] -= 2.0 * np.arange(frames)[:, None]
+    lower = [k for k, name in enumerate(NAMES) if name.startswith("lower")]
+    out[:, lower, 1] -= 2.0 * np.arange(frames)[:, None]
     out[..., 0] += 3.0 * np.arange(frames)[:, None]
     return out
 

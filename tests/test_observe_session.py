@@ -182,7 +182,7 @@ def test_bad_sessions_are_one_line(
     moved.write_text(camera_json(load_camera(same), [[0.0, 0, 0]], near))
     cases = [
         ([*videos, *points, *out], "nose alone"),
-        ([*videos, "--points", str(few), *RIGID, *out], "16 places are missing in frame 0"),
+        ([*videos, "--points", str(few), *RIGID, *out], "14 places are missing in frame 0"),
         ([videos[0], str(short), *points, *RIGID, *out], "10 and 5 frames"),
         ([*videos, *points, *RIGID, "--corrections", str(late), *out], "frame 99"),
         ([videos[0], *points, *RIGID, *out], "1 videos and 2 calibrations"),

@@ -19,6 +19,7 @@ from abs_engine.render.raster import OpenGLRenderer
 from abs_engine.scene import ClassMaps
 from abs_engine.track.fit import (
     DRAWN_MOUTH,
+    IN_LINE,
     IN_SHADE,
     SMOOTHING,
     FramePosterior,
@@ -250,12 +251,12 @@ def test_class_maps_follow_the_facet_classes():
         def probabilities(self, image, smoothing):
             assert image.shape == (height, width, 3)
             assert smoothing == pytest.approx(SMOOTHING * DRAWN_MOUTH)
-            return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.4)])
+            return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.1, 0.3)])
 
     maps = class_maps(
         Even(), MODEL.colour_classes, window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)
     ).maps
-    lips, inside = 0.3 + IN_SHADE * 0.4, 0.4
+    lips, inside = 0.3 + IN_SHADE * 0.4, 0.4  # what is inside is thick in the middle
     middle = maps[:, height // 2, width // 2]
     of_class = {"skin": 0.2, "upper_lip": lips, "lower_lip": lips, "eyes": 0.0}
     for k, name in enumerate(SPEAKER.class_names[1:], start=1):
@@ -307,3 +308,26 @@ def test_the_pose_turns_about_the_mouth():
         moved.apply(MODEL.pivot), POSE.apply(MODEL.pivot) + np.array([1, 2, 3]), atol=1e-9
     )
     np.testing.assert_allclose(BASE.pose(np.zeros(6)).rotation, POSE.rotation)
+
+
+def test_a_thin_dark_line_may_be_closed_lips_and_a_thick_one_less_so():
+    window = mouth_window(MODEL, POSE, CAMERA)
+    width, height = window.drawn
+    middle = height // 2
+
+    class Dark:
+        def __init__(self, thick):
+            self.thick = thick
+
+        def probabilities(self, _image, _smoothing):
+            maps = np.zeros((4, height, width))
+            maps[3, middle - self.thick : middle + self.thick + 1] = 1.0
+            return maps
+
+    names = SPEAKER.class_names[1:]
+    lip, inside = 1 + names.index("upper_lip"), 1 + names.index("inner_mouth")
+    frame = np.zeros((*CAMERA.size[::-1], 3), np.uint8)
+    for thick, share in ((0, IN_LINE), (6, IN_SHADE)):
+        maps = class_maps(Dark(thick), MODEL.colour_classes, window, frame).maps
+        assert maps[lip, middle, width // 2] == pytest.approx(share)
+        assert maps[inside, middle, width // 2] == pytest.approx(1.0)

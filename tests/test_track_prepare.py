@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heads import head_of, picture_of, seen_at
+from heads import colours_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
@@ -70,6 +70,21 @@ def test_a_boxed_face_is_taken_up_again_where_the_detector_finds_none(clara, mot
     for pose, true in zip([poses[1], *poses[4:]], [moved, moved, START], strict=True):
         turned = np.degrees(np.arccos((np.trace(pose.rotation.T @ true.rotation) - 1) / 2))
         assert turned < 1.5
+
+
+def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, monkeypatch):
+    """Too far for its points to be followed; the old reference keeps the head's size."""
+    camera = Camera.ideal((640, 240))
+    left, right = (seen_at([0, 0, 0], [x, 10, 1300]) for x in (-200, 200))
+    monkeypatch.setattr(HeadMotion, "_aligned", lambda _self, _image, _pose: left)
+    pictures = [picture_of(clara.head, pose, camera) for pose in (left, right)]
+    shown = [pictures[0], np.full_like(pictures[0], 90), pictures[1]]
+    wide = replace(motion, camera=camera, colours=colours_of(clara, left, camera))
+    plain = replace(wide, colours=None)
+    assert [p is None for _, p in plain.poses(shown)] == [False, True, True]
+    poses = [p for _, p in wide.poses(shown)]
+    assert [p is None for p in poses] == [False, True, False]
+    np.testing.assert_allclose(poses[2].translation, right.translation, atol=20)
 
 
 def test_a_box_on_a_blank_wall_is_no_face(motion):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from runs import toy_setting
 
+from abs_engine.errors import TooFewPixelsError
 from abs_engine.geometry import FACING, Pose
 from abs_engine.track import restart
 from abs_engine.track.person import Calibration, CalibrationFrame, shifted
@@ -25,7 +26,7 @@ def attempt(monkeypatch, scores, model=MODEL):
     """Calibrate with made-up scores, one for each start; also the poses that were tried."""
     tried = []
 
-    def calibrate(_model, frames, _camera, _renderer):
+    def calibrate(_model, frames, _camera, _renderer, known=None):
         tried.append(frames[0].pose)
         return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
@@ -57,3 +58,34 @@ def test_a_known_head_is_not_looked_for_elsewhere(monkeypatch):
     known = replace(MODEL, scene=MODEL.held(np.zeros(MODEL.n_person)))
     assert known.known
     assert len(attempt(monkeypatch, [0.1], known)[1]) == 1
+
+
+def test_known_colours_are_not_learned_again(monkeypatch):
+    given = []
+
+    def calibrate(_model, _frames, _camera, _renderer, known=None):
+        given.append(known)
+        return Calibration(np.zeros(1), OWN, known, np.zeros((1, 16)))
+
+    monkeypatch.setattr(restart, "calibrate", calibrate)
+    monkeypatch.setattr(restart, "explained", lambda *_: 0.1)
+    colours = SimpleNamespace()
+    found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, colours)
+    assert found.classes is colours
+    assert given == [colours] * (1 + len(STARTS))
+
+
+def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
+    tried = []
+
+    def calibrate(_model, _frames, _camera, _renderer, known=None):
+        tried.append(known)
+        if len(tried) in (2, 4):
+            raise TooFewPixelsError("only 3 pixels show lips", "give a larger face")
+        return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
+
+    monkeypatch.setattr(restart, "calibrate", calibrate)
+    monkeypatch.setattr(restart, "explained", lambda *a: 0.1 * a[-1].person[0])
+    found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer)
+    assert len(tried) == 1 + len(STARTS)
+    assert found.person[0] == len(tried)

@@ -76,6 +76,7 @@ def track(chosen: Namespace) -> int:
         mouth=None if chosen.mouth is None else tuple(chosen.mouth),
         camera=None if chosen.camera is None else load_camera(chosen.camera),
         speaker=chosen.speaker,
+        colours=chosen.colours,
     )
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)

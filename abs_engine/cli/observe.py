@@ -38,7 +38,8 @@ three uses:
 Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
 from 0, views from 1, pixels from 0 at the top left; x and y empty: the dot cannot be seen. The
 points are 16 of the lips and the nose, in rows from the subject's right to the left:
-  upper_outer_1 to _5, upper_middle_1 to _3, lower_outer_1 to _5, lower_middle_1 to _3, nose
+  corner_right, upper_outer_1 to _3, corner_left, lower_outer_1 to _3, upper_inner_1 to _4,
+  lower_inner_1 to _4, nose
 and further ones of the skull. To correct: look at --overlay, edit the lines of --review, and
 observe again with --corrections. The head frame needs one of --rigid, --pose and --unturned.
 """

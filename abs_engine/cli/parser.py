@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from abs_engine.cli import check, commands, report
 from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
+from abs_engine.cli.train import add_train, train
 from abs_engine.release import engine_version
 
 EVALUATE_FORMATS = """\
@@ -72,6 +73,7 @@ def build_parser() -> Parser:
     _demo(add("demo", commands.demo, "film the bundled head, track it, compare with the truth"))
     _synth(add("synth", commands.synth, "film a scene, with ground truth"))
     add_observe(add("observe", observe, "calibrate cameras; dots in two views to points in space"))
+    add_train(add("train", train, "learn how lips move from dots that were observed"))
     _track(add("track", commands.track, "track the lips in a video"))
     _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
     check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))
@@ -134,6 +136,10 @@ def _track(command: argparse.ArgumentParser) -> None:
         "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"
     )
     command.add_argument("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
+    command.add_argument(
+        "--colours", type=Path, metavar="FILE",
+        help="colours.npz of another run of the same person and light; by default they are learned",
+    )  # fmt: skip
     _renderer(command)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,10 @@ class FacetLikelihood:
         How many drawn pixels of the window are compared; the score is their mean.
     observations : float
         How many independent observations they hold.
+    outside : (H, W) float32, optional
+        Probability of each drawn pixel to show nothing of the model, 0 to 1, which counts where no
+        facet is drawn. Without it nothing is gained by leaving a pixel free, and a model whose
+        outline is seen against a background grows over it.
 
     Notes
     -----
@@ -66,9 +71,24 @@ class FacetLikelihood:
     maps: ClassMaps
     pixels: int
     observations: float
+    outside: NDArray[np.float32] | None = None
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log f(O|p) of each candidate, (B,) float64, up to a constant."""
-        sums = self.renderer.measure(self.scene, candidates, self.camera, self.window, self.maps)
-        mean = np.maximum(sums.total / self.pixels, 1e-6)
+        terms, free = self._terms
+        sums = self.renderer.measure(self.scene, candidates, self.camera, self.window, terms)
+        total = sums.total if free is None else sums.total - sums.pixels + free
+        mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
+
+    @cached_property
+    def _terms(self) -> tuple[ClassMaps, float | None]:
+        """Maps that are summed, and what all pixels give when none is drawn.
+
+        A drawn pixel gains its class's map and loses `outside`; 1 is added, for maps may not be
+        negative, and taken off again by the number of drawn pixels.
+        """
+        if self.outside is None:
+            return self.maps, None
+        gained = 1 + self.maps.maps - self.outside
+        return ClassMaps(gained), float(self.outside.sum(dtype=np.float64))

@@ -136,7 +136,7 @@ def mouth_axes(points: FloatArray, names: Sequence[str]) -> FloatArray:
     ----------
     points : (N, 3) float64, mm, any frame
     names : sequence of str
-        Among them both ends and the middles of the outer rows of `marks.LIPS17`.
+        Among them the corners and the middles of the outer rows of `marks.LIPS17`.
 
     Returns
     -------
@@ -151,19 +151,19 @@ def mouth_axes(points: FloatArray, names: Sequence[str]) -> FloatArray:
         If they lie in one line.
     """
     at = {}
-    for name in (f"{lip}_outer_{k}" for lip in ("upper", "lower") for k in (1, 3, 5)):
+    for name in ("corner_right", "corner_left", "upper_outer_2", "lower_outer_2"):
         if name not in names or not np.isfinite(points[list(names).index(name)]).all():
             raise TooFewPointsError(
                 f"the axes of the head need the point '{name}'",
                 "give it, or a reference of the rigid points",
             )
         at[name] = points[list(names).index(name)]
-    x = sum(at[f"{lip}_outer_5"] - at[f"{lip}_outer_1"] for lip in ("upper", "lower"))
-    y = at["upper_outer_3"] - at["lower_outer_3"]
-    z = np.cross(np.asarray(x), y)
+    x = at["corner_left"] - at["corner_right"]
+    y = at["upper_outer_2"] - at["lower_outer_2"]
+    z = np.cross(x, y)
     if np.linalg.norm(z) < 1.0:
         raise DegenerateViewsError("the dots of the mouth lie in one line", "check their places")
-    axes = np.stack([np.asarray(x), np.cross(z, x), z])
+    axes = np.stack([x, np.cross(z, x), z])
     return np.asarray(axes / np.linalg.norm(axes, axis=1, keepdims=True))
 
 

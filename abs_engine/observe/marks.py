@@ -20,12 +20,15 @@ FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.dots", 1
 
 LIPS16 = (
-    *(f"upper_outer_{k}" for k in range(1, 6)),
-    *(f"upper_middle_{k}" for k in range(1, 4)),
-    *(f"lower_outer_{k}" for k in range(1, 6)),
-    *(f"lower_middle_{k}" for k in range(1, 4)),
+    "corner_right",
+    *(f"upper_outer_{k}" for k in range(1, 4)),
+    "corner_left",
+    *(f"lower_outer_{k}" for k in range(1, 4)),
+    *(f"upper_inner_{k}" for k in range(1, 5)),
+    *(f"lower_inner_{k}" for k in range(1, 5)),
 )
-"""Dots of the lips: a row just inside the outer border and one along the middle of each lip.
+"""Dots of the lips: eight around the mouth just inside the outer border, the corners among them,
+then four on each lip as near to where the lips meet as can be seen with the mouth closed.
 
 Each row is counted from the subject's right to the left.
 """

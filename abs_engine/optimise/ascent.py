@@ -130,7 +130,7 @@ def _climb(
     x = spec.clip(start)
     best = objective(x)
     trace, spent, stride = [best.value], 1, 1.0
-    for _ in range(limit):
+    for iteration in range(1, limit + 1):
         way = _bounded(direction(x), spec)
         spent += cost
         found: Evaluation | None = None
@@ -144,12 +144,18 @@ def _climb(
             else:
                 stride *= _SHORTER
         if found is None:
-            return Solution(x, "converged", best.value, best.terms, spent, np.array(trace))
+            return _ended(x, "converged", best, spent, trace, iteration)
         gain, x, best = best.value - found.value, there, found
         stride *= _LONGER
         if gain < tolerance:
-            return Solution(x, "converged", best.value, best.terms, spent, np.array(trace))
-    return Solution(x, "evaluation limit", best.value, best.terms, spent, np.array(trace))
+            return _ended(x, "converged", best, spent, trace, iteration)
+    return _ended(x, "evaluation limit", best, spent, trace, limit)
+
+
+def _ended(
+    x: Vector, status: str, best: Evaluation, spent: int, trace: list[float], iterations: int
+) -> Solution:
+    return Solution(x, status, best.value, best.terms, spent, np.array(trace), iterations)
 
 
 def _bounded(way: Vector, spec: ParamSpec) -> Vector:

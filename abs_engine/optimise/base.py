@@ -26,6 +26,8 @@ class Solution:
     n_evaluations : int
     trace : (n_evaluations,) float64
         Every value in the order of evaluation.
+    n_iterations : int
+        Directions that were asked for, by solvers that do; else 0.
     """
 
     x: NDArray[np.float64]
@@ -34,3 +36,4 @@ class Solution:
     terms: Mapping[str, float]
     n_evaluations: int
     trace: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    n_iterations: int = 0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.buffers import Buffers, Sums
 from abs_engine.camera import Camera, Window
 from abs_engine.errors import ParameterError
-from abs_engine.render import kernels
+from abs_engine.render import kernels, layers
 from abs_engine.render.pixelsum import colour_error
 from abs_engine.render.vertex import clip_positions
 from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
@@ -48,7 +48,7 @@ class CpuRenderer:
         """Draw every candidate; see `Renderer.draw`."""
         clip = camera.clip_matrix(window)
         return [
-            self._buffers(scene, clip_positions(scene, candidates, i, camera, clip), camera, window)
+            self._buffers(scene, candidates, i, clip, camera, window)
             for i in range(len(candidates))
         ]
 
@@ -76,7 +76,9 @@ class CpuRenderer:
         for i in range(len(candidates)):
             positions = clip_positions(scene, candidates, i, camera, clip)
             scratch = self._rasterise(scene, positions, camera, window)
-            total[i], pixels[i] = _sum(scene, positions, scratch, term)
+            total[i], pixels[i] = _sum(
+                scene, positions, scratch, term, candidates.weights[i]
+            )
         return Sums(total, pixels)
 
     def close(self) -> None:
@@ -96,13 +98,24 @@ class CpuRenderer:
         return scratch
 
     def _buffers(
-        self, scene: Scene, positions: NDArray[np.float32], camera: Camera, window: Window
+        self,
+        scene: Scene,
+        candidates: Candidates,
+        index: int,
+        clip: NDArray[np.float64],
+        camera: Camera,
+        window: Window,
     ) -> Buffers:
-        facet = self._rasterise(scene, positions, camera, window).facet.copy()
+        positions = clip_positions(scene, candidates, index, camera, clip)
+        scratch = self._rasterise(scene, positions, camera, window)
+        facet = scratch.facet.copy()
         depth = np.zeros(facet.shape, np.float32)
         bary = np.zeros((*facet.shape, 3), np.float32)
         rgb = np.zeros((*facet.shape, 3), np.float32)
         kernels.shade(positions, scene.faces, scene.uv, scene.texture, facet, depth, bary, rgb)
+        if scene.texture_modes is not None:
+            _texture_uv(scene, positions, scratch)
+            rgb = layers.colours(scratch.uv, scene, candidates.weights[index])
         class_of = np.concatenate([np.zeros(1, np.int32), scene.facet_class])
         return Buffers(rgb, facet, class_of[facet], depth, bary)
 
@@ -126,16 +139,25 @@ class _Scratch:
 
 
 def _sum(
-    scene: Scene, positions: NDArray[np.float32], scratch: _Scratch, term: PixelTerm
+    scene: Scene,
+    positions: NDArray[np.float32],
+    scratch: _Scratch,
+    term: PixelTerm,
+    weights: NDArray[np.float64],
 ) -> tuple[float, int]:
     """The term's sum over the drawn pixels, and their number."""
     if isinstance(term, ClassMaps):
         total, pixels = kernels.sum_class_maps(scratch.facet, scene.facet_class, term.maps)
         return float(total), int(pixels)
+    _texture_uv(scene, positions, scratch)
+    return colour_error(scratch.uv, scene, term, weights)
+
+
+def _texture_uv(scene: Scene, positions: NDArray[np.float32], scratch: _Scratch) -> None:
+    """Texture coordinates of the pixels that were rasterised last, into `scratch.uv`."""
     kernels.texture_uv(
         positions, scene.faces, scene.uv, scratch.facet, scratch.planes, scratch.known, scratch.uv
     )
-    return colour_error(scratch.uv, scene, term)
 
 
 def _check_classes(scene: Scene, term: ClassMaps) -> None:

@@ -8,13 +8,18 @@ from numpy.typing import NDArray
 
 from abs_engine.buffers import Buffers
 from abs_engine.render.context import GLContext
-from abs_engine.render.programs import CLIP, SKIN, Programs, set_uniform
+from abs_engine.render.programs import CLIP, Programs, set_uniform
 from abs_engine.render.targets import Canvas, Target
 from abs_engine.render.upload import SceneUpload
 
 
 def draw_buffers(
-    gl: GLContext, programs: Programs, upload: SceneUpload, clips: moderngl.Buffer, target: Target
+    gl: GLContext,
+    programs: Programs,
+    upload: SceneUpload,
+    clips: moderngl.Buffer,
+    target: Target,
+    weights: NDArray[np.float64],
 ) -> list[Buffers]:
     """Draw one candidate into each layer of a target of `ALL_BUFFERS`, and read them.
 
@@ -22,21 +27,29 @@ def draw_buffers(
     ----------
     clips : moderngl.Buffer
         (L, V, 4) float32 clip coordinates.
+    weights : (L, P) float64
+        Of the modes, for a texture that depends on them.
     """
     layers = target.size[2]
-    defines = ("LAYERED",) if layers > 1 else ()
+    defines = ("LAYERED", *upload.texture_defines) if layers > 1 else upload.texture_defines
     target.clear()
-    _draw(gl, programs.drawing("facets", "buffers", *defines), upload, clips, layers)
+    _draw(gl, programs.drawing("facets", "buffers", *defines), upload, clips, weights)
     colour_depth, two, ids = (target.read(i) for i in range(3))
     return [_buffers(colour_depth[i], two[i], ids[i]) for i in range(layers)]
 
 
 def draw_picture(
-    gl: GLContext, programs: Programs, upload: SceneUpload, clips: moderngl.Buffer, canvas: Canvas
+    gl: GLContext,
+    programs: Programs,
+    upload: SceneUpload,
+    clips: moderngl.Buffer,
+    canvas: Canvas,
+    weights: NDArray[np.float64],
 ) -> NDArray[np.uint8]:
     """Draw the first candidate of `clips` with many samples a pixel."""
     canvas.clear()
-    _draw(gl, programs.drawing("facets", "picture"), upload, clips, 1)
+    program = programs.drawing("facets", "picture", *upload.texture_defines)
+    _draw(gl, program, upload, clips, weights)
     return canvas.read()
 
 
@@ -45,16 +58,16 @@ def _draw(
     program: moderngl.Program,
     upload: SceneUpload,
     clips: moderngl.Buffer,
-    instances: int,
+    weights: NDArray[np.float64],
 ) -> None:
     clips.bind_to_storage_buffer(CLIP)
     stored = upload.faces_buffer, upload.uv_buffer, upload.facet_class_buffer
     for binding, buffer in enumerate(stored, start=1):
         buffer.bind_to_storage_buffer(binding)
-    upload.texture.use(SKIN)
+    upload.use_texture(program, weights)
     set_uniform(program, "n_vertices", upload.n_vertices)
     array = upload.vertex_array(f"facets {program.glo}", lambda: gl.ctx.vertex_array(program, []))
-    array.render(moderngl.TRIANGLES, vertices=3 * upload.n_facets, instances=instances)
+    array.render(moderngl.TRIANGLES, vertices=3 * upload.n_facets, instances=len(weights))
 
 
 def _buffers(

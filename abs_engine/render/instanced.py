@@ -13,7 +13,7 @@ from abs_engine.camera import Camera, Window
 from abs_engine.errors import OpenGLError
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
-from abs_engine.render.programs import CLIP, DRAWN, MAPS, SKIN, TARGET, Programs, set_uniform
+from abs_engine.render.programs import CLIP, DRAWN, MAPS, TARGET, Programs, set_uniform
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
 from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
 
@@ -75,7 +75,9 @@ class InstancedPath:
             clips = self._deform(upload, candidates, part, camera, window)
             layers = part.stop - part.start
             target = self._pool.get((*window.drawn, layers), targets.ALL_BUFFERS)
-            out += facets.draw_buffers(self._gl, self._programs, upload, clips, target)
+            out += facets.draw_buffers(
+                self._gl, self._programs, upload, clips, target, candidates.weights[part]
+            )
         return out
 
     def picture(
@@ -90,7 +92,8 @@ class InstancedPath:
     ) -> NDArray[np.uint8]:
         """A multisampled picture of one candidate."""
         clips = self._deform(upload, candidates, slice(index, index + 1), camera, window)
-        return facets.draw_picture(self._gl, self._programs, upload, clips, canvas)
+        weights = candidates.weights[index : index + 1]
+        return facets.draw_picture(self._gl, self._programs, upload, clips, canvas, weights)
 
     def measure(
         self,
@@ -111,7 +114,9 @@ class InstancedPath:
             layers = part.stop - part.start
             target = self._pool.get((*window.drawn, layers), formats)
             self._render(upload, clips, target, "TERM_CLASS" if by_class else "TERM_COLOUR")
-            total[part], pixels[part] = self._reduce(upload, target, term)
+            total[part], pixels[part] = self._reduce(
+                upload, target, term, candidates.weights[part]
+            )
         return Sums(total, pixels)
 
     def release(self) -> None:
@@ -174,16 +179,21 @@ class InstancedPath:
         array.render(moderngl.TRIANGLES, instances=target.size[2])
 
     def _reduce(
-        self, upload: SceneUpload, target: targets.Target, term: PixelTerm
+        self,
+        upload: SceneUpload,
+        target: targets.Target,
+        term: PixelTerm,
+        weights: NDArray[np.float64],
     ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """Sum the term over each layer on the GPU; eight bytes a layer come back."""
         width, height, layers = target.size
         by_class = isinstance(term, ClassMaps)
-        program = self._programs.compute("reduce", "TERM_CLASS" if by_class else "TERM_COLOUR")
+        defines = ("TERM_CLASS",) if by_class else ("TERM_COLOUR", *upload.texture_defines)
+        program = self._programs.compute("reduce", *defines)
         target.colours[0].use(DRAWN)
         self._terms.get(term).texture.use(MAPS if by_class else TARGET)
         if not by_class:
-            upload.texture.use(SKIN)
+            upload.use_texture(program, weights)
         sums = self._buffer("sums", 8 * layers)
         sums.bind_to_storage_buffer(0)
         set_uniform(program, "size", (width, height))

@@ -16,6 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.render import layers
 from abs_engine.scene import ColourError, Scene
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
@@ -25,7 +26,9 @@ _CELLS: WeakKeyDictionary[Scene, NDArray[np.int32]] = WeakKeyDictionary()
 _PLANES: WeakKeyDictionary[ColourError, NDArray[np.float32]] = WeakKeyDictionary()
 
 
-def colour_error(uv: NDArray[np.float32], scene: Scene, term: ColourError) -> tuple[float, int]:
+def colour_error(
+    uv: NDArray[np.float32], scene: Scene, term: ColourError, weights: NDArray[np.float64]
+) -> tuple[float, int]:
     """Sum of squared differences of luminance-normalised RGB, and how many pixels were drawn.
 
     Parameters
@@ -35,7 +38,11 @@ def colour_error(uv: NDArray[np.float32], scene: Scene, term: ColourError) -> tu
     scene : Scene
         Whose texture is drawn.
     term : ColourError
+    weights : (P,) float64
+        Of the scene's modes; read where its texture depends on them.
     """
+    if scene.texture_modes is not None:
+        return layers.colour_error(uv, scene, term, weights)
     cells, target = _CELLS.get(scene), _PLANES.get(term)
     if cells is None:
         cells = _CELLS[scene] = texel_cells(scene.texture)

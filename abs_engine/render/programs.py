@@ -9,11 +9,14 @@ import moderngl
 from abs_engine.render import shaders
 from abs_engine.render.context import GLContext
 
-SKIN, TARGET, MAPS, DRAWN = range(4)
+SKIN, TARGET, MAPS, DRAWN, SKIN_MODES = range(5)
 """Texture units."""
 
 CLIP = 0
 """Storage binding of clip coordinates, as in the shaders."""
+
+TEXTURE_WEIGHTS = 4
+"""Storage binding of the weights of a texture's modes, as in texture.glsl."""
 
 
 class Programs:
@@ -37,7 +40,7 @@ class Programs:
                 shaders.load(f"{vertex}.vert", defines),
                 shaders.load(f"{fragment}.frag", defines),
             )
-            _bind_textures(made, skin=SKIN)
+            _bind_textures(made, skin=SKIN, skin_modes=SKIN_MODES)
             self._made[key] = made
         program: moderngl.Program = self._made[key]
         return program
@@ -47,7 +50,8 @@ class Programs:
         key = name, *defines
         if key not in self._made:
             made = shaders.compute(self._ctx, shaders.load(f"{name}.comp", defines))
-            _bind_textures(made, skin=SKIN, target=TARGET, maps=MAPS, drawn=DRAWN)
+            units = {"skin": SKIN, "skin_modes": SKIN_MODES, "target": TARGET}
+            _bind_textures(made, **units, maps=MAPS, drawn=DRAWN)
             self._made[key] = made
         program: moderngl.ComputeShader = self._made[key]
         return program

@@ -54,8 +54,9 @@ class ThinPath:
         for i in range(len(candidates)):
             upload.vertex_buffer.write(clip_positions(scene, candidates, i, camera, clip))
             out += facets.draw_buffers(
-                self._gl, self._programs, upload, upload.vertex_buffer, target
-            )
+                self._gl, self._programs, upload, upload.vertex_buffer, target,
+                candidates.weights[i : i + 1],
+            )  # fmt: skip
         return out
 
     def picture(
@@ -71,7 +72,9 @@ class ThinPath:
         """A multisampled picture of one candidate."""
         clip = camera.clip_matrix(window)
         upload.vertex_buffer.write(clip_positions(scene, candidates, index, camera, clip))
-        return facets.draw_picture(self._gl, self._programs, upload, upload.vertex_buffer, canvas)
+        weights = candidates.weights[index : index + 1]
+        given = self._gl, self._programs, upload, upload.vertex_buffer, canvas, weights
+        return facets.draw_picture(*given)
 
     def measure(
         self,
@@ -98,7 +101,9 @@ class ThinPath:
             if isinstance(term, ClassMaps):
                 total[i], pixels[i] = sum_class_maps(drawn[..., 0], term.maps)
             else:
-                total[i], pixels[i] = colour_error(drawn, scene, term)
+                total[i], pixels[i] = colour_error(
+                    drawn, scene, term, candidates.weights[i]
+                )
         return Sums(total, pixels)
 
     def release(self) -> None:

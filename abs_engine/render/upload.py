@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from abs_engine.errors import ParameterError
 from abs_engine.render.context import GLContext
 from abs_engine.render.layout import class_layout
+from abs_engine.render.programs import SKIN, SKIN_MODES, TEXTURE_WEIGHTS, set_uniform
 from abs_engine.scene import ClassMaps, PixelTerm, Scene
 
 
@@ -95,6 +96,7 @@ class SceneUpload:
         self._ctx = gl.ctx
         self._owned: list[Any] = []
         self._arrays: dict[str, moderngl.VertexArray] = {}
+        self._weights: moderngl.Buffer | None = None
         # Not the scene itself: holding it would keep it alive, and this with it.
         self.n_vertices, self.n_facets = len(scene.mean), len(scene.faces)
         self.highest_class = int(scene.facet_class.max())
@@ -181,6 +183,42 @@ class SceneUpload:
         texture.filter = moderngl.NEAREST, moderngl.NEAREST  # texture.glsl interpolates
         self._owned.append(texture)
         return texture
+
+    @property
+    def texture_defines(self) -> tuple[str, ...]:
+        """What shaders that colour this scene are compiled with."""
+        return () if self._alive.texture_modes is None else ("TEXTURE_MODES",)
+
+    @cached_property
+    def texture_modes(self) -> moderngl.TextureArray:
+        """What each mode adds to the skin, a layer for each."""
+        modes = self._alive.texture_modes
+        if modes is None:
+            raise ReferenceError("the texture of this scene does not vary")
+        layers, height, width, _ = modes.shape
+        texture = self._ctx.texture_array((width, height, layers), 3, modes, dtype="f4")
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        self._owned.append(texture)
+        return texture
+
+    def use_texture(self, program: Any, weights: NDArray[np.float64]) -> None:
+        """Bind the skin, and what it depends on, for a program with `texture_defines`.
+
+        Parameters
+        ----------
+        program : moderngl.Program or moderngl.ComputeShader
+        weights : (L, P) float64
+            Of the modes, for each layer that is drawn or read.
+        """
+        self.texture.use(SKIN)
+        if self.texture_defines:
+            self.texture_modes.use(SKIN_MODES)
+            rows = np.ascontiguousarray(weights, np.float32)
+            if self._weights is None or self._weights.size < rows.nbytes:
+                self._weights = self._reserve(rows.nbytes)
+            self._weights.write(rows)
+            self._weights.bind_to_storage_buffer(TEXTURE_WEIGHTS)
+            set_uniform(program, "n_texture_modes", rows.shape[1])
 
     def vertex_array(
         self, name: str, make: Callable[[], moderngl.VertexArray]

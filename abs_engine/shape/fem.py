@@ -188,17 +188,47 @@ class ThinShell:
         """
         return self._solve(np.reshape(forces, (-1, 1))).reshape(-1, 3)
 
-    def compliance_rows(self, dofs: NDArray[np.integer]) -> FloatArray:
-        """P (n, 3N), mm / N: the rows of K^-1 of some degrees of freedom (n,).
+    def compliance_rows(self, dofs: NDArray[np.integer] | sparse.spmatrix) -> FloatArray:
+        """P (n, 3N), mm / N: rows of K^-1, or sums of them.
+
+        Parameters
+        ----------
+        dofs : (n,) int, or (n, 3N) sparse
+            Degrees of freedom, or the weight W of each in n sums of them: P = W K^-1.
 
         Raises
         ------
         ParameterError
             If the shell is not held: K is singular.
         """
-        unit = np.zeros((3 * len(self.vertices), len(dofs)))
-        unit[dofs, np.arange(len(dofs))] = 1.0
-        return self._solve(unit).T  # K is symmetric
+        return self._solve(self.selection(dofs).toarray().T).T  # K is symmetric
+
+    def selection(self, dofs: NDArray[np.integer] | sparse.spmatrix) -> sparse.csr_matrix:
+        """W (n, 3N) that picks degrees of freedom (n,); a W that is given is passed on.
+
+        Raises
+        ------
+        ParameterError
+            If it is of another shell.
+        """
+        size = 3 * len(self.vertices)
+        if sparse.issparse(dofs):
+            rows = sparse.csr_matrix(dofs)
+        else:
+            at = np.asarray(dofs, np.int64)
+            if at.size and not (at.min() >= 0 and at.max() < size):
+                raise ParameterError(
+                    f"the shell has no degree of freedom {at.max()}", f"give 0 to {size - 1}"
+                )
+            rows = sparse.csr_matrix(
+                (np.ones(len(at)), (np.arange(len(at)), at)), shape=(len(at), size)
+            )
+        if rows.shape[1] != size:
+            raise ParameterError(
+                f"weights for {rows.shape[1]} degrees of freedom do not fit {size}",
+                "make them for this shell",
+            )
+        return rows
 
     def strains(self, displacement: FloatArray) -> FloatArray:
         """Strains (M, 5) of each triangle under displacements (N, 3), mm."""
@@ -212,15 +242,21 @@ class ThinShell:
 
 
 def reach(
-    shell: ThinShell, dofs: NDArray[np.integer], goals: FloatArray, *, least: str = "force"
+    shell: ThinShell,
+    dofs: NDArray[np.integer] | sparse.spmatrix,
+    goals: FloatArray,
+    *,
+    least: str = "force",
 ) -> FloatArray:
-    """Displacements of the whole shell that take some degrees of freedom to their goals.
+    """Displacements of the whole shell that take points of it to their goals.
 
     Parameters
     ----------
     shell : ThinShell
-    dofs : (n,) int
-        Degrees of freedom with a goal: 3 times the node, plus 0, 1, 2 for x, y, z.
+    dofs : (n,) int, or (n, 3N) sparse
+        Degrees of freedom with a goal: 3 times the node, plus 0, 1, 2 for x, y, z. Or, for points
+        between the nodes, the weights W of all degrees of freedom in each goal, as
+        `dots.ShellPoints.rows` gives them.
     goals : (..., n) float64, mm
         Displacement goals U_g, for one frame or more.
     least : 'force' or 'energy'
@@ -234,26 +270,29 @@ def reach(
     Raises
     ------
     ParameterError
-        If a degree of freedom is named twice, the goals do not fit, or the shell is not held.
+        If goals depend on one another (such as one degree of freedom named twice), do not fit,
+        or the shell is not held.
 
     Notes
     -----
-    The paper names least strain and prints the least force. Both are smooth; forces spread over
-    all nodes follow the goals' surroundings more evenly, forces at the goals alone leave peaks.
+    P is W K^-1; where a goal is a node's own, its row of W picks one row of K^-1, as in the
+    paper. The paper names least strain and prints the least force. Both are smooth; forces spread
+    over all nodes follow the goals' surroundings more evenly, forces at the goals alone leave
+    peaks.
     """
-    dofs, goals = np.asarray(dofs), np.asarray(goals, np.float64)
-    if len(np.unique(dofs)) != len(dofs) or goals.shape[-1] != len(dofs):
+    picked, goals = shell.selection(dofs), np.asarray(goals, np.float64)
+    different = np.linalg.matrix_rank((picked @ picked.T).toarray())
+    if goals.shape[-1] != picked.shape[0] or different != picked.shape[0]:
         raise ParameterError(
-            f"{goals.shape[-1]} goals for {len(np.unique(dofs))} different degrees of freedom",
+            f"{goals.shape[-1]} goals for {different} different degrees of freedom",
             "give one goal for each",
         )
     if least not in ("force", "energy"):
         raise ParameterError(f"nothing is known of least '{least}'", "choose force or energy")
-    p = shell.compliance_rows(dofs)
-    to_forces = np.linalg.solve(p @ p.T, np.eye(len(dofs))) if least == "force" else None
-    if to_forces is not None:  # Eq. 2, then U = K^-1 F
-        whole = shell._solve(p.T @ to_forces)
+    p = shell.compliance_rows(picked)
+    if least == "force":  # Eq. 2, then U = K^-1 F
+        whole = shell._solve(p.T @ np.linalg.inv(p @ p.T))
     else:
-        whole = p.T @ np.linalg.solve(p[:, dofs], np.eye(len(dofs)))
+        whole = p.T @ np.linalg.inv(picked @ p.T)
     moved = goals @ whole.T
     return np.asarray(moved.reshape(*goals.shape[:-1], -1, 3), np.float64)

@@ -23,18 +23,42 @@ SKIN_ROWS = (3.0, 6.5, 10.0)  # mm beyond the outer contour: as far as the nose 
 BORDER_SPRING = (
     0.01  # N / mm at each node of the outermost ring: soft, as the jaw takes the chin along
 )
+MATERIAL = Material(poisson=0.0, shear=1.5)
+"""Of lips and skin alike. Skin that is pulled one way hardly narrows the other way, as it bulges;
+slopes out of the plane are held harder than a plate's, which would let the lips' edges flap."""
 
 
 @dataclass(frozen=True, eq=False)
-class LipShell:
-    """Where the nodes of a shell lie on a head, and how they are joined.
+class LipPoints:
+    """Points on the facets of a head.
 
     Parameters
     ----------
     corners : (N, 3) int32
-        Vertices of the head's facet on which each node lies.
+        Vertices of the head's facet on which each point lies.
     weights : (N, 3) float64
         Barycentrics in that facet.
+    """
+
+    corners: NDArray[np.int32]
+    weights: FloatArray
+
+    def __len__(self) -> int:
+        """Return the number of points, N."""
+        return len(self.corners)
+
+    def nodes(self, vertices: NDArray[np.floating]) -> FloatArray:
+        """Points (..., N, 3), mm, of a head's vertices (..., V, 3), mm."""
+        at = np.asarray(vertices, np.float64)[..., self.corners, :]
+        return np.asarray(np.einsum("...nkd,nk->...nd", at, self.weights))
+
+
+@dataclass(frozen=True, eq=False)
+class LipShell(LipPoints):
+    """Where the nodes of a shell lie on a head, and how they are joined. Adds to `LipPoints`.
+
+    Parameters
+    ----------
     faces : (M, 3) int32
         Facets of the shell, counter-clockwise from the front.
     lip : (M,) bool
@@ -43,27 +67,20 @@ class LipShell:
         Nodes of the outermost ring.
     """
 
-    corners: NDArray[np.int32]
-    weights: FloatArray
     faces: NDArray[np.int32]
     lip: NDArray[np.bool_]
     border: NDArray[np.bool_]
-
-    def __len__(self) -> int:
-        """Return the number of nodes, N."""
-        return len(self.corners)
-
-    def nodes(self, vertices: NDArray[np.floating]) -> FloatArray:
-        """Nodes (..., N, 3), mm, of a head's vertices (..., V, 3), mm."""
-        at = np.asarray(vertices, np.float64)[..., self.corners, :]
-        return np.asarray(np.einsum("...nkd,nk->...nd", at, self.weights))
 
     def elastic(
         self, vertices: NDArray[np.floating], material: Material | None = None
     ) -> ThinShell:
         """The shell as an elastic body at rest on a head's vertices (V, 3), held at its border."""
+        return self.elastic_at(self.nodes(vertices), material)
+
+    def elastic_at(self, nodes: FloatArray, material: Material | None = None) -> ThinShell:
+        """The shell as an elastic body whose nodes (N, 3), mm, are at rest where given."""
         springs = np.where(self.border, BORDER_SPRING, 0.0)
-        return ThinShell(self.nodes(vertices), self.faces, springs, material or Material())
+        return ThinShell(nodes, self.faces, springs, material or MATERIAL)
 
 
 def cut_lip_shell(speaker: Speaker) -> LipShell:
@@ -81,20 +98,32 @@ def cut_lip_shell(speaker: Speaker) -> LipShell:
     vertices = speaker.vertices.astype(np.float64)
     inner, outer = _contours(speaker, vertices)
     lips = [inner + share * (outer - inner) for share in LIP_ROWS]
-    centre = outer.mean(axis=0)
-    away = (outer - centre) * [1.0, 1.6, 0.0]  # an ellipse's normals rather than its radii
-    away /= np.linalg.norm(away, axis=1, keepdims=True)
-    skin = [_front(speaker, vertices, outer + reach * away) for reach in SKIN_ROWS]
-    on_lips = np.isin(
-        speaker.facet_class, [speaker.class_id(n) for n in ("upper_lip", "lower_lip")]
-    )
+    skin = _skin_rings(speaker, vertices, outer, SKIN_ROWS)
     on_skin = speaker.facet_class == speaker.class_id("skin")
-    placed = [_on_surface(speaker, vertices, on_lips, np.vstack(lips))]
+    placed = [_on_lips(speaker, vertices, np.vstack(lips))]
     placed.append(_on_surface(speaker, vertices, on_skin, np.vstack(skin)))
     corners, weights = (np.concatenate(part) for part in zip(*placed, strict=True))
     faces, ring = _faces(len(LIP_ROWS) + len(SKIN_ROWS))
     border = np.arange(len(corners)) >= len(corners) - COLUMNS
     return LipShell(corners, weights, faces, ring < len(LIP_ROWS) - 1, border)
+
+
+def skin_around(speaker: Speaker, reaches: tuple[float, ...]) -> LipPoints:
+    """Rings of skin `reaches` mm beyond the outer contour, as many points each as columns."""
+    vertices = speaker.vertices.astype(np.float64)
+    outer = _contours(speaker, vertices)[1]
+    rings = np.vstack(_skin_rings(speaker, vertices, outer, reaches))
+    on_skin = speaker.facet_class == speaker.class_id("skin")
+    return LipPoints(*_on_surface(speaker, vertices, on_skin, rings))
+
+
+def _skin_rings(
+    speaker: Speaker, vertices: FloatArray, outer: FloatArray, reaches: tuple[float, ...]
+) -> list[FloatArray]:
+    centre = outer.mean(axis=0)
+    away = (outer - centre) * [1.0, 1.6, 0.0]  # an ellipse's normals rather than its radii
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    return [_front(speaker, vertices, outer + reach * away) for reach in reaches]
 
 
 def _contours(speaker: Speaker, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -121,10 +150,30 @@ def _evenly(line: FloatArray, count: int) -> FloatArray:
 def _front(speaker: Speaker, vertices: FloatArray, points: FloatArray) -> FloatArray:
     """Points (N, 3) moved along z to the depth of the skin in front of them."""
     skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
-    near = skin[np.linalg.norm(vertices[skin] - points.mean(axis=0), axis=1) < 70]
+    near = skin[np.linalg.norm(vertices[skin] - points.mean(axis=0), axis=1) < 95]
     flat = np.linalg.norm(vertices[near, None, :2] - points[None, :, :2], axis=2)
-    depth = np.where(flat < 4.0, vertices[near, 2][:, None], -np.inf).max(axis=0)
+    around = np.maximum(4.0, flat.min(axis=0) + 1.0)  # beside the chin there is none in front
+    depth = np.where(flat < around, vertices[near, 2][:, None], -np.inf).max(axis=0)
     return np.column_stack([points[:, :2], depth])
+
+
+def _on_lips(
+    speaker: Speaker, vertices: FloatArray, points: FloatArray
+) -> tuple[NDArray[np.int32], FloatArray]:
+    """As `_on_surface`, each column of points on its own lip; the corners on the nearest."""
+    upper, lower = (
+        speaker.facet_class == speaker.class_id(name) for name in ("upper_lip", "lower_lip")
+    )
+    column, half = np.arange(len(points)) % COLUMNS, COLUMNS // 2
+    corners = np.zeros((len(points), 3), np.int32)
+    weights = np.zeros((len(points), 3))
+    for lip, own in (
+        (upper, (column > 0) & (column < half)),
+        (lower, column > half),
+        (upper | lower, column % half == 0),
+    ):
+        corners[own], weights[own] = _on_surface(speaker, vertices, lip, points[own])
+    return corners, weights
 
 
 def _on_surface(
@@ -132,7 +181,7 @@ def _on_surface(
 ) -> tuple[NDArray[np.int32], FloatArray]:
     """Facets' vertices (N, 3) and barycentrics (N, 3) nearest to points, of the chosen facets."""
     centre = vertices[speaker.faces].mean(axis=1)
-    near = np.linalg.norm(centre - points.mean(axis=0), axis=1) < 70
+    near = np.linalg.norm(centre - points.mean(axis=0), axis=1) < 95
     faces = speaker.faces[chosen & near]
     corners, weights = [], []
     for point in points:

@@ -7,17 +7,20 @@ inverse stiffness: K_s^-1 = S L^(1/2) S' over its leading eigenvectors.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import io
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.files import write_new
 
 FloatArray = NDArray[np.float64]
-FORMAT, VERSION = "abs_engine.learned_physics", 1
+FORMAT, VERSION = "abs_engine.learned_physics", 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,17 @@ class LearnedPhysics:
         Eigenvalues of the sample covariance, the largest first.
     total : float, mm^2
         Variance of all degrees of freedom together.
+    noise : float, mm
+        Standard deviation by which an observed coordinate is off the modes: errors of observation,
+        and motion that the modes do not have. 0 where it is not known.
+    person : str
+        Whose lips they are, of the speaker's people; empty for somebody else.
+    speaker : str
+        Checksum of the head that the shell was cut from; empty where it is of none.
+    source : str
+        What was learned from.
+    noise_variances : (P,) float64, mm^2
+        How much of `variances` errors of observation make; none where they are not known.
     """
 
     rest: FloatArray
@@ -43,11 +57,31 @@ class LearnedPhysics:
     modes: FloatArray
     variances: FloatArray
     total: float
+    noise: float = 0.0
+    person: str = ""
+    speaker: str = ""
+    source: str = ""
+    noise_variances: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def deviations(self) -> FloatArray:
+        """Standard deviations (P,), mm, of the motion itself, without the errors of observation.
+
+        A weak mode that is mostly error would else be free to move by as much; a twentieth of its
+        variance is left to it.
+        """
+        noise = self.noise_variances if len(self.noise_variances) else 0.0
+        return np.asarray(np.sqrt(np.maximum(self.variances - noise, 0.05 * self.variances)))
 
     @property
     def held(self) -> float:
         """Share of the training variance that the modes hold, 0 to 1."""
         return float(self.variances.sum() / self.total)
+
+    @property
+    def shares(self) -> FloatArray:
+        """Share (P,) of the training variance that the first mode, the first two, ... hold."""
+        return np.asarray(np.cumsum(self.variances) / self.total)
 
     @property
     def matrix(self) -> FloatArray:
@@ -73,8 +107,17 @@ class LearnedPhysics:
         return float(0.5 * (np.asarray(coefficients) ** 2 / self.variances).sum())
 
     def save(self, path: Path) -> None:
-        """Write an ``.npz``."""
-        np.savez_compressed(path, format=FORMAT, version=VERSION, **vars(self))
+        """Write an ``.npz``, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it exists or cannot be written.
+        """
+        fields: dict[str, Any] = {"format": FORMAT, "version": VERSION, **vars(self)}
+        memory = io.BytesIO()
+        np.savez_compressed(memory, **fields)
+        write_new(path, memory.getvalue())
 
 
 def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> LearnedPhysics:
@@ -116,43 +159,6 @@ def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> Lea
     )
 
 
-def reconstruct(
-    physics: LearnedPhysics, dofs: NDArray[np.integer], observed: FloatArray, noise: float
-) -> FloatArray:
-    """Most probable coefficients given some coordinates of some nodes (section 6.2).
-
-    Parameters
-    ----------
-    physics : LearnedPhysics
-    dofs : (n,) int
-        Observed degrees of freedom: 3 times the node, plus 0, 1, 2 for x, y, z.
-    observed : (..., n) float64, mm
-        Coordinates, not displacements.
-    noise : float, mm
-        Standard deviation of a coordinate's error, positive.
-
-    Returns
-    -------
-    (..., P) float64, mm
-
-    Raises
-    ------
-    ParameterError
-        If nothing is observed or the noise is not positive.
-
-    Notes
-    -----
-    With Gaussian noise and the prior of eq. 10 this is ridge regression:
-    (A' A / s^2 + L^-1) c = A' d / s^2, with A the observed rows of S.
-    """
-    if len(dofs) == 0 or not noise > 0:
-        raise ParameterError("nothing observed, or noise not positive", "give both")
-    a = physics.matrix[dofs]
-    away = np.asarray(observed, np.float64) - np.ravel(physics.rest + physics.mean)[dofs]
-    normal = a.T @ a / noise**2 + np.diag(1 / physics.variances)
-    return np.asarray(np.linalg.solve(normal, a.T @ np.moveaxis(away, -1, 0) / noise**2).T)
-
-
 def load_physics(path: Path) -> LearnedPhysics:
     """Read what `LearnedPhysics.save` wrote.
 
@@ -168,6 +174,14 @@ def load_physics(path: Path) -> LearnedPhysics:
         rest, mean, modes, variances = (
             np.asarray(arrays[name], np.float64) for name in ("rest", "mean", "modes", "variances")
         )
-        return LearnedPhysics(rest, mean, modes, variances, float(arrays["total"]))
-    except KeyError as error:
+        total, noise = (float(arrays[name]) for name in ("total", "noise"))
+        told = (str(arrays[name]) for name in ("person", "speaker", "source"))
+        blur = np.asarray(arrays["noise_variances"], np.float64)
+        physics = LearnedPhysics(rest, mean, modes, variances, total, noise, *told, blur)
+    except (KeyError, TypeError, ValueError) as error:
         raise ModelFormatError(f"{path} lacks {error}", "train it again") from error
+    shape = rest.shape
+    fits = mean.shape == shape and modes.shape == (len(variances), *shape)
+    if len(shape) != 2 or not fits or len(blur) not in (0, len(variances)):
+        raise ModelFormatError(f"the arrays of {path} do not fit together", "train it again")
+    return physics

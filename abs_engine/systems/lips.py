@@ -7,9 +7,10 @@ place of learned physics, and Nelder-Mead in place of forces.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from abs_engine.appearance.colour import ColourClasses
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.camera import Camera
 from abs_engine.scene import Renderer
@@ -18,7 +19,7 @@ from abs_engine.track.model import MouthModel, build_mouth_model
 from abs_engine.track.person import Calibration
 from abs_engine.track.prepare import HeadMotion, choose_frames
 from abs_engine.track.restart import calibrate_well
-from abs_engine.track.tracker import FrameResult, Image, TrackerSetting, track
+from abs_engine.track.tracker import FrameResult, Image, TrackerSetting, track, usual_mouth
 from abs_engine.video import VideoInfo, probe, read_frames
 
 
@@ -37,12 +38,15 @@ class LipOptions:
         Its calibration; by default an ideal camera of a usual field of view.
     speaker : Path or None
         A `head.npz`; by default the bundled head.
+    colours : Path or None
+        The `colours.npz` of another run; by default colours are learned from the clip.
     """
 
     person: str | None = None
     mouth: tuple[float, float, float, float] | None = None
     camera: Camera | None = None
     speaker: Path | None = None
+    colours: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,19 +93,25 @@ def prepare_lips(
         If the video cannot be read.
     FaceNotFoundError
         If no face is found.
+    TooFewPixelsError
+        If too little of it is seen to learn its colours.
     """
     tell = stage or _silent
     tell("reading the video")
     info = probe(video)
+    colours = None if options.colours is None else ColourClasses.load(options.colours)
     camera = options.camera or Camera.ideal(info.size)
     model = lip_model(load_speaker(options.speaker), options.person)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     motion = HeadMotion(model, camera, renderer, box)
     tell("finding and following the face")
     frames = choose_frames(motion.poses(read_frames(video)), str(video))
-    tell("learning the clip's colours, fitting the mouth")
-    calibration = calibrate_well(model, frames, camera, renderer)
-    return LipTracker(video, info, _setting(model, calibration, camera, renderer, info), motion)
+    tell("fitting the mouth" if colours else "learning the clip's colours, fitting the mouth")
+    calibration = calibrate_well(model, frames, camera, renderer, colours)
+    setting = _setting(model, calibration, camera, renderer, info)
+    usual = usual_mouth(setting, frames)
+    motion = replace(motion, colours=calibration.classes, rate=info.rate)
+    return LipTracker(video, info, replace(setting, usual=usual), motion)
 
 
 def _silent(_stage: str) -> None:

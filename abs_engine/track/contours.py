@@ -53,7 +53,7 @@ class LipDrawing:
 
     def contours(self, result: FrameResult) -> list[tuple[FloatArray, bool, Colour]]:
         """Image points (K, 2) of each contour, whether it is closed, and its colour."""
-        if result.pose is None:
+        if result.pose is None or not result.found:
             return []
         pixels = self.camera.project(result.pose.apply(result.lips))
         outer, upper, lower = np.split(pixels, np.cumsum(self.sizes)[:2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +23,10 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
 SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
-IN_SHADE = 0.25  # share of the interior's probability that lips get: the dark line between them
+IN_SHADE = 0.25  # share of the probability of teeth and dark that lips get: they throw shade
+IN_LINE = 0.7  # the same where these are a thin line, which closed lips show where they meet
+LINE = 0.03  # height of such a line, in mouth widths,
+LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
 
 Prior = GaussianPrior | ContactPrior
 
@@ -66,10 +70,23 @@ def class_maps(
     """
     patch = window.sample(frame)
     probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH) * zone(window)
-    probable[CLASSES.index("lips")] += IN_SHADE * probable[CLASSES.index("interior")]
+    line = max(LINE * DRAWN_MOUTH, LINE_PIXELS * window.scale)
+    shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)
     zero = np.zeros_like(probable[0])
-    planes = [zero if c is None else probable[CLASSES.index(c)] for c in colour_of]
-    return ClassMaps(np.stack(planes))
+    return ClassMaps(np.stack([zero if c is None else shown[c] for c in colour_of]))
+
+
+def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
+    """What a facet of each class may show: teeth lie in shade, and lips do where they meet.
+
+    Where in the mouth teeth stand is not known of a person: dark facets may show them. What is
+    dark over no more than `line` drawn pixels from top to bottom may as well be closed lips.
+    """
+    inside = maps["teeth"] + maps["dark"]
+    window = np.ones((2 * round(line / 2) + 1, 1), np.uint8)
+    thick = cv2.morphologyEx(inside, cv2.MORPH_OPEN, window)
+    lips = maps["lips"] + IN_SHADE * thick + IN_LINE * (inside - thick)
+    return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": inside}
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,7 +47,8 @@ PROTOTYPES: tuple[dict[str, float], ...] = (
 COLOUR_CLASSES: dict[str, tuple[str, ...]] = {
     "skin": ("skin",),
     "lips": ("upper_lip", "lower_lip"),
-    "interior": ("inner_mouth", "upper_teeth", "lower_teeth", "tongue"),
+    "teeth": ("upper_teeth", "lower_teeth"),
+    "dark": ("inner_mouth", "tongue"),
 }
 
 

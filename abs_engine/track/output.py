@@ -15,7 +15,7 @@ from abs_engine.track.record import Recorder
 from abs_engine.track.sheet import ContactSheet
 from abs_engine.track.tracker import FrameResult, TrackerSetting
 
-OVERLAY, SHEET = "overlay.mp4", "contact_sheet.png"
+OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
 
 Progress = Callable[[int, int], None]
 """Called with the number of frames done and of all frames (0 where that is not known)."""
@@ -80,6 +80,7 @@ def write_run(
                 progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
     took = time.perf_counter() - start
     (folder / SHEET).write_bytes(png(sheet.picture()))
+    setting.classes.save(folder / COLOURS)
     times = {
         "preparation_seconds": round(facts.preparation, 3),
         "seconds_per_frame": round(took / max(1, len(recorder)), 5),

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.appearance.colour import CLASSES, ColourClasses, learn_classes
+from abs_engine.appearance.colour import ColourClasses
+from abs_engine.appearance.learn import PLACES, learn_classes
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior
@@ -97,6 +98,7 @@ def calibrate(
     camera: Camera,
     renderer: Renderer,
     rounds: int = 4,
+    known: ColourClasses | None = None,
 ) -> Calibration:
     """Fit the person's mouth and the clip's colours by turns.
 
@@ -110,6 +112,8 @@ def calibrate(
     camera : Camera
     renderer : Renderer
     rounds : int
+    known : ColourClasses, optional
+        Colours that were learned before; then only the mouth is fitted.
     """
     vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
     person, shift = np.zeros(model.n_person), np.zeros(6)
@@ -124,7 +128,7 @@ def calibrate(
             for w, f, v, b in zip(windows, frames_of, vectors, weights, strict=True)
         ]
         patches = [w.sample(f.image) for w, f in zip(windows, frames, strict=True)]
-        classes = learn_classes(patches, places)
+        classes = known or learn_classes(patches, places)
         maps_of = [
             class_maps(classes, model.colour_classes, w, f.image)
             for w, f in zip(windows, frames, strict=True)
@@ -267,7 +271,7 @@ def _places(
     blur: float,
     first: bool,
 ) -> FloatArray:
-    """Where each colour class is expected, (3, H, W): the drawn classes, blurred.
+    """Where skin, lips and the mouth's inside are expected, (3, H, W): as drawn, blurred.
 
     At first the posture is not known: several are drawn and averaged.
     """
@@ -283,11 +287,12 @@ def _places(
     drawn = renderer.draw(model.scene, candidate, camera, window)
     sigma = blur * window.drawn[0] / 2.0
     planes = []
-    for name in CLASSES:
-        ids = [k for k, colour in enumerate(model.colour_classes) if colour == name]
+    for name in PLACES:
+        colours = ("teeth", "dark") if name == "inside" else (name,)
+        ids = [k for k, colour in enumerate(model.colour_classes) if colour in colours]
         plane = np.mean([np.isin(b.class_id, ids) for b in drawn], axis=0)
         planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
     places = np.stack(planes)
     near_lips = places[1] + places[2]
-    places[2] = np.maximum(places[2], 0.15 * near_lips)  # interior may show wherever lips are
+    places[2] = np.maximum(places[2], 0.15 * near_lips)  # it may show wherever lips are
     return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0))

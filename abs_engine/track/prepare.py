@@ -8,11 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
 from abs_engine.track.align import align_texture
+from abs_engine.track.blobs import LipBlob
+from abs_engine.track.follow import LipFollower
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import CalibrationFrame
@@ -36,29 +39,42 @@ class HeadMotion:
     renderer : Renderer
     box : FaceBox or None
         The face in the first frame where one is looked for, if the user knows it.
+    colours : ColourClasses, optional
+        With them a lost face is looked for by its lips, too.
+    rate : float
+        Frames per second.
     """
 
     model: MouthModel
     camera: Camera
     renderer: Renderer
     box: FaceBox | None = None
+    colours: ColourClasses | None = None
+    rate: float = 25.0
 
     def poses(self, frames: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:
         """Each frame with the head's pose, or None while no face is found.
 
-        When the points of the reference are lost, the face is looked for again and a new
-        reference is taken where it is found. Where the detector finds none, as in a close-up, the
-        old reference is tried again.
+        When the points of the reference are lost, they are looked for about the lips, if their
+        colour is known: a face that comes back keeps its place and size by the old reference. Then
+        the face is looked for again and a new reference is taken where it is found. Where the
+        detector finds none, as in a close-up, the old reference is tried again where it was.
         """
         reference: RigidReference | None = None
         state: RigidState | None = None
         box = self.box
+        lips = None if self.colours is None else LipFollower(self.colours, self.rate)
         for image in frames:
             if reference is not None:
                 new = follow(reference, image, self.camera, state)
                 if new is not None and new.seen >= LEAST_SEEN:
                     state = new
                     yield image, new.pose
+                    continue
+                again = None if lips is None else self._again(reference, image, lips.step(image))
+                if again is not None:
+                    state = again
+                    yield image, again.pose
                     continue
             found = self._found(image, box)
             box = None
@@ -67,6 +83,22 @@ class HeadMotion:
                 continue
             reference, state = found, None
             yield image, reference.pose
+
+    def _again(
+        self, reference: RigidReference, image: Image, lips: LipBlob | None
+    ) -> RigidState | None:
+        """The old reference about the lips that were found; None where it is not seen there."""
+        if lips is None:
+            return None
+        old = reference.pose
+        mouth = old.apply(self.model.pivot)
+        move = lips.centre - self.camera.project(mouth)
+        across = move * mouth[2] / np.diag(self.camera.matrix)[:2]
+        pose = Pose(old.rotation, old.translation + np.r_[across, 0.0])
+        pixels = reference.pixels + move.astype(np.float32)
+        guess = RigidState(pose, pixels, 0.0, 1.0)
+        new = follow(reference, image, self.camera, guess)
+        return new if new is not None and new.seen >= LEAST_SEEN else None
 
     def _found(self, image: Image, box: FaceBox | None) -> RigidReference | None:
         """A reference from the face in an image; None without a face, or one without texture."""

@@ -2,7 +2,7 @@
 
 A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
 each frame), ``mesh.npz`` (the whole head, see `RunMesh`), ``run.json`` (settings and a summary),
-``overlay.mp4`` and ``contact_sheet.png``.
+``overlay.mp4`` and ``contact_sheet.png``; and the colour classes, ``colours.npz``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
+from abs_engine.assets import LIPS_OF_68, read_npz
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.release import engine_version
 from abs_engine.track.mesh import RunMesh
@@ -28,7 +28,7 @@ RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
 CLOSED_BELOW_MM = 0.4
 """Apertures below this count as closed."""
 
-POINT_NAMES = tuple(f"lip{k}" for k in range(48, 68))
+POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
 
 _MEASURES = ("width", "aperture", "value", "score", "evaluations")
@@ -59,12 +59,12 @@ class Recorder:
         self._results.append(result)
 
     def arrays(self) -> dict[str, Any]:
-        """What ``results.npz`` holds, T frames. Rows of lost frames are NaN.
+        """What ``results.npz`` holds, T frames. Rows of lost and covered frames are NaN.
 
         Returns
         -------
         dict
-            `index` (T,), `time` (T,) s, `found` (T,); `parameters` (T, 6 + P) named by
+            `index` (T,), `time` (T,) s, `found`, `covered` (T,); `parameters` (T, 6 + P) named by
             `parameter_names`; `rotation` (T, 3) rotation vector and `translation` (T, 3) mm, head
             to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
             (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
@@ -75,7 +75,8 @@ class Recorder:
         results, setting = self._results, self._setting
         camera = setting.camera
         each = {
-            k: np.array([getattr(r, k) for r in results]) for k in ("index", "found", *_MEASURES)
+            k: np.array([getattr(r, k) for r in results])
+            for k in ("index", "found", "covered", *_MEASURES)
         }
         return {
             "format": FORMAT,
@@ -142,15 +143,18 @@ class Recorder:
             result.value,
             result.score,
             result.evaluations,
+            int(result.covered),
+            result.status,
         ]
 
     def summary(self) -> dict[str, Any]:
-        """Counts of frames, lost and closed ones; mean evaluations and score of the tracked."""
+        """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost."""
         tracked = [r for r in self._results if r.found]
         work = [r.evaluations for r in tracked]
         return {
             "frames": len(self._results),
             "lost_frames": len(self._results) - len(tracked),
+            "covered_frames": sum(r.covered for r in self._results),
             "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
             "mean_evaluations": float(np.mean(work)) if work else 0.0,
             "mean_score": float(np.mean([r.score for r in tracked])) if tracked else 0.0,
@@ -191,7 +195,7 @@ def table_heading(setting: TrackerSetting) -> list[str]:
     points = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
     pose = [f"head_{name}" for name in POSE_NAMES]
     parameters = pose_spec(setting.model.n_expression).names
-    end = ["width", "aperture", "closed", "value", "score", "evaluations"]
+    end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered", "status"]
     return ["index", "time", "found", *pose, *parameters, *points, *end]
 
 

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
+from abs_engine.errors import TooFewPixelsError
 from abs_engine.scene import Renderer
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
 from abs_engine.track.model import MouthModel
@@ -24,7 +26,11 @@ STARTS = ((20.0, 0.0), (-20.0, 0.0), (0.0, -0.15), (0.0, 0.15))
 
 
 def calibrate_well(
-    model: MouthModel, frames: Sequence[CalibrationFrame], camera: Camera, renderer: Renderer
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    camera: Camera,
+    renderer: Renderer,
+    colours: ColourClasses | None = None,
 ) -> Calibration:
     """Fit the person's mouth and the colours, from several places if the first is no good.
 
@@ -34,13 +40,20 @@ def calibrate_well(
     frames : sequence of CalibrationFrame
     camera : Camera
     renderer : Renderer
+    colours : ColourClasses, optional
+        Known ones; by default they are learned.
 
     Returns
     -------
     Calibration
         The one that explains its frames best.
+
+    Raises
+    ------
+    FaceNotFoundError, TooFewPixelsError
+        If the frames do not show enough of skin and lips to learn from.
     """
-    first = calibrate(model, frames, camera, renderer)
+    first = calibrate(model, frames, camera, renderer, known=colours)
     best, most = first, explained(model, frames, camera, renderer, first)
     if model.known or most >= GOOD_SCORE:
         return first
@@ -48,7 +61,10 @@ def calibrate_well(
     for down, away in STARTS:
         move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
         moved = [replace(f, pose=shifted(f.pose, move, model.pivot)) for f in frames]
-        found = calibrate(model, moved, camera, renderer)
+        try:
+            found = calibrate(model, moved, camera, renderer, known=colours)
+        except TooFewPixelsError:  # nothing to learn from there; the first attempt stands
+            continue
         score = explained(model, moved, camera, renderer, found)
         if score > most:
             best, most = replace(found, shift=found.shift + move), score

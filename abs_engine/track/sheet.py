@@ -52,6 +52,9 @@ class ContactSheet:
         picture = cut(window, image)
         self._drawing.draw(picture, window, result)
         tile[:height] = picture
+        if not result.found:
+            write_text(tile, f"#{result.index}   {result.status}", at, LOST)
+            return tile
         closed = bool(closed_frames(result.aperture))
         text = f"#{result.index}   {result.aperture:.1f} mm{'   closed' if closed else ''}"
         write_text(tile, text, at, _CLOSED if closed else WHITE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,13 @@ from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import Renderer, Scene
+from abs_engine.track.covered import (
+    COVERED,
+    OUTSIDE,
+    MouthEvidence,
+    UsualMouth,
+    mouth_evidence,
+)
 from abs_engine.track.fit import (
     FramePosterior,
     Prior,
@@ -24,7 +31,7 @@ from abs_engine.track.fit import (
     mouth_window,
 )
 from abs_engine.track.model import MouthModel
-from abs_engine.track.person import POSE_DEVIATION, Calibration, shifted
+from abs_engine.track.person import POSE_DEVIATION, Calibration, CalibrationFrame, shifted
 from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +49,7 @@ class FrameResult:
     ----------
     index : int
     found : bool
-        Whether the face was followed; if not, the numbers are NaN.
+        Whether the lips were followed; if not, the numbers are NaN.
     vector : (6 + P,) float64
         Pose correction about the rigid motion's pose, then expression.
     pose : Pose or None
@@ -57,6 +64,10 @@ class FrameResult:
         Mean probability of the drawn classes, 0 to 1: eq. 9 over the compared pixels.
     evaluations : int
     status : str
+        How the solver ended; or why nothing was found.
+    covered : bool
+        Whether the face is there, but its mouth is hidden or outside of the picture; then nothing
+        is found but the head's pose.
     """
 
     index: int
@@ -70,6 +81,7 @@ class FrameResult:
     score: float
     evaluations: int
     status: str
+    covered: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +101,8 @@ class TrackerSetting:
     solver : Simplex
     times : tuple of float
         When each frame is shown, seconds; empty where only the rate is known.
+    usual : UsualMouth, optional
+        What the clip's mouth looks like; without it no frame counts as covered.
     """
 
     model: MouthModel
@@ -99,6 +113,7 @@ class TrackerSetting:
     rate: float
     solver: Simplex = FRAME_SOLVER
     times: tuple[float, ...] = ()
+    usual: UsualMouth | None = None
 
     @property
     def classes(self) -> ColourClasses:
@@ -129,9 +144,34 @@ def track(
             last = None
             yield image, _lost(setting, index)
             continue
+        hidden = _hidden(setting, image, pose)
+        if hidden:
+            last = None
+            yield image, replace(_lost(setting, index), pose=pose, status=hidden, covered=True)
+            continue
         result = _fit(setting, index, image, pose, last)
         last = result.vector
         yield image, result
+
+
+def usual_mouth(setting: TrackerSetting, frames: Iterable[CalibrationFrame]) -> UsualMouth | None:
+    """What the mouth usually looks like, by the frames that the person was fitted on."""
+    return UsualMouth.of([_evidence(setting, f.image, f.pose) for f in frames])
+
+
+def _hidden(setting: TrackerSetting, image: Image, pose: Pose) -> str:
+    """Why the mouth cannot be seen; empty where it can."""
+    if setting.usual is None:
+        return ""
+    now = _evidence(setting, image, pose)
+    if now is None:
+        return OUTSIDE
+    return COVERED if setting.usual.covered(now) else ""
+
+
+def _evidence(setting: TrackerSetting, image: Image, pose: Pose) -> MouthEvidence | None:
+    there = shifted(pose, setting.calibration.shift, setting.model.pivot)
+    return mouth_evidence(setting.classes, setting.model, setting.camera, image, there)
 
 
 def _fit(

@@ -1,0 +1,170 @@
+"""Learning the colour classes of a clip, given where each of them is expected.
+
+Between skin and lips chromaticity is to decide, as in the paper: their luminance, which shading
+below the lip and at the corners changes, is taken as less certain than it was in the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import CLASSES, ColourClasses, FloatArray, features, luminance
+from abs_engine.appearance.mixture import Mixture, fit_mixture, single
+from abs_engine.errors import FaceNotFoundError, TooFewPixelsError
+
+PLACES = ("skin", "lips", "inside")
+"""What is expected where: which of teeth and dark shows inside a mouth is told by colour alone."""
+
+SKIN_COMPONENTS, LIP_COMPONENTS = 3, 2  # at most; the Bayesian information criterion chooses
+LEAST_PIXELS = 30
+"""Fewer pixels of a class, weighted by how surely they belong to it, are too few to learn from."""
+
+_DARK, _TEETH = slice(0, 1), slice(1, 3)  # of the mixture of what is inside a mouth
+_SKIN_SHADING, _LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
+_CORE = 0.6  # of the largest prior: where lips are expected surely enough to learn from
+_MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
+
+
+def learn_classes(
+    images: Sequence[NDArray[np.generic]],
+    places: Sequence[FloatArray],
+    rounds: int = 10,
+    most: int = 12_000,
+) -> ColourClasses:
+    """Learn the classes from a clip, given where each class is expected.
+
+    Expectation maximisation in which a pixel's prior over the classes comes from its place. Lips
+    learn only where lips are surely expected, skin where it is likelier than not; teeth and dark,
+    which may hardly show in the clip, are held near what their colours are like in anybody.
+
+    Parameters
+    ----------
+    images : sequence of (H, W, 3), RGB
+    places : sequence of (3, H, W) float64
+        Prior probability of each of `PLACES` at each pixel; the rest to 1 is "none of them".
+    rounds : int
+    most : int
+        Largest number of pixels used, evenly spread.
+
+    Returns
+    -------
+    ColourClasses
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the places hold no skin or no lips.
+    TooFewPixelsError
+        If fewer than `LEAST_PIXELS` are left for skin or lips.
+    """
+    prior, pixels = _chosen(images, places, most)
+    certain = prior[0] > 0.9 * prior[0].max()
+    reference = float(np.median(luminance(pixels)[certain]))
+    samples = features(pixels, reference)
+    around = prior[0] > 0.5
+    core = prior[1] > _CORE * prior[1].max()
+    _enough("skin", prior[0] * around)
+    _enough("lips", prior[1] * core)
+    skin = _skin(samples[certain])
+    lips = _lips_guess(samples, prior[1], skin)
+    anchor = inside = _inside_guess(skin)
+    strength = 0.25 * prior[1].sum()
+    for _ in range(rounds):
+        share = _posterior((skin, lips, inside), samples, prior)
+        lips = shaded(lips.updated(samples, share[1] * core), _LIP_SHADING)
+        inside = inside.anchored(samples, share[2], anchor, strength)
+        skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
+    _enough("skin", share[0] * around)
+    _enough("lips", share[1] * core)
+    lips = shaded(fit_mixture(samples, share[1] * core, LIP_COMPONENTS), _LIP_SHADING)
+    skin = shaded(fit_mixture(samples, share[0] * around, SKIN_COMPONENTS), _SKIN_SHADING)
+    axis = _MIX * (lips.weights @ lips.means - skin.weights @ skin.means)
+    skin, lips = bordered(skin, axis), bordered(lips, axis)
+    parts = {"skin": skin, "lips": lips, "teeth": inside.part(_TEETH), "dark": inside.part(_DARK)}
+    priors = np.r_[1.0, 1.0, inside.weights[_TEETH].sum(), inside.weights[_DARK].sum()]
+    return ColourClasses({c: parts[c] for c in CLASSES}, priors, reference)
+
+
+def _chosen(
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], most: int
+) -> tuple[FloatArray, FloatArray]:
+    """Priors (3, N) and RGB values (N, 3) of the pixels that are learned from."""
+    prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
+    pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
+    keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
+    keep = keep[:: max(1, -(-len(keep) // most))]
+    prior, pixels = prior[:, keep], pixels[keep]
+    if not (prior.size and prior[:2].max(axis=1).min() > 0.2):
+        raise FaceNotFoundError(
+            "no skin and lips lie where the mouth was looked for",
+            "give the mouth's box with --mouth X Y WIDTH HEIGHT in pixels of the first frame",
+        )
+    return prior, pixels
+
+
+def _enough(name: str, weight: FloatArray) -> None:
+    count = float(weight.sum())
+    if count < LEAST_PIXELS:
+        raise TooFewPixelsError(
+            f"only {count:.0f} pixels show {name}, {LEAST_PIXELS} are needed to learn their colour",
+            "give a video with a larger face, or the colours of another run with --colours FILE",
+        )
+
+
+def bordered(mixture: Mixture, axis: FloatArray) -> Mixture:
+    """The mixture widened along `axis`, from skin to lips.
+
+    Pixels on the border mix both colours. Of two classes the wider one would take them all, and
+    lips vary more than skin: the drawn lips would grow by a pixel.
+    """
+    return Mixture(mixture.weights, mixture.means, mixture.covariances + np.outer(axis, axis))
+
+
+def shaded(mixture: Mixture, amount: float) -> Mixture:
+    """The mixture with its luminance less certain by `amount` (standard deviation)."""
+    covariances = mixture.covariances.copy()
+    covariances[:, 2, 2] += amount**2
+    return Mixture(mixture.weights, mixture.means, covariances)
+
+
+def _posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArray) -> FloatArray:
+    """Probability (3, N) of skin, lips and the mouth's inside."""
+    joint = np.stack([m.density(samples) for m in mixtures]) * prior
+    rest = np.maximum(1 - prior.sum(axis=0), 0.02)  # a flat density over the colour cube
+    return np.asarray(joint / (joint.sum(axis=0) + rest))
+
+
+def _skin(samples: FloatArray) -> Mixture:
+    """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
+    first = single(samples, np.ones(len(samples))).density(samples)
+    core = samples[first >= np.quantile(first, 0.1)]
+    return shaded(fit_mixture(core, np.ones(len(core)), SKIN_COMPONENTS), _SKIN_SHADING)
+
+
+def _lips_guess(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
+    """The reddest part of where lips are expected."""
+    centre = skin.weights @ skin.means
+    redness = (samples[:, 0] - centre[0]) - (samples[:, 1] - centre[1])
+    expected = prior > 0.5 * prior.max()
+    threshold = np.quantile(redness[expected], 0.4)
+    return single(samples, prior * (redness >= threshold) * expected)
+
+
+def _inside_guess(skin: Mixture) -> Mixture:
+    """Dark of the mouth, then teeth in light and in the lips' shade, from the skin's colour.
+
+    Skin is taken to have the chromaticity (0.42, 0.33) in neutral light, which gives the light's
+    own; teeth lie half-way between. The dark is red and has a third of the skin's luminance.
+    Teeth in shade, lit by what the lips throw back, lie between teeth and dark.
+    """
+    centre = skin.weights @ skin.means
+    light = np.array([centre[0] / 0.42, centre[1] / 0.33, (1 - centre[0] - centre[1]) / 0.25])
+    teeth = 0.5 * (centre[:2] + light[:2] / light.sum())
+    dark, lit = np.array([centre[0] + 0.03, centre[1] - 0.03, -0.37]), np.array([*teeth, -0.10])
+    shade = 0.5 * (dark + lit)
+    spread = np.array([[0.05, 0.04, 0.11], [0.02, 0.02, 0.09], [0.02, 0.02, 0.07]])
+    covariances = np.stack([np.diag(s**2) for s in spread])
+    return Mixture(np.array([0.5, 0.3, 0.2]), np.stack([dark, lit, shade]), covariances)

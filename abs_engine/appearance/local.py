@@ -1,0 +1,219 @@
+"""Local appearance of points of the surface, linear in the parameters (Odisio & Bailly, 3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
+from abs_engine.appearance.patches import Patches
+from abs_engine.appearance.regression import FloatArray, LinearFits
+from abs_engine.appearance.sight import Sighting, depth_of, in_sight
+from abs_engine.assets import read_npz
+from abs_engine.camera import Camera, Window
+from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.scene import Renderer, Scene
+
+FORMAT, VERSION = "abs_engine.local", 1
+RIDGE = 1.0
+N_D = len(COMPONENTS)
+
+
+@dataclass(frozen=True, eq=False)
+class LocalModel:
+    """d^i = d_0^i + M_D^i a for N points of the surface (eqs. 2 and 3).
+
+    Parameters
+    ----------
+    vertices : (N,) int64
+        Vertices of the scene.
+    base : (N, 8) float64
+        d_0, in the order of `descriptors.COMPONENTS`.
+    modes : (P, N, 8) float64, per unit of parameter
+        M_D; P is 0 for constant appearance (`la_cst`).
+    mean : (N, 8) float64
+        Over the frames that show the point.
+    sigma : (N,) float64, drawn pixels
+        Scale of each point's filters; all alike in the paper.
+    spread : (N, 8) float64
+        Standard deviation of what the model does not explain in the training frames.
+    seen : (N,) float64
+        Share of the training frames that show the point, 0 to 1.
+    reach : (P,) float64
+        Root mean square of each parameter over the training frames.
+    explained : float
+        Share of the descriptors' variance that the model explains, 0 to 1.
+    """
+
+    vertices: NDArray[np.int64]
+    base: FloatArray
+    modes: FloatArray
+    mean: FloatArray
+    sigma: FloatArray
+    spread: FloatArray
+    seen: FloatArray
+    reach: FloatArray
+    explained: float
+
+    def __post_init__(self) -> None:
+        n = len(self.vertices)
+        shapes = [(self.vertices, (n,)), (self.sigma, (n,)), (self.seen, (n,))]
+        shapes += [(a, (n, N_D)) for a in (self.base, self.mean, self.spread)]
+        shapes += [(self.modes, (len(self.modes), n, N_D)), (self.reach, (len(self.modes),))]
+        if n == 0 or any(array.shape != shape for array, shape in shapes):
+            raise ParameterError("local appearance arrays do not fit", "learn them again")
+        if not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
+            raise ParameterError("a local appearance model holds NaN", "learn it again")
+
+    def __len__(self) -> int:
+        """Return the number of points, N."""
+        return len(self.vertices)
+
+    def at(self, parameters: ArrayLike) -> FloatArray:
+        """Descriptors (..., N, 8) at parameters (..., P); those beyond the model's are not read."""
+        given = np.asarray(parameters, np.float64)
+        if given.shape[-1] < len(self.modes):
+            raise ParameterError(
+                f"{given.shape[-1]} parameters for a model of {len(self.modes)}", "give one each"
+            )
+        return np.asarray(self.base + np.tensordot(given[..., : len(self.modes)], self.modes, 1))
+
+    def constant(self, parameters: ArrayLike | None = None) -> LocalModel:
+        """The model with M_D = 0 (`la_cst`): the mean, or the appearance at given parameters."""
+        base = self.mean if parameters is None else self.at(parameters)
+        lost = np.sum((self.modes * self.reach[:, None, None]) ** 2, axis=0)
+        spread = np.sqrt(self.spread**2 + lost)
+        none = self.modes[:0], self.reach[:0]
+        return replace(
+            self, base=base, modes=none[0], reach=none[1], spread=spread, explained=0.0
+        )
+
+    def only(self, chosen: NDArray[np.integer]) -> LocalModel:
+        """The model of some of its points, indices (M,)."""
+        kept = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name in _BY_POINT}
+        return replace(self, modes=self.modes[:, chosen], **kept)
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz`` that `load` reads.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        content = {f.name: getattr(self, f.name) for f in fields(self)}
+        with Path(path).open("wb") as file:
+            np.savez_compressed(file, format=FORMAT, version=VERSION, **content)
+
+    @classmethod
+    def load(cls, path: Path) -> LocalModel:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputFileError
+            If the file is missing or no NPZ archive.
+        ModelFormatError
+            If it has another format or version, or its arrays do not fit together.
+        """
+        data = read_npz(Path(path), FORMAT, VERSION)
+        names = [f.name for f in fields(cls) if f.name not in ("vertices", "explained")]
+        try:
+            arrays = {name: np.asarray(data[name], np.float64) for name in names}
+            vertices = np.asarray(data["vertices"], np.int64)
+            return cls(vertices=vertices, explained=float(data["explained"]), **arrays)
+        except (KeyError, TypeError, ValueError, ParameterError) as error:
+            raise ModelFormatError(
+                f"{path} holds no whole local appearance", "learn it again"
+            ) from error
+
+
+_BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen")
+
+
+def learn_local(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    vertices: NDArray[np.integer],
+    camera: Camera,
+    renderer: Renderer,
+    sigma: float | FloatArray = SIGMA,
+    scale: float = 1.0,
+    ridge: float = RIDGE,
+) -> LocalModel:
+    """Learn d_0 and M_D of some points by least squares, from the frames that show them.
+
+    Parameters
+    ----------
+    sightings : iterable of Sighting
+        Read once, one after the other; all with the same number of parameters.
+    scene : Scene
+        The mesh of the sightings.
+    vertices : (N,) int
+        The points; see `choose.choose_points` for which of them to keep.
+    camera : Camera
+    renderer : Renderer
+        Decides what each frame hides.
+    sigma : float or (N,) float64, drawn pixels
+        Scale of the filters, one for all or one for each point; see `choose.own_scales`.
+    scale : float
+        Drawn pixels per image pixel; frames are compared at the same.
+    ridge : float, frames
+        See `LinearFits.solve`.
+
+    Raises
+    ------
+    NothingSeenError
+        If no point is visible in any frame.
+    PictureError
+        If a picture holds NaN or has another size than the camera's.
+    ParameterError
+        If there are no frames, or shapes or numbers of parameters differ.
+    """
+    patches = Patches.around(scene, vertices)
+    sigmas = np.broadcast_to(np.asarray(sigma, np.float64), (len(vertices),)).copy()
+    known, which = np.unique(sigmas, return_inverse=True)
+    window = Window(0, 0, *camera.size, scale)
+    fits: LinearFits | None = None
+    rows = []
+    for sighting in sightings:
+        if fits is None:
+            fits = LinearFits(len(vertices), N_D, len(sighting.parameters))
+        weights, pixels = sighted(sighting, patches, scene, camera, window, renderer)
+        found = DescriptorMaps.of(window.sample(sighting.image), known).at(pixels, which)
+        fits.add(found, (weights > 0).astype(np.float64), sighting.parameters)
+        rows.append(sighting.parameters)
+    if fits is None:
+        raise ParameterError("there are no frames to learn appearance from", "give some")
+    fitted = fits.solve(ridge)
+    return LocalModel(
+        vertices=np.asarray(vertices, np.int64),
+        base=fitted.base,
+        modes=fitted.modes,
+        mean=fitted.mean,
+        sigma=sigmas,
+        spread=np.sqrt(fitted.residual / np.maximum(fitted.frames, 1)[:, None]),
+        seen=fitted.frames / len(rows),
+        reach=np.sqrt((np.stack(rows) ** 2).mean(axis=0)),
+        explained=fitted.explained,
+    )
+
+
+def sighted(
+    sighting: Sighting,
+    patches: Patches,
+    scene: Scene,
+    camera: Camera,
+    window: Window,
+    renderer: Renderer,
+) -> tuple[FloatArray, FloatArray]:
+    """How squarely a frame shows points (N,), 0 where not, and their drawn pixels (N, 2)."""
+    depth = depth_of(sighting, scene, camera, renderer)
+    moved = sighting.pose.apply(np.asarray(sighting.vertices[patches.kept], np.float64))
+    points, normals = patches.surface(moved)
+    weights = in_sight(points, normals, depth, camera, camera.whole)
+    return weights, window.to_drawn(camera.project(points))

@@ -1,0 +1,83 @@
+"""The `train` command."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from abs_engine.files import check_free
+
+if TYPE_CHECKING:
+    from abs_engine.systems.physics.training import Training
+
+_MOST_NAMED = 12
+
+
+def add_train(command: ArgumentParser) -> None:
+    """Add what is typed after `train`."""
+    add = command.add_argument
+    add("observations", type=Path, metavar="OBSERVATIONS",
+        help="what 'observe -o' wrote, with 16 dots on the lips")  # fmt: skip
+    add("-o", "--output", type=Path, metavar="FILE", required=True,
+        help="the trained lips, an NPZ; must not exist")  # fmt: skip
+    add("--person", metavar="NAME",
+        help="whose head wore the dots, of the speaker's people; by default the average head is "
+        "laid on the dots")  # fmt: skip
+    add("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
+    add("--modes", type=int, default=10, metavar="N", help="how many are kept (default: 10)")
+    add("--train", type=int, default=140, metavar="N",
+        help="complete frames to learn from; the rest is for testing (default: 140)")  # fmt: skip
+
+
+def train(chosen: Namespace) -> int:
+    """Learn how lips move from observed dots."""
+    check_free(chosen.output)
+
+    from abs_engine.assets import load_speaker
+    from abs_engine.observe.observations import read_observations
+    from abs_engine.systems.physics.training import train as learn
+
+    observations = read_observations(chosen.observations)
+    speaker = load_speaker(chosen.speaker)
+    done = learn(observations, speaker, chosen.person, n_modes=chosen.modes, n_train=chosen.train)
+    print("\n".join(report_lines(done)))
+    done.physics.save(chosen.output)
+    print(f"wrote {chosen.output}")
+    return 0
+
+
+def report_lines(done: Training) -> list[str]:
+    """What was learned from, what the modes hold, and table 1 if there are test frames."""
+    from abs_engine.systems.physics.reconstruction import table_1
+
+    physics = done.physics
+    lines = [
+        f"correspondence: {done.correspondence.how}",
+        f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
+        f"{len(done.left_out)} left out{_named(done.left_out)}",
+        f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
+        "variance held by the first modes: "
+        + "  ".join(f"{k}: {share:.2%}" for k, share in enumerate(physics.shares, 1)),
+    ]
+    if len(done.tested) == 0:
+        return lines
+    lines.append(
+        "reconstruction of the test frames   error per DOF, paper's units   (paper)     mm RMS"
+    )
+    lines += [
+        f"  {row.part.label:34s}{row.error:.2e}{'':23s}({row.part.paper:.2e})"
+        f"{row.rms:7.2f} ({row.expected:.2f} expected)"
+        for row in table_1(done)
+    ]
+    return lines
+
+
+def _named(frames: np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:
+    """Frames in brackets, the first of them if they are many."""
+    if len(frames) == 0:
+        return ""
+    more = ", ..." if len(frames) > _MOST_NAMED else ""
+    return f", as dots were lost: {', '.join(map(str, frames[:_MOST_NAMED]))}{more}"

@@ -1,0 +1,161 @@
+"""The error of appearance descriptors, epsilon(p) (Odisio & Bailly, section 4).
+
+epsilon(p) = 1 / (N N_d) sum_i sum_j (D^a_ij(p) - D^s_ij(p))^2 + A(a)
+
+What is turned away or hidden has no descriptor. So that a fit wins nothing by hiding, it is charged
+what a wrong match costs: the mean squared difference between a model's descriptor and the frame's
+at other places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.sight import check_picture
+from abs_engine.appearance.texture import TextureModel
+from abs_engine.camera import Camera, Window
+from abs_engine.compare.penalty import ExponentialPenalty
+from abs_engine.errors import ParameterError
+from abs_engine.objective import Evaluation
+from abs_engine.scene import Candidates, ColourError, Renderer, Scene
+
+FloatArray = NDArray[np.float64]
+ToCandidates = Callable[[FloatArray], Candidates]
+"""Candidates of parameter vectors (B, n), as `track.pose.PoseFrame.candidates` makes them."""
+
+PENALTY_SHARE = 0.1
+"""A(a) at strength 1, in units of what a wrong match costs."""
+
+
+def with_penalty(
+    data: FloatArray, weights: FloatArray, penalty: ExponentialPenalty | None, wrong: float
+) -> tuple[FloatArray, FloatArray]:
+    """Epsilon (B,) and its A(a) (B,), from its data (B,) and the weights (B, P)."""
+    if penalty is None:
+        return data, np.zeros_like(data)
+    share = PENALTY_SHARE * wrong * penalty(weights[:, : len(penalty.lower)])
+    return data + share, share
+
+
+@dataclass(frozen=True, eq=False)
+class TextureError:
+    """Epsilon of luminance-normalised RGB over the drawn pixels S, as an objective (`tex`).
+
+    N = |S| and N_d = 3. Made by `texture_error`.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    scene : Scene
+        With the texture that is compared; see `TextureModel.dress`.
+    camera : Camera
+    window : Window
+    term : ColourError
+        The window of the frame.
+    candidates : callable
+        Parameter vectors (B, n) to candidates.
+    drawn : int
+        |S| at the start. A candidate that draws fewer pixels is charged `wrong` for the rest;
+        one that draws more, or as many, has epsilon as printed.
+    wrong : float
+        What a wrong match costs, in units of epsilon.
+    penalty : ExponentialPenalty, optional
+        A(a), over the first weights of a candidate; times `PENALTY_SHARE` times `wrong`.
+    """
+
+    renderer: Renderer
+    scene: Scene
+    camera: Camera
+    window: Window
+    term: ColourError
+    candidates: ToCandidates
+    drawn: int
+    wrong: float
+    penalty: ExponentialPenalty | None = None
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Epsilon and its terms at one parameter vector (n,)."""
+        value, share = self._parts(x[None])
+        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
+        return Evaluation(float(value[0]), terms)
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
+        return self._parts(vectors)[0]
+
+    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        many = self.candidates(vectors)
+        sums = self.renderer.measure(self.scene, many, self.camera, self.window, self.term)
+        lost = np.maximum(self.drawn - sums.pixels, 0)
+        data = (sums.total / 3 + self.wrong * lost) / (sums.pixels + lost)
+        return with_penalty(data, many.weights, self.penalty, self.wrong)
+
+
+def texture_error(
+    model: TextureModel,
+    scene: Scene,
+    frame: NDArray[np.generic],
+    camera: Camera,
+    window: Window,
+    candidates: ToCandidates,
+    start: FloatArray,
+    renderer: Renderer,
+    penalty: ExponentialPenalty | None = None,
+    dressed: Scene | None = None,
+) -> TextureError:
+    """The texture error of a frame.
+
+    Parameters
+    ----------
+    model : TextureModel
+    scene : Scene
+        The shape that is drawn; modes in the order of the model's parameters.
+    frame : (H, W, 3), RGB 0 to 255
+        The whole picture.
+    camera : Camera
+    window : Window
+        What is compared, and how finely.
+    candidates : callable
+        Parameter vectors (B, n) to candidates.
+    start : (n,) float64
+        Where a fit starts: says how many pixels there are to explain.
+    renderer : Renderer
+    penalty : ExponentialPenalty, optional
+    dressed : Scene, optional
+        ``model.dress(scene)``, where it is made once for many frames.
+
+    Raises
+    ------
+    PictureError
+        If a pixel of the frame is not finite.
+    ParameterError
+        If nothing is drawn at the start.
+    """
+    check_picture(frame)
+    clothed = model.dress(scene) if dressed is None else dressed
+    term = ColourError(window.sample(np.asarray(frame, np.float32)).astype(np.float32))
+    drawn = renderer.draw(clothed, candidates(start[None]), camera, window)[0]
+    where = drawn.covered
+    if not where.any():
+        raise ParameterError("nothing is drawn at the start", "start where the face is")
+    ours = (drawn.rgb[where] + 1) / (drawn.rgb[where].sum(axis=1, keepdims=True) + 3)
+    cost = wrong_match(term.normalised[where].astype(np.float64), ours.astype(np.float64))
+    count = int(where.sum())
+    return TextureError(
+        renderer, clothed, camera, window, term, candidates, count, float(cost.mean()), penalty
+    )
+
+
+def wrong_match(analysed: FloatArray, synthetic: FloatArray) -> FloatArray:
+    """What each model descriptor costs (N,) beside the frame's at all places, per component.
+
+    The mean over j of |D^a_j - D^s_i|^2 / N_d, for descriptors (M, N_d) and (N, N_d): the spread
+    of the frame's plus the distance from their mean.
+    """
+    mean = analysed.mean(axis=0)
+    spread = ((analysed - mean) ** 2).mean()
+    return np.asarray(spread + ((synthetic - mean) ** 2).mean(axis=1))

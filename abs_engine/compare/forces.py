@@ -1,0 +1,111 @@
+"""Per-facet scores and forces of colour-class maps (Basu et al., eqs. 8, 9, 11, 12).
+
+Both integrals over a facet come in two ways: the exact sum over its visible pixels, and the paper's
+one sample, the value at its centre times its visible area. The centre is that of the visible part,
+so that a facet which is half hidden is sampled where it is seen.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.buffers import Buffers
+from abs_engine.camera import Camera
+from abs_engine.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+Rule = Literal["exact", "sample"]
+
+
+def facet_scores(
+    buffers: Buffers, maps: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
+) -> FloatArray:
+    """What each facet adds to the sum of eq. 9.
+
+    Parameters
+    ----------
+    buffers : Buffers
+    maps : (C, H, W)
+        Likelihood map of each class id.
+    facet_class : (F,) int
+    rule : 'exact' or 'sample'
+
+    Returns
+    -------
+    (F,) float64
+        In drawn pixels; 0 for facets that are hidden.
+    """
+    return _integrals(buffers, maps[:, None], facet_class, rule)[:, 0]
+
+
+def facet_forces(
+    buffers: Buffers, maps: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
+) -> FloatArray:
+    """Forces on the facets in the picture (eqs. 11 and 12, alpha left out).
+
+    Parameters
+    ----------
+    buffers, maps, facet_class, rule
+        As in `facet_scores`; the maps smoothed, as their gradients say which way to go.
+
+    Returns
+    -------
+    (F, 2) float64
+        To the right and downwards, drawn pixels.
+    """
+    down, right = np.gradient(np.asarray(maps, np.float64), axis=(1, 2))
+    return _integrals(buffers, np.stack([right, down], axis=1), facet_class, rule)
+
+
+def node_forces(forces: FloatArray, faces: NDArray[np.integer], n_nodes: int) -> FloatArray:
+    """Forces (N, D) on nodes: a facet's force (F, D) goes to its three nodes in equal parts."""
+    out = np.zeros((n_nodes, forces.shape[1]))
+    for corner in range(3):
+        np.add.at(out, faces[:, corner], forces / 3)
+    return out
+
+
+def lifted(forces: FloatArray, points: FloatArray, camera: Camera, scale: float) -> FloatArray:
+    """Forces (N, 3), camera frame, of forces in the drawn picture (N, 2) on points (N, 3), mm.
+
+    By the pinhole's derivative: the work of a small displacement is the same in space and picture.
+    Lens distortion is left out, which bends the direction by little.
+    """
+    x, y, z = points.T
+    focal = scale * np.array([camera.matrix[0, 0], camera.matrix[1, 1]])
+    across = forces * focal / z[:, None]
+    return np.column_stack([across, -(across[:, 0] * x + across[:, 1] * y) / z])
+
+
+def _integrals(
+    buffers: Buffers, planes: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
+) -> FloatArray:
+    """Integrals (F, D) of each class's planes (C, D, H, W) over the visible part of its facets."""
+    rows, columns = np.nonzero(buffers.facet_id)
+    facet = buffers.facet_id[rows, columns] - 1
+    count = len(facet_class)
+    if rule == "exact":
+        values = planes[facet_class[facet], :, rows, columns]
+        return np.stack([np.bincount(facet, v, count) for v in values.T.astype(np.float64)], axis=1)
+    if rule != "sample":
+        raise ParameterError(f"nothing is known of the rule '{rule}'", "choose exact or sample")
+    area = np.bincount(facet, minlength=count)
+    seen = np.flatnonzero(area)
+    x, y = (np.bincount(facet, v, count)[seen] / area[seen] for v in (columns, rows))
+    out = np.zeros((count, planes.shape[1]))
+    for number in np.unique(facet_class[seen]):
+        of = facet_class[seen] == number
+        for k, plane in enumerate(planes[number]):
+            out[seen[of], k] = _at(plane, x[of], y[of])
+    return out * area[:, None]
+
+
+def _at(plane: NDArray[np.floating], x: FloatArray, y: FloatArray) -> FloatArray:
+    """Values of a plane at sub-pixel places, bilinear."""
+    places = np.asarray(x, np.float32), np.asarray(y, np.float32)
+    found = cv2.remap(np.asarray(plane, np.float32), *places, cv2.INTER_LINEAR)
+    return np.asarray(found, np.float64).ravel()

@@ -1,0 +1,155 @@
+"""Epsilon(p) of local appearance (`la`; Odisio & Bailly, section 4): see `descriptor`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.descriptors import DescriptorMaps
+from abs_engine.appearance.local import N_D, LocalModel
+from abs_engine.appearance.patches import Patches
+from abs_engine.appearance.sight import in_sight
+from abs_engine.camera import Camera, Window
+from abs_engine.compare.descriptor import ToCandidates, with_penalty, wrong_match
+from abs_engine.compare.penalty import ExponentialPenalty
+from abs_engine.objective import Evaluation
+from abs_engine.scene import Renderer, Scene
+
+FloatArray = NDArray[np.float64]
+DEPTH_SCALE = 0.5
+"""Scale of the drawing that decides what is hidden, to that of the window."""
+
+
+@dataclass(frozen=True, eq=False)
+class LocalError:
+    """Epsilon of N points' local appearance, as an objective (`la`). Made by `local_error`.
+
+    N is the model's number of points and N_d is 8. A point that is hidden or turned away costs
+    `wrong` in place of its difference.
+
+    Parameters
+    ----------
+    model : LocalModel
+    patches : Patches
+        Of the model's points.
+    maps : DescriptorMaps
+        Of the window of the frame.
+    which : (N,) int64
+        Scale of each point, an index into the maps'.
+    inverse : (N, 8) float64
+        What differences are multiplied by: 1 as printed.
+    renderer : Renderer
+    scene : Scene
+    camera : Camera
+    window : Window
+    candidates : callable
+        Parameter vectors (B, n) to candidates.
+    wrong : (N,) float64
+        What a wrong match costs of each point, times the share of the training frames that show
+        it: one that is often hidden is no offence.
+    penalty : ExponentialPenalty, optional
+        A(a), over the first weights of a candidate; times `PENALTY_SHARE` times the mean of `wrong`.
+    """
+
+    model: LocalModel
+    patches: Patches
+    maps: DescriptorMaps
+    which: NDArray[np.int64]
+    inverse: FloatArray
+    renderer: Renderer
+    scene: Scene
+    camera: Camera
+    window: Window
+    candidates: ToCandidates
+    wrong: FloatArray
+    penalty: ExponentialPenalty | None = None
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Epsilon and its terms at one parameter vector (n,)."""
+        value, share = self._parts(x[None])
+        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
+        return Evaluation(float(value[0]), terms)
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
+        return self._parts(vectors)[0]
+
+    def seen(self, x: FloatArray) -> NDArray[np.bool_]:
+        """Which points (N,) a parameter vector (n,) shows."""
+        return self._placed(x[None])[1][0]
+
+    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        pixels, shown, weights = self._placed(vectors)
+        differ = (self.maps.at(pixels, self.which) - self.model.at(weights)) * self.inverse
+        costs = np.where(shown, (differ**2).sum(axis=2) / N_D, self.wrong)
+        wrong = float(self.wrong.mean())
+        return with_penalty(costs.mean(axis=1), weights, self.penalty, wrong)
+
+    def _placed(
+        self, vectors: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
+        """Drawn pixels (B, N, 2), visibility (B, N) and weights (B, P)."""
+        many = self.candidates(vectors)
+        w = self.window
+        coarse = Window(w.x, w.y, w.width, w.height, w.scale * DEPTH_SCALE)
+        drawn = self.renderer.draw(self.scene, many, self.camera, coarse)
+        pixels = np.empty((len(many), len(self.model), 2))
+        shown = np.empty(pixels.shape[:2], np.bool_)
+        for i, buffers in enumerate(drawn):
+            points, normals = self.patches.placed(many, i)
+            pixels[i] = w.to_drawn(self.camera.project(points))
+            shown[i] = in_sight(points, normals, buffers.depth, self.camera, coarse) > 0
+        return pixels, shown, many.weights
+
+
+def local_error(
+    model: LocalModel,
+    scene: Scene,
+    frame: NDArray[np.generic],
+    camera: Camera,
+    window: Window,
+    candidates: ToCandidates,
+    renderer: Renderer,
+    penalty: ExponentialPenalty | None = None,
+    whiten: bool = False,
+) -> LocalError:
+    """The local appearance error of a frame.
+
+    Parameters
+    ----------
+    model : LocalModel
+    scene : Scene
+        The shape that hides and is hidden; the model's points are its vertices.
+    frame : (H, W, 3), RGB 0 to 255
+        The whole picture.
+    camera : Camera
+    window : Window
+        Where points are looked for; of the scale that the model was learned at.
+    candidates : callable
+        Parameter vectors (B, n) to candidates.
+    renderer : Renderer
+    penalty : ExponentialPenalty, optional
+    whiten : bool
+        Divide differences by the spread that the model leaves unexplained, so that all components
+        have a like weight; the paper compares them raw.
+
+    Raises
+    ------
+    PictureError
+        If a pixel of the frame is not finite.
+    ParameterError
+        If the model's points are no vertices of the scene.
+    """
+    known, which = np.unique(model.sigma, return_inverse=True)
+    maps = DescriptorMaps.of(window.sample(np.asarray(frame, np.float32)), known)
+    floor = 0.1 * np.median(model.spread, axis=0) + 1e-6
+    inverse = 1 / np.maximum(model.spread, floor) if whiten else np.ones_like(model.spread)
+    scaled = (maps.maps[which].reshape(len(model), -1, N_D), inverse[:, None])
+    others = np.stack([a * b for a, b in zip(*scaled, strict=True)])
+    cost = [wrong_match(o, (d * i)[None])[0] for o, d, i in zip(others, model.base, inverse, strict=True)]
+    return LocalError(
+        model, Patches.around(scene, model.vertices), maps, which, inverse, renderer, scene,
+        camera, window, candidates, np.array(cost) * model.seen, penalty,
+    )  # fmt: skip

@@ -1,0 +1,139 @@
+"""Fitting the shell to frames: starts, drivers, and what came of it (sections 5.3 to 5.5)."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster.vq import kmeans2
+
+from abs_engine.errors import ParameterError
+from abs_engine.geometry import Pose
+from abs_engine.optimise.ascent import Forces, Gradient
+from abs_engine.optimise.base import Solution
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.params import ParamSpec
+from abs_engine.shape.modal import LearnedPhysics
+from abs_engine.track.shell import Image, ShellPosterior, ShellSetting, shell_posterior
+
+FloatArray = NDArray[np.float64]
+STARTS = 48
+ITERATIONS = 15
+"""Within so many iterations the paper's example converges."""
+
+
+class Driver(Protocol):
+    """What moves the parameters until the posterior is best."""
+
+    def minimise(self, objective: ShellPosterior, start: FloatArray, spec: ParamSpec) -> Solution:
+        """Minimise from `start`."""
+        ...
+
+
+DRIVERS: dict[str, Driver] = {
+    "forces": Forces(limit=ITERATIONS),
+    "gradient": Gradient(limit=ITERATIONS),
+    "simplex": Simplex(),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class ShellFit:
+    """What was found in a frame.
+
+    Parameters
+    ----------
+    weights : (P,) float64
+        In standard deviations of the modes.
+    pose : Pose
+        Head to camera.
+    nodes : (N, 3) float64, mm, head frame
+        Of the shell.
+    solution : Solution
+        Evaluations include those of the starts.
+    seconds : float
+    """
+
+    weights: FloatArray
+    pose: Pose
+    nodes: FloatArray
+    solution: Solution
+    seconds: float
+
+
+def typical_shapes(
+    physics: LearnedPhysics, displacements: FloatArray, count: int = STARTS, seed: int = 0
+) -> FloatArray:
+    """Shapes (K, P) to start from: what the training frames cluster around, and the mean.
+
+    Parameters
+    ----------
+    physics : LearnedPhysics
+    displacements : (T, N, 3) float64, mm
+        Of the training frames.
+    count : int
+    seed : int
+
+    Returns
+    -------
+    (K, P) float64
+        In standard deviations of the modes; the first is the mean.
+    """
+    shrunk = physics.deviations / physics.variances  # what is likely under errors of observation
+    seen = physics.coefficients(physics.rest + displacements) * shrunk
+    count = min(count, len(seen))
+    centres = kmeans2(seen, count, seed=seed, minit="++", missing="warn")[0] if count > 1 else seen
+    centres = centres[np.isfinite(centres).all(axis=1)]
+    return np.vstack([np.zeros((1, seen.shape[1])), centres])
+
+
+def fit_frame(
+    setting: ShellSetting,
+    image: Image,
+    pose: Pose,
+    starts: FloatArray,
+    driver: str = "forces",
+    rule: str = "exact",
+) -> ShellFit:
+    """Fit one frame.
+
+    Parameters
+    ----------
+    setting : ShellSetting
+    image : (H, W, 3) uint8 RGB
+    pose : Pose
+        Known, or where to start.
+    starts : (K, P) float64
+        Shapes that are compared first; the best one is gone on with.
+    driver : str
+        One of `DRIVERS`.
+    rule : 'exact' or 'sample'
+        How forces are integrated over a facet.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such driver or rule.
+    """
+    if driver not in DRIVERS or rule not in ("exact", "sample"):
+        raise ParameterError(
+            f"there is no driver '{driver}' with rule '{rule}'",
+            f"drivers are {', '.join(DRIVERS)}; rules exact and sample",
+        )
+    begun = time.perf_counter()
+    posterior = shell_posterior(setting, image, pose, "sample" if rule == "sample" else "exact")
+    held = np.zeros((len(starts), len(setting.free) - starts.shape[1]))
+    vectors = np.hstack([held, starts])
+    best = vectors[int(np.argmin(posterior.values(vectors)))]
+    found = DRIVERS[driver].minimise(posterior, best, setting.spec)
+    full = posterior.whole(found.x)
+    nodes = setting.scene.vertices(full[6:])[: len(setting.model.shell)]
+    counted = Solution(
+        found.x, found.status, found.value, found.terms, found.n_evaluations + len(starts),
+        found.trace, found.n_iterations,
+    )  # fmt: skip
+    seconds = time.perf_counter() - begun
+    return ShellFit(full[6:], posterior.frame.pose(full), nodes, counted, seconds)

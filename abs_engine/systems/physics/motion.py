@@ -1,0 +1,221 @@
+"""Motion to learn from without filming: recorded or spoken, and the exact dots of it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.observe.marks import LIPS16, LIPS17
+from abs_engine.observe.observations import Observations
+from abs_engine.synth.speech import (
+    Segment,
+    Utterance,
+    articulate,
+    parse_phonemes,
+    play_recording,
+    read_livelink,
+)
+from abs_engine.systems.physics.correspondence import dot_vertices
+from abs_engine.systems.physics.training import MODES, TRAINED
+
+FloatArray = NDArray[np.float64]
+
+FRAMES, RATE = 150, 30.0
+"""Section 3: 150 frames at 30 Hz."""
+RECORDING = Path("livelink_rom") / "alex_rom_3.csv"
+RECORDED_FROM = 2100
+"""Frame at 30 Hz from which `recorded_motion` takes the recording: see there."""
+SENTENCES = (
+    "f i: l D I s v e t",  # feel this vet
+    "b { T f A: D @ S Q p s O: f U t",  # bath, father, shop, saw, foot
+    "z u: V v h 3: m e Z @",  # zoo, of, her, measure
+    "D eI S aI v OI s h aU D @U z",  # they shy, voice, how, those
+)
+"""Utterances in X-SAMPA with all vowels and fricatives of (British) English."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How a person's face moves, T frames.
+
+    Parameters
+    ----------
+    person : str
+        Of the speaker.
+    weights : (T, 52) float64
+        Face units in the speaker's order.
+    rate : float
+        Frames per second.
+    source : str
+        What moves it, in words.
+    """
+
+    person: str
+    weights: FloatArray
+    rate: float
+    source: str
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.weights)
+
+    def vertices(self, speaker: Speaker) -> NDArray[np.float32]:
+        """The whole head in each frame, (T, V, 3), mm, head frame."""
+        units = speaker.unit_matrix(speaker.unit_names)
+        moved = np.tensordot(self.weights.astype(np.float32), units, 1)
+        return np.asarray(speaker.named(self.person) + moved, np.float32)
+
+
+def recording_path() -> Path:
+    """The recording of a real face, which is not shipped.
+
+    Raises
+    ------
+    InputFileError
+        If neither ABS_ENGINE_DATA nor the folder beside the checkout holds it.
+    """
+    beside = Path(__file__).resolve().parents[4] / "shared" / "data"
+    path = Path(os.environ.get("ABS_ENGINE_DATA") or beside) / RECORDING
+    if not path.is_file():
+        raise InputFileError(f"{path} does not exist", "name its folder in ABS_ENGINE_DATA")
+    return path
+
+
+def most_varied(
+    speaker: Speaker, path: Path, *, frames: int = TRAINED, step: int = 10, rate: float = RATE
+) -> int:
+    """First frame of the stretch of a recording in which the lips move in the most ways.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    path : Path
+    frames : int
+        Length of the stretch: the frames that are learned from.
+    step : int
+        Every so many frames a stretch may begin.
+    rate : float
+        Frames per second.
+
+    Returns
+    -------
+    int
+        Where the ten directions in which the dots vary most have the greatest product of variances.
+    """
+    weights = play_recording(read_livelink(path), speaker.unit_names, rate).weights
+    units = speaker.unit_matrix(speaker.unit_names)[:, dot_vertices(speaker)[: len(LIPS16)]]
+    dots = weights @ units.reshape(len(units), -1).astype(np.float64)
+    starts = range(0, len(dots) - frames + 1, step)
+
+    def spread(start: int) -> float:
+        part = dots[start : start + frames]
+        values = np.linalg.svd(part - part.mean(axis=0), compute_uv=False)[:MODES]
+        return float(np.log(np.maximum(values, 1e-9)).sum())
+
+    return max(starts, key=spread)
+
+
+def recorded_motion(
+    speaker: Speaker,
+    person: str,
+    path: Path,
+    *,
+    frames: int = FRAMES,
+    start: int = RECORDED_FROM,
+    rate: float = RATE,
+) -> Motion:
+    """A person moved by some seconds of a Live Link Face recording.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    person : str
+    path : Path
+    frames : int
+    start : int
+        First frame at `rate`. The default is the stretch of the recording known to the project in
+        which the lips move in the most ways (`most_varied`).
+    rate : float
+
+    Raises
+    ------
+    InputFileError
+        If the file is no recording.
+    ParameterError
+        If it has not so many frames.
+    """
+    played = play_recording(read_livelink(path), speaker.unit_names, rate).weights
+    if min(start, frames - 1) < 0 or start + frames > len(played):
+        raise ParameterError(
+            f"frames {start} to {start + frames - 1} are not in the recording",
+            f"it has {len(played)}",
+        )
+    what = f"recording {path.name}, frames {start} to {start + frames - 1} at {rate:g} Hz"
+    return Motion(person, played[start : start + frames], rate, what)
+
+
+def authored_motion(
+    speaker: Speaker, person: str, *, frames: int = FRAMES, rate: float = RATE
+) -> Motion:
+    """A person who says `SENTENCES` in the time of so many frames.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    person : str
+    frames : int
+    rate : float
+    """
+    said = parse_phonemes(" _(0.1) ".join(["", *SENTENCES]))
+    scale = frames / rate / said.seconds
+    slower = Utterance(
+        tuple(Segment(s.phoneme, s.start * scale, s.end * scale) for s in said.segments)
+    )
+    speech = articulate(speaker, speaker.named(person), slower, rate)
+    return Motion(person, speech.weights[:frames], rate, "authored speech")
+
+
+def observed_motion(
+    speaker: Speaker, motion: Motion, *, noise: float = 0.0, seed: int = 0
+) -> Observations:
+    """The dots of a motion as if they had been observed.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    motion : Motion
+    noise : float, mm
+        Standard deviation that is added to every coordinate.
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    Observations
+        Of `marks.LIPS17`, in the head frame, without views.
+    """
+    at = dot_vertices(speaker)
+    units = speaker.unit_matrix(speaker.unit_names)[:, at].astype(np.float64)
+    points = speaker.named(motion.person)[at] + np.tensordot(motion.weights, units, 1)
+    points = points + noise * np.random.default_rng(seed).normal(size=points.shape)
+    shape = points.shape[:2]
+    told = f" with {noise:g} mm of noise" if noise else ""
+    return Observations(
+        points=points,
+        names=LIPS17,
+        found=np.ones(shape, np.bool_),
+        uncertain=np.zeros(shape, np.bool_),
+        error=np.zeros(shape),
+        score=np.ones(shape),
+        rate=motion.rate,
+        rotations=np.zeros((len(points), 3)),
+        translations=np.zeros((len(points), 3)),
+        rigid_error=np.zeros(len(points)),
+        source=f"{motion.person}, {motion.source}{told}",
+    )

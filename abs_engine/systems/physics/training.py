@@ -1,0 +1,159 @@
+"""Training (section 4): from dots in the head frame to learned physics."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.observe.marks import LIPS16
+from abs_engine.observe.observations import Observations
+from abs_engine.shape.fem import reach
+from abs_engine.shape.lip_shell import LipShell, cut_lip_shell
+from abs_engine.shape.modal import LearnedPhysics, learn
+from abs_engine.systems.physics.correspondence import Correspondence, correspond
+
+FloatArray = NDArray[np.float64]
+MODES, TRAINED = 10, 140
+"""Section 4.2: ten modes of the first 140 frames."""
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """Learned physics and what it was learned from.
+
+    Parameters
+    ----------
+    physics : LearnedPhysics
+    shell : LipShell
+    correspondence : Correspondence
+    used, tested, left_out : (...,) int
+        Frames that were learned from, complete ones after them, and those with lost dots.
+    displacements : (T, N, 3) float64, mm
+        Minimum-strain displacements (eq. 2) of the used frames.
+    test : (m, N, 3) float64, mm
+        Those of the tested frames, which nothing was learned from.
+    """
+
+    physics: LearnedPhysics
+    shell: LipShell
+    correspondence: Correspondence
+    used: NDArray[np.int64]
+    tested: NDArray[np.int64]
+    left_out: NDArray[np.int64]
+    displacements: FloatArray
+    test: FloatArray
+
+
+def train(
+    observations: Observations,
+    speaker: Speaker,
+    person: str | None = None,
+    *,
+    n_modes: int = MODES,
+    n_train: int = TRAINED,
+    shell: LipShell | None = None,
+) -> Training:
+    """Learn how a person's lips move.
+
+    Parameters
+    ----------
+    observations : Observations
+        With the dots of `marks.LIPS16`.
+    speaker : Speaker
+        Whose head the shell is cut from.
+    person : str, optional
+        Which of the speaker's people it is; by default somebody else, see `correspond`.
+    n_modes : int
+    n_train : int
+        Number of complete frames to learn from, from the first on; the others are for testing.
+    shell : LipShell, optional
+        Cut from the speaker before.
+
+    Returns
+    -------
+    Training
+        Frames in which a dot was lost are left out, and named in it.
+
+    Raises
+    ------
+    TooFewPointsError
+        If dots were not observed at all, or lost in so many frames that too few are left.
+    ParameterError
+        If the frames do not span so many modes, or there is no such person.
+    """
+    shell = cut_lip_shell(speaker) if shell is None else shell
+    dots = observations.of(LIPS16)
+    whole = observations.complete(LIPS16)
+    frames = np.flatnonzero(whole)
+    _check(len(frames), observations.frames, n_modes, n_train)
+    used, tested = frames[:n_train], frames[n_train:]
+    laid = correspond(speaker, shell, dots[used], person)
+    goals, rows = laid.goals(dots[frames]), laid.points.rows(len(shell))
+    moved = reach(shell.elastic_at(laid.rest), rows, goals)  # Eq. 2
+    learned, noise = learn(laid.rest, moved[:n_train], n_modes), _noise(goals[:n_train], n_modes)
+    answer = reach(shell.elastic_at(laid.rest), rows, np.eye(goals.shape[1]))
+    felt = learned.matrix.T @ answer.reshape(len(answer), -1).T  # (P, n): of a dot's error
+    physics = replace(
+        learned,  # Eq. 3
+        noise=noise,
+        noise_variances=noise**2 * (felt**2).sum(axis=1),
+        person=laid.person,
+        speaker=checksum(speaker),
+        source=f"{observations.source}; {laid.how}",
+    )
+    left_out = np.flatnonzero(~whole)
+    return Training(physics, shell, laid, used, tested, left_out, moved[:n_train], moved[n_train:])
+
+
+def checksum(speaker: Speaker) -> str:
+    """What tells one speaker's mesh from another's: 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for part in (speaker.vertices, speaker.faces, speaker.facet_class):
+        digest.update(np.ascontiguousarray(part).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
+    """Refuse physics that was learned on another head.
+
+    Raises
+    ------
+    ModelFormatError
+        If it was.
+    """
+    if physics.speaker and physics.speaker != checksum(speaker):
+        raise ModelFormatError(
+            "the lips were trained with another speaker's head", "give that head with --speaker"
+        )
+
+
+def _check(complete: int, frames: int, n_modes: int, n_train: int) -> None:
+    if not 0 < n_modes < n_train:
+        raise ParameterError(
+            f"{n_modes} modes cannot be learned from {n_train} frames",
+            "give more frames than modes, and at least one mode",
+        )
+    if complete < n_train:
+        raise TooFewPointsError(
+            f"all {len(LIPS16)} dots were found in {complete} of {frames} frames, "
+            f"{n_train} are to be learned from",
+            "correct the lost dots, or learn from fewer",
+        )
+
+
+def _noise(goals: FloatArray, n_modes: int) -> float:
+    """Standard deviation, mm, of a dot's coordinate about as many modes of the dots (T, n).
+
+    The likeliest one for a linear model with so many modes (Tipping and Bishop 1999, eq. 8): the
+    mean of the other variances. Nothing is kept below a thousandth of a mm, for exact data.
+    """
+    centred = goals - goals.mean(axis=0)
+    values = np.linalg.svd(centred, compute_uv=False) ** 2 / max(1, len(goals) - 1)
+    beyond = goals.shape[1] - n_modes
+    spread = float(np.sqrt(values[n_modes:].sum() / beyond)) if beyond > 0 else 0.0
+    return max(spread, 1e-3)

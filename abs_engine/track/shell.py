@@ -1,0 +1,251 @@
+"""One frame as an objective over the shell of learned physics (Basu et al., 5.3 to 5.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import CLASSES, ColourClasses, hamming
+from abs_engine.camera import Camera, Window
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.forces import Rule, facet_forces, lifted, node_forces
+from abs_engine.compare.prior import GaussianPrior
+from abs_engine.geometry import Pose
+from abs_engine.objective import Evaluation
+from abs_engine.params import ParamSpec
+from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
+from abs_engine.shape.lip_model import COLOUR_OF, LipModel
+from abs_engine.shape.lip_shell import COLUMNS
+from abs_engine.track.pose import PoseFrame, pose_spec
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+DRAWN_MOUTH = 92.0  # drawn pixels across the mouth
+FINEST = 2.0  # drawn pixels for one of the picture, at most
+SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two
+SMOOTHING = 0.03  # width of the Hamming window of the score, in mouth widths
+PULL = 0.12  # likewise of the forces: how far a boundary is felt
+FIRST_STRIDE = 2.0  # mm that the node which moves most is first pushed by
+IN_SHADE = 0.25  # share of the dark's probability that lips get: the line between them
+POSE_FREE = np.array([0.05, 0.05, 0.05, 2.0, 2.0, 12.0])
+"""Standard deviations, rad and mm, of a pose that is estimated along."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShellSetting:
+    """What stays the same over the frames.
+
+    Parameters
+    ----------
+    model : LipModel
+    scene : Scene
+        Of the model.
+    classes : ColourClasses
+    camera : Camera
+    renderer : Renderer
+    pose_deviation : (6,) float64 or None
+        Standard deviations of the pose about the given one, rad and mm; None if it is known.
+    """
+
+    model: LipModel
+    scene: Scene
+    classes: ColourClasses
+    camera: Camera
+    renderer: Renderer
+    pose_deviation: FloatArray | None = None
+
+    @cached_property
+    def border(self) -> FloatArray:
+        """The lips' outer contour (34, 3) at rest, mm, head frame."""
+        return np.asarray(self.model.physics.rest[2 * COLUMNS : 3 * COLUMNS])
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Which of the 6 + P parameters are fitted."""
+        first = 6 if self.pose_deviation is None else 0
+        return np.arange(first, 6 + self.model.n_modes)
+
+    @property
+    def spec(self) -> ParamSpec:
+        """Names, units, first steps and bounds of the fitted parameters."""
+        whole, free = pose_spec(self.model.n_modes, 6.0), self.free
+        return ParamSpec(
+            tuple(whole.names[i] for i in free), tuple(whole.units[i] for i in free),
+            whole.scale[free], whole.lower[free], whole.upper[free],
+        )  # fmt: skip
+
+
+def shell_window(setting: ShellSetting, pose: Pose) -> Window:
+    """The window around the lips: 1.6 mouth widths, as seen from the front, and 1.25 high."""
+    at = pose.apply(setting.border)
+    pixels = setting.camera.project(at)
+    across = float(np.ptp(setting.border[:, 0]) * setting.camera.matrix[0, 0] / at[:, 2].mean())
+    scale = min(FINEST, DRAWN_MOUTH / across)
+    size = np.ceil(np.array([1.6, 1.25]) * across * scale) / scale
+    centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, 0.08 * across]
+    x, y = np.rint(centre - 0.5 * size)
+    return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
+
+
+def zone(window: Window) -> NDArray[np.bool_]:
+    """The ellipse that fills a window, (H, W): pixels outside of it are not compared."""
+    width, height = window.drawn
+    x = (np.arange(width) + 0.5) / width * 2 - 1
+    y = (np.arange(height) + 0.5) / height * 2 - 1
+    return np.asarray(x[None] ** 2 + y[:, None] ** 2 < 1)
+
+
+@dataclass(frozen=True, eq=False)
+class ShellPosterior:
+    """-log f(p|O) of one frame over the fitted parameters; knows its forces.
+
+    Parameters
+    ----------
+    setting : ShellSetting
+    frame : PoseFrame
+    likelihood : FacetLikelihood
+    prior : GaussianPrior
+        Over all 6 + P parameters.
+    pulling : (C, H, W) float64
+        Maps, smoothed widely, whose gradients are the forces.
+    rule : 'exact' or 'sample'
+        How forces are integrated over a facet.
+    """
+
+    setting: ShellSetting
+    frame: PoseFrame
+    likelihood: FacetLikelihood
+    prior: GaussianPrior
+    pulling: FloatArray
+    rule: Rule = "exact"
+
+    def whole(self, vectors: FloatArray) -> FloatArray:
+        """All parameters (..., 6 + P) of the fitted ones (..., N)."""
+        out = np.zeros((*vectors.shape[:-1], len(self.prior.mean)))
+        out[..., self.setting.free] = vectors
+        return out
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Value and terms at `x` (N,)."""
+        full = self.whole(x)
+        data = float(self.likelihood.negative_log(self.frame.candidates(full[None]))[0])
+        prior = self.prior.negative_log(full)
+        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at vectors (B, N), drawn in one call."""
+        full = self.whole(vectors)
+        data = self.likelihood.negative_log(self.frame.candidates(full))
+        return np.asarray(data + [self.prior.negative_log(x) for x in full], np.float64)
+
+    def push(self, x: FloatArray) -> FloatArray:
+        """Where the forces at `x` (N,) push the parameters: eq. 13, and the pose's own work.
+
+        The forces on the nodes go through the learned inverse stiffness. In standard deviations
+        of the modes, that is the work they do on each mode, divided by the mode's deviation. The
+        prior pulls along in the same measure. Alpha is such that no node is first pushed farther
+        than `FIRST_STRIDE`. A pose is pushed by its work times its variance.
+        """
+        full = self.whole(x)
+        forces, candidate = self.node_forces(full)
+        rotation, vertices = candidate.rotations[0], self.setting.scene.vertices(full[6:])
+        gain = self.gain(float(self.likelihood.negative_log(candidate)[0]))
+        modes = self.setting.scene.modes.astype(np.float64)
+        work = gain * np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
+        deviation = self.setting.model.deviations
+        step = (work - full[6:]) / deviation * deviation[0]
+        step = _strided(step, np.tensordot(step, modes, 1))
+        if self.setting.pose_deviation is None:
+            return np.asarray(step)
+        arm = (vertices - self.frame.pivot) @ rotation.T
+        pose_work = gain * np.r_[np.cross(arm, forces).sum(axis=0), forces.sum(axis=0)]
+        pose = self.setting.pose_deviation**2 * pose_work - full[:6]
+        pose = _strided(pose, np.cross(pose[:3], arm) + pose[3:])
+        return np.asarray(np.r_[pose, step], np.float64)
+
+    def node_forces(self, full: FloatArray) -> tuple[FloatArray, Candidates]:
+        """Forces (V, 3) of eqs. 11 and 12 on the vertices, camera frame, and what was drawn."""
+        candidate = self.frame.candidates(full[None])
+        forces = scene_forces(self.likelihood, candidate, self.pulling, self.rule)
+        return forces, candidate
+
+    def gain(self, data: float) -> float:
+        """Derivative of log f(O|p) by the summed score, where -log f is `data`."""
+        n = self.likelihood.observations
+        return float(n / (np.exp(-data / n) * self.likelihood.pixels))
+
+
+def scene_forces(
+    likelihood: FacetLikelihood, candidate: Candidates, pulling: FloatArray, rule: Rule
+) -> FloatArray:
+    """Forces (V, 3), camera frame, of the maps `pulling` on one candidate's vertices."""
+    like, scene = likelihood, likelihood.scene
+    drawn = like.renderer.draw(scene, candidate, like.camera, like.window)[0]
+    flat = facet_forces(drawn, pulling, scene.facet_class, rule)
+    flat = node_forces(flat, scene.faces, len(scene.mean))
+    points = scene.vertices(candidate.weights[0]) @ candidate.rotations[0].T
+    return lifted(flat, points + candidate.translations[0], like.camera, like.window.scale)
+
+
+def _strided(step: FloatArray, moved: FloatArray) -> FloatArray:
+    """A step, shortened so that no node is moved (V, 3) farther than `FIRST_STRIDE`."""
+    farthest = float(np.linalg.norm(moved, axis=1).max())
+    return np.asarray(step * min(1.0, FIRST_STRIDE / max(farthest, 1e-9)))
+
+
+def shell_posterior(
+    setting: ShellSetting, image: Image, pose: Pose, rule: Rule = "exact"
+) -> ShellPosterior:
+    """The posterior of a frame.
+
+    Parameters
+    ----------
+    setting : ShellSetting
+    image : (H, W, 3) uint8 RGB
+    pose : Pose
+        Of the head: known, or a guess.
+    rule : 'exact' or 'sample'
+    """
+    window = shell_window(setting, pose)
+    inside = zone(window)
+    raw = setting.classes.probabilities(window.sample(image))
+    fine = _planes(hamming(raw, SMOOTHING * DRAWN_MOUTH)) * inside
+    wide = _planes(hamming(raw, PULL * DRAWN_MOUTH)) * inside
+    outside = np.clip(1 - fine[1] - fine[2], 0, 1) * inside
+    pulling = wide - np.clip(1 - wide[1] - wide[2], 0, 1) * inside
+    pixels = int(inside.sum())
+    likelihood = FacetLikelihood(
+        setting.renderer, setting.scene, setting.camera, window,
+        ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / (SIDE * window.scale) ** 2,
+        np.asarray(outside, np.float32),
+    )  # fmt: skip
+    frame = PoseFrame(pose, setting.border.mean(axis=0))
+    free = setting.pose_deviation
+    deviation = np.r_[np.ones(6) if free is None else free, np.ones(setting.model.n_modes)]
+    prior = GaussianPrior(np.zeros(len(deviation)), deviation)
+    return ShellPosterior(setting, frame, likelihood, prior, pulling, rule)
+
+
+def _planes(probable: FloatArray) -> FloatArray:
+    """One map for each facet class of the shell: none, skin, lips, and what the opening shows."""
+    of = dict(zip(CLASSES, probable, strict=True))
+    lips = of["lips"] + IN_SHADE * of["dark"]
+    shown = {"skin": of["skin"], "lips": lips, "interior": of["teeth"] + of["dark"]}
+    skin = of["skin"]
+    return np.stack([np.zeros_like(skin) if c is None else shown[c] for c in COLOUR_OF])
+
+
+def centred(setting: ShellSetting, pose: Pose, centre: NDArray[np.floating]) -> Pose:
+    """The pose shifted across the line of sight so that the lips' centre is seen at `centre` (2,).
+
+    Section 5.3: first-order alignment of the visible lips' centroid with the blob's. Depth and
+    rotation stay.
+    """
+    middle = pose.apply(setting.border).mean(axis=0)
+    seen = setting.camera.project(middle)
+    focal = np.array([setting.camera.matrix[0, 0], setting.camera.matrix[1, 1]])
+    shift = (np.asarray(centre, np.float64) - seen) / focal * middle[2]
+    return replace(pose, translation=pose.translation + np.r_[shift, 0.0])
