@@ -1,0 +1,194 @@
+"""A corpus of visemes: named 3D points of a speaker's face in a frame of the upper teeth.
+
+Odisio and Bailly (2003), section 2.1.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import read_npz
+from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.files import write_new
+from abs_engine.geometry import Pose
+
+FloatArray = NDArray[np.float64]
+FORMAT, VERSION = "abs_engine.corpus", 1
+_NO_MOTION = Pose(np.eye(3), np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False)
+class Corpus:
+    """V visemes of N points.
+
+    Parameters
+    ----------
+    points : (V, N, 3) float64, mm, bite-plane frame
+        Right-handed: the origin at the edge of the upper front teeth, x to the subject's left,
+        y up from the plane on which the upper teeth stand, z forward in it. NaN where a point is
+        missing.
+    names : tuple of str, N
+    visemes : tuple of str, V
+        Such as ``a``, ``ipi``, ``rest``; in X-SAMPA for bundled speakers.
+    groups : mapping of str to tuple of str
+        Names of points by group. The paper's predictors ask for ``jaw_line``, ``lower_teeth``,
+        ``lips``, ``upper_lip``, ``lower_lip`` and ``face``.
+    frame : Pose
+        Head frame to bite-plane frame; no motion where there is no head.
+    source : str
+        Where it comes from.
+
+    Raises
+    ------
+    ParameterError
+        If shapes or names do not fit, or a group names a point that is not there.
+    """
+
+    points: FloatArray
+    names: tuple[str, ...]
+    visemes: tuple[str, ...]
+    groups: Mapping[str, tuple[str, ...]]
+    frame: Pose = field(default=_NO_MOTION)
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.points.shape != (len(self.visemes), len(self.names), 3):
+            raise ParameterError(
+                f"{len(self.visemes)} visemes of {len(self.names)} points have the shape "
+                f"{self.points.shape}",
+                "give (V, N, 3)",
+            )
+        for what, given in (("point", self.names), ("viseme", self.visemes)):
+            twice = sorted({n for n in given if given.count(n) > 1})
+            if twice:
+                raise ParameterError(f"two {what}s are named '{twice[0]}'", "name each once")
+        for group, members in self.groups.items():
+            lacking = sorted(set(members) - set(self.names))
+            if lacking:
+                raise ParameterError(
+                    f"group '{group}' names '{lacking[0]}', which is no point",
+                    "correct the table of points",
+                )
+
+    def __len__(self) -> int:
+        """Return the number of visemes, V."""
+        return len(self.visemes)
+
+    def of(self, group: str) -> NDArray[np.int64]:
+        """Indices of a group's points.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such group.
+        """
+        if group not in self.groups:
+            raise ParameterError(
+                f"there is no group '{group}'", f"choose of {', '.join(self.groups)}"
+            )
+        members = set(self.groups[group])
+        return np.array([k for k, n in enumerate(self.names) if n in members], np.int64)
+
+    def only(self, visemes: Sequence[str]) -> Corpus:
+        """The corpus of the named visemes, in that order.
+
+        Raises
+        ------
+        ParameterError
+            If one is not there.
+        """
+        lacking = [v for v in visemes if v not in self.visemes]
+        if lacking:
+            raise ParameterError(
+                f"there is no viseme '{lacking[0]}'", f"choose of {', '.join(self.visemes)}"
+            )
+        rows = [self.visemes.index(v) for v in visemes]
+        return Corpus(
+            self.points[rows], self.names, tuple(visemes), self.groups, self.frame, self.source
+        )
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz``, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it exists or cannot be written.
+        """
+        fields: dict[str, Any] = {
+            "format": FORMAT, "version": VERSION, "points": self.points,
+            "names": np.array(self.names), "visemes": np.array(self.visemes),
+            "groups": json.dumps({g: list(n) for g, n in self.groups.items()}),
+            "rotation": self.frame.rotation, "translation": self.frame.translation,
+            "source": self.source,
+        }  # fmt: skip
+        memory = io.BytesIO()
+        np.savez_compressed(memory, **fields)
+        write_new(path, memory.getvalue())
+
+
+def load_corpus(path: Path) -> Corpus:
+    """Read what `Corpus.save` wrote.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or cannot be read.
+    ModelFormatError
+        If it has another format or version, or does not hold a whole corpus.
+    """
+    data = read_npz(Path(path), FORMAT, VERSION)
+    try:
+        groups = {g: tuple(map(str, n)) for g, n in json.loads(str(data["groups"])).items()}
+        frame = Pose(*(np.asarray(data[n], np.float64) for n in ("rotation", "translation")))
+        return Corpus(
+            np.asarray(data["points"], np.float64), tuple(map(str, data["names"])),
+            tuple(map(str, data["visemes"])), groups, frame, str(data["source"]),
+        )  # fmt: skip
+    except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:
+        raise ModelFormatError(f"{path} is no whole corpus ({error})", "make it again") from error
+
+
+def bite_plane(right: FloatArray, left: FloatArray, front: FloatArray) -> Pose:
+    """The bite-plane frame of three points of the upper teeth.
+
+    Parameters
+    ----------
+    right, left : (3,) float64, mm
+        On a molar of the subject's right and left side.
+    front : (3,) float64, mm
+        On the edge between the front teeth: the origin.
+
+    Returns
+    -------
+    Pose
+        From the frame of the points to that of the bite plane, as `Corpus.points` defines it.
+
+    Raises
+    ------
+    TooFewPointsError
+        If a point is missing, or the three lie on a line.
+    """
+    right, left, front = (np.asarray(p, np.float64) for p in (right, left, front))
+    across = left - right
+    forward = front - (left + right) / 2
+    up = np.cross(forward, across)
+    size = float(np.linalg.norm(up))
+    if not size > 1e-6 * float(np.linalg.norm(across) * np.linalg.norm(forward)):
+        raise TooFewPointsError(
+            "three points of the upper teeth do not span a plane",
+            "mark a molar on each side and the front teeth",
+        )
+    y = up / size
+    z = np.cross(across, y)
+    z /= np.linalg.norm(z)
+    rotation = np.stack([np.cross(y, z), y, z])
+    return Pose(rotation, -rotation @ front)

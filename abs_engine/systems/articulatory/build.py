@@ -1,0 +1,141 @@
+"""From a corpus to an articulatory model, and how well it holds the corpus (section 2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.observe.corpus import Corpus
+from abs_engine.shape.articulatory import GuidedPCA, Missing
+from abs_engine.shape.articulatory_dense import dense_units
+from abs_engine.shape.articulatory_model import ArticulatoryModel
+from abs_engine.shape.linear import LinearShape
+from abs_engine.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.synth.corpus import SpokenCorpus
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """A model and what it was built from.
+
+    Parameters
+    ----------
+    model : ArticulatoryModel
+    corpus : Corpus
+        Without the points that the model does not have.
+    alpha : (V, P) float64
+        Parameters of the visemes by the direct inversion, standard deviations.
+    errors : (V, N) float64, mm
+        Distance of each point from where the direct inversion puts it; NaN where it is missing.
+    left_out : tuple of str
+        Points that were dropped, as they were missing in some visemes.
+    imputed : mapping of str to int
+        Points that were filled in, and in how many visemes.
+    """
+
+    model: ArticulatoryModel
+    corpus: Corpus
+    alpha: FloatArray
+    errors: FloatArray
+    left_out: tuple[str, ...]
+    imputed: Mapping[str, int]
+
+    @property
+    def viseme_errors(self) -> FloatArray:
+        """Root mean square over the points, (V,), mm."""
+        return rms(self.errors)
+
+
+def build(
+    corpus: Corpus,
+    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
+    missing: Missing = "refuse",
+) -> Build:
+    """Build the model of a corpus and invert the corpus with it.
+
+    Parameters
+    ----------
+    corpus : Corpus
+    predictors : sequence of Predictor
+    missing : {"refuse", "drop", "impute"}
+        What to do with points that are missing in some visemes; see `GuidedPCA`.
+
+    Raises
+    ------
+    TooFewPointsError
+        If points are missing and may not be, a predictor has none, or there are not more visemes
+        than parameters.
+    ParameterError
+        If a predictor asks for an unknown group, or finds nothing left to explain.
+    """
+    estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing).fit(corpus.points)
+    model = replace(estimator.model_, source=corpus.source)
+    kept = np.isin(corpus.names, model.names)
+    own = Corpus(
+        corpus.points[:, kept], model.names, corpus.visemes, model.groups, corpus.frame,
+        corpus.source,
+    )  # fmt: skip
+    alpha = model.invert(own.points)
+    errors = np.linalg.norm(own.points - model.points(alpha), axis=2)
+    return Build(model, own, alpha, errors, estimator.left_out_, estimator.imputed_)
+
+
+def left_out_errors(
+    corpus: Corpus,
+    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
+    missing: Missing = "refuse",
+    progress: Callable[[int, int], None] | None = None,
+) -> FloatArray:
+    """Error of each viseme in the model of all others, (V,), mm: RMS over the points.
+
+    Parameters
+    ----------
+    corpus : Corpus
+    predictors : sequence of Predictor
+    missing : {"refuse", "drop", "impute"}
+    progress : callable, optional
+        Called with the number of visemes done and of all.
+
+    Raises
+    ------
+    TooFewPointsError, ParameterError
+        As `build`.
+    """
+    out = np.empty(len(corpus))
+    for k in range(len(corpus)):
+        others = np.arange(len(corpus)) != k
+        estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing)
+        model = estimator.fit(corpus.points[others]).model_
+        kept = np.isin(corpus.names, model.names)
+        out[k] = rms(model.errors(corpus.points[k, kept]))
+        if progress is not None:
+            progress(k + 1, len(corpus))
+    return out
+
+
+def rms(distances: FloatArray) -> FloatArray:
+    """Root mean square over the last axis, leaving out NaN."""
+    return np.asarray(np.sqrt(np.nanmean(distances**2, axis=-1)), np.float64)
+
+
+def dense_head(built: Build, spoken: SpokenCorpus) -> LinearShape:
+    """The whole bundled head moved by the model's parameters, head frame.
+
+    Parameters
+    ----------
+    built : Build
+        Of `spoken.corpus`.
+    spoken : SpokenCorpus
+
+    Returns
+    -------
+    LinearShape
+        Mean (M, 3) and modes (P, M, 3) for one standard deviation; its generators are the face
+        units.
+    """
+    return dense_units(built.alpha, spoken.weights, spoken.neutral, spoken.speaker.units)
