@@ -1,1 +1,1 @@
-"""Colour classes."""
+"""Appearance: colour classes, textures, and the local appearance of points."""

@@ -93,7 +93,7 @@ def _nearest(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
     _, label = cv2.distanceTransformWithLabels(empty, cv2.DIST_L2, 5, labelType=kind)
     index = np.zeros(label.max() + 1, np.intp)
     index[label[mask]] = np.flatnonzero(mask)
-    return index[label]
+    return np.asarray(index[label])
 
 
 def lay_atlas(scene: Scene, size: tuple[int, int], renderer: Renderer) -> Atlas:
@@ -144,14 +144,14 @@ def fitting_size(scene: Scene, camera: Camera, pose: Pose) -> tuple[int, int]:
     pose : Pose
         Head to camera, of a usual frame.
     """
-    inside = scene.faces[(_areas(camera.project(pose.apply(scene.mean)), scene.faces)) < 0]
+    flat = camera.project(pose.apply(scene.mean.astype(np.float64)))
+    inside = scene.faces[_areas(flat, scene.faces) < 0]
     if len(inside) == 0:
         raise MeshError("no facet of the mesh faces the camera", "check the pose")
-    pixels = np.abs(_areas(camera.project(pose.apply(scene.mean)), inside))
+    pixels = np.abs(_areas(flat, inside))
     texels = np.abs(_areas(scene.uv.astype(np.float64), inside))
     drawn = texels > 0
-    # Facets seen squarely ask for most texels; the largest tenth may be stretched in the atlas.
-    side = np.quantile(np.sqrt(pixels[drawn] / texels[drawn]), 0.9)
+    side = np.median(np.sqrt(pixels[drawn] / texels[drawn]))
     rounded = int(np.clip(16 * np.ceil(side / 16), *SIZES))
     return rounded, rounded
 
@@ -183,9 +183,8 @@ def warp(
     tuple of (K, 3) float64, RGB 0 to 255, and (K,) float64
         In the order of `Atlas.texels`; the weight is 0 where the texel is not seen.
     """
-    vertices = sighting.pose.apply(np.asarray(sighting.vertices, np.float64))
-    points, normals = atlas.surface(vertices)
     depth = depth_of(sighting, scene, camera, renderer)
+    points, normals = atlas.surface(sighting.pose.apply(np.asarray(sighting.vertices, np.float64)))
     weights = in_sight(points, normals, depth, camera, camera.whole, margin=True)
     place = camera.project(points).astype(np.float32)
     image = np.asarray(sighting.image, np.float32)

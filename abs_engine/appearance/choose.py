@@ -19,6 +19,9 @@ N_POINTS = 63
 """The paper's N."""
 OFTEN = 0.6
 """Least share of the training frames that must show a point."""
+SQUARELY = 0.5
+"""Least mean cosine between its normal and the line of sight: flatter, near the outline, its
+filters see the background too, and a small turn of the head changes them more than speech does."""
 SCALES = (1.2, 1.7, 2.4, 3.4, 4.8)
 
 
@@ -55,19 +58,30 @@ def choose_points(
     Raises
     ------
     ParameterError
-        If the model is constant, or no point is seen in a share `OFTEN` of the frames.
+        If the model is constant, or no point is seen in a share `OFTEN` of the frames, `SQUARELY`.
     """
     if len(model.modes) == 0:
         raise ParameterError("constant appearance ranks no points", "choose before `constant`")
-    usable = model.seen >= OFTEN
+    usable = (model.seen >= OFTEN) & (model.facing >= SQUARELY)
     if not usable.any():
         raise ParameterError(
-            f"no point is seen in {OFTEN:.0%} of the frames", "give points in front of the face"
+            f"no point is seen squarely in {OFTEN:.0%} of the frames",
+            "give points in front of the face",
         )
     gains = reconstructed(model, whiten)
     gains[:, ~usable] = -1.0
     ranks = [list(np.argsort(-row, kind="stable")[: int(usable.sum())]) for row in gains]
-    free = usable.copy()
+    return _by_turns(ranks, usable.copy(), count, places, spacing)
+
+
+def _by_turns(
+    ranks: list[list[np.intp]],
+    free: NDArray[np.bool_],
+    count: int,
+    places: FloatArray | None,
+    spacing: float,
+) -> NDArray[np.int64]:
+    """Each rank's best that is still free, in turns; what is within `spacing` of one is not."""
     chosen: list[int] = []
     while len(chosen) < count and any(ranks):
         for rank in ranks:
@@ -116,11 +130,12 @@ def own_scales(
     sigma = np.asarray(scales, np.float64)
     strength = np.zeros((len(sigma), len(vertices)))
     for sighting in sightings:
-        weights, pixels = sighted(sighting, patches, scene, camera, window, renderer)
-        maps = DescriptorMaps.of(window.sample(sighting.image), sigma)
+        weights, flat = sighted(sighting, patches, scene, camera, window, renderer)
+        pixels = flat[patches.points]
+        maps = DescriptorMaps.of(window.sample(np.asarray(sighting.image, np.float32)), sigma)
         for k in range(len(sigma)):
             which = np.full(len(vertices), k)
             squared = (maps.at(pixels, which)[:, 2:] ** 2).sum(axis=1)
             strength[k] += (weights > 0) * np.sqrt(sigma[k] * squared)
     best = sigma[strength.argmax(axis=0)]
-    return np.where(strength.any(axis=0), best, sigma[len(sigma) // 2])
+    return np.asarray(np.where(strength.any(axis=0), best, sigma[len(sigma) // 2]))

@@ -1,4 +1,4 @@
-"""Local image descriptors: Gaussian derivatives of luminance and chrominance (Odisio & Bailly, 3.2).
+"""Local descriptors: Gaussian derivatives of luminance and chrominance (Odisio & Bailly, 3.2).
 
 A descriptor's eight components are, in this order: G0 of Cb and Cr; G1x of Y, Cb, Cr; G1y of Y, Cb,
 Cr. G0 of Y is left out, so that an offset of luminance changes nothing. x is to the right, y down,
@@ -126,27 +126,3 @@ def _filtered(ycbcr: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     right = cv2.sepFilter2D(ycbcr, -1, slope, smooth, borderType=border)
     down = cv2.sepFilter2D(ycbcr, -1, smooth, slope, borderType=border)
     return np.concatenate([plain, right, down], axis=2)
-
-
-def around(ycbcr: NDArray[np.float32], pixels: FloatArray, sigma: float) -> FloatArray:
-    """Descriptors (N, 8) by filtering around each of some places (N, 2) only.
-
-    What `DescriptorMaps` is held against: the filters are centred on the exact place, where the
-    maps interpolate. Worth it only where few points are looked at, once.
-
-    Parameters
-    ----------
-    ycbcr : (H, W, 3) float32
-    pixels : (N, 2) float64, drawn pixels
-    sigma : float
-    """
-    smooth, slope = kernels(sigma)
-    side = len(smooth)
-    out = np.empty((len(pixels), len(COMPONENTS)))
-    for n, place in enumerate(pixels):
-        centre = tuple(np.asarray(place, float).tolist())
-        patch = cv2.getRectSubPix(ycbcr, (side, side), centre)
-        rows = np.tensordot(np.stack([smooth, slope]), patch, 1)  # (2, side, 3)
-        plain, right = smooth @ rows[0], slope @ rows[0]
-        out[n] = np.concatenate([plain[1:], right, smooth @ rows[1]])
-    return out

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
 from abs_engine.appearance.patches import Patches
-from abs_engine.appearance.regression import FloatArray, LinearFits
+from abs_engine.appearance.regression import Fitted, FloatArray, LinearFits
 from abs_engine.appearance.sight import Sighting, depth_of, in_sight
+from abs_engine.appearance.windows import Windows
 from abs_engine.assets import read_npz
 from abs_engine.camera import Camera, Window
 from abs_engine.errors import ModelFormatError, ParameterError
@@ -43,10 +44,15 @@ class LocalModel:
         Standard deviation of what the model does not explain in the training frames.
     seen : (N,) float64
         Share of the training frames that show the point, 0 to 1.
+    facing : (N,) float64
+        Mean cosine between normal and line of sight in these frames.
     reach : (P,) float64
         Root mean square of each parameter over the training frames.
     explained : float
         Share of the descriptors' variance that the model explains, 0 to 1.
+    unit : float, drawn pixels per mm
+        0 where the filters' windows are rigid in the picture, as in the paper; else see
+        `windows.Windows`.
     """
 
     vertices: NDArray[np.int64]
@@ -56,15 +62,16 @@ class LocalModel:
     sigma: FloatArray
     spread: FloatArray
     seen: FloatArray
+    facing: FloatArray
     reach: FloatArray
     explained: float
+    unit: float = 0.0
 
     def __post_init__(self) -> None:
-        n = len(self.vertices)
-        shapes = [(self.vertices, (n,)), (self.sigma, (n,)), (self.seen, (n,))]
-        shapes += [(a, (n, N_D)) for a in (self.base, self.mean, self.spread)]
-        shapes += [(self.modes, (len(self.modes), n, N_D)), (self.reach, (len(self.modes),))]
-        if n == 0 or any(array.shape != shape for array, shape in shapes):
+        n, p = len(self.vertices), len(self.modes)
+        fits = all(a.shape == (n,) for a in (self.vertices, self.sigma, self.seen, self.facing))
+        fits = fits and all(a.shape == (n, N_D) for a in (self.base, self.mean, self.spread))
+        if n == 0 or not fits or self.modes.shape != (p, n, N_D) or self.reach.shape != (p,):
             raise ParameterError("local appearance arrays do not fit", "learn them again")
         if not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
             raise ParameterError("a local appearance model holds NaN", "learn it again")
@@ -88,14 +95,25 @@ class LocalModel:
         lost = np.sum((self.modes * self.reach[:, None, None]) ** 2, axis=0)
         spread = np.sqrt(self.spread**2 + lost)
         none = self.modes[:0], self.reach[:0]
-        return replace(
-            self, base=base, modes=none[0], reach=none[1], spread=spread, explained=0.0
-        )
+        return replace(self, base=base, modes=none[0], reach=none[1], spread=spread, explained=0.0)
 
     def only(self, chosen: NDArray[np.integer]) -> LocalModel:
         """The model of some of its points, indices (M,)."""
         kept = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name in _BY_POINT}
         return replace(self, modes=self.modes[:, chosen], **kept)
+
+    def within(self, kept: NDArray[np.integer]) -> LocalModel:
+        """The model on a part of its scene that has the vertices `kept` (V',), ascending.
+
+        Raises
+        ------
+        ParameterError
+            If a point is not in the part.
+        """
+        place = np.searchsorted(kept, self.vertices).clip(0, len(kept) - 1)
+        if not np.array_equal(kept[place], self.vertices):
+            raise ParameterError("points lie outside of the part", "choose them inside of it")
+        return replace(self, vertices=place.astype(np.int64))
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads.
@@ -121,18 +139,20 @@ class LocalModel:
             If it has another format or version, or its arrays do not fit together.
         """
         data = read_npz(Path(path), FORMAT, VERSION)
-        names = [f.name for f in fields(cls) if f.name not in ("vertices", "explained")]
+        names = [f.name for f in fields(cls) if f.name not in ("vertices", *_NUMBERS)]
         try:
             arrays = {name: np.asarray(data[name], np.float64) for name in names}
             vertices = np.asarray(data["vertices"], np.int64)
-            return cls(vertices=vertices, explained=float(data["explained"]), **arrays)
+            explained, unit = (float(data[name]) for name in _NUMBERS)
+            return cls(vertices=vertices, explained=explained, unit=unit, **arrays)
         except (KeyError, TypeError, ValueError, ParameterError) as error:
             raise ModelFormatError(
                 f"{path} holds no whole local appearance", "learn it again"
             ) from error
 
 
-_BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen")
+_BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen", "facing")
+_NUMBERS = ("explained", "unit")
 
 
 def learn_local(
@@ -144,6 +164,7 @@ def learn_local(
     sigma: float | FloatArray = SIGMA,
     scale: float = 1.0,
     ridge: float = RIDGE,
+    unit: float = 0.0,
 ) -> LocalModel:
     """Learn d_0 and M_D of some points by least squares, from the frames that show them.
 
@@ -151,19 +172,19 @@ def learn_local(
     ----------
     sightings : iterable of Sighting
         Read once, one after the other; all with the same number of parameters.
-    scene : Scene
-        The mesh of the sightings.
+    scene, camera, renderer
+        Of the sightings; what is hidden in them is found by drawing.
     vertices : (N,) int
         The points; see `choose.choose_points` for which of them to keep.
-    camera : Camera
-    renderer : Renderer
-        Decides what each frame hides.
     sigma : float or (N,) float64, drawn pixels
         Scale of the filters, one for all or one for each point; see `choose.own_scales`.
     scale : float
         Drawn pixels per image pixel; frames are compared at the same.
     ridge : float, frames
         See `LinearFits.solve`.
+    unit : float, drawn pixels per mm
+        0 for the paper's windows, rigid in the picture. Otherwise they lie on the surface, and
+        `sigma` is their scale where the head is of that size.
 
     Raises
     ------
@@ -176,30 +197,45 @@ def learn_local(
     """
     patches = Patches.around(scene, vertices)
     sigmas = np.broadcast_to(np.asarray(sigma, np.float64), (len(vertices),)).copy()
-    known, which = np.unique(sigmas, return_inverse=True)
+    windows = Windows(patches, sigmas, unit)
     window = Window(0, 0, *camera.size, scale)
     fits: LinearFits | None = None
     rows = []
+    facing = np.zeros(len(vertices))
     for sighting in sightings:
         if fits is None:
             fits = LinearFits(len(vertices), N_D, len(sighting.parameters))
-        weights, pixels = sighted(sighting, patches, scene, camera, window, renderer)
-        found = DescriptorMaps.of(window.sample(sighting.image), known).at(pixels, which)
+        weights, flat = sighted(sighting, patches, scene, camera, window, renderer)
+        image = window.sample(np.asarray(sighting.image, np.float32))
+        found = windows.read(DescriptorMaps.of(image, windows.scales), flat)
         fits.add(found, (weights > 0).astype(np.float64), sighting.parameters)
         rows.append(sighting.parameters)
+        facing += weights
     if fits is None:
         raise ParameterError("there are no frames to learn appearance from", "give some")
-    fitted = fits.solve(ridge)
+    return _model(fits.solve(ridge), windows, np.asarray(vertices, np.int64), facing, rows)
+
+
+def _model(
+    fitted: Fitted,
+    windows: Windows,
+    vertices: NDArray[np.int64],
+    facing: FloatArray,
+    rows: list[FloatArray],
+) -> LocalModel:
+    """Fits of the points, of frames with parameters `rows`; `facing` is summed over these."""
     return LocalModel(
-        vertices=np.asarray(vertices, np.int64),
+        vertices=vertices,
         base=fitted.base,
         modes=fitted.modes,
         mean=fitted.mean,
-        sigma=sigmas,
+        sigma=windows.sigma,
         spread=np.sqrt(fitted.residual / np.maximum(fitted.frames, 1)[:, None]),
         seen=fitted.frames / len(rows),
+        facing=facing / np.maximum(fitted.frames, 1),
         reach=np.sqrt((np.stack(rows) ** 2).mean(axis=0)),
         explained=fitted.explained,
+        unit=windows.unit,
     )
 
 
@@ -211,9 +247,9 @@ def sighted(
     window: Window,
     renderer: Renderer,
 ) -> tuple[FloatArray, FloatArray]:
-    """How squarely a frame shows points (N,), 0 where not, and their drawn pixels (N, 2)."""
+    """How squarely a frame shows points (N,), 0 where not; drawn pixels (K, 2) of the patches."""
     depth = depth_of(sighting, scene, camera, renderer)
     moved = sighting.pose.apply(np.asarray(sighting.vertices[patches.kept], np.float64))
     points, normals = patches.surface(moved)
     weights = in_sight(points, normals, depth, camera, camera.whole)
-    return weights, window.to_drawn(camera.project(points))
+    return weights, window.to_drawn(camera.project(moved))

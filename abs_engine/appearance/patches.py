@@ -27,8 +27,8 @@ class Patches:
         Which of the K vertices are the points.
     facets : (M, 3) int64
         Facets around the points, as indices of the K vertices, those of a point together.
-    starts : (N,) int64
-        The first facet of each point.
+    starts, counts : (N,) int64
+        The first facet of each point, and how many it has.
     """
 
     mean: FloatArray
@@ -37,6 +37,7 @@ class Patches:
     points: NDArray[np.int64]
     facets: NDArray[np.int64]
     starts: NDArray[np.int64]
+    counts: NDArray[np.int64]
 
     @classmethod
     def around(cls, scene: Scene, vertices: NDArray[np.integer]) -> Patches:
@@ -62,9 +63,7 @@ class Patches:
         if not count.all():
             lost = chosen[count == 0][0]
             raise ParameterError(f"vertex {lost} belongs to no facet", "choose other points")
-        facet = np.concatenate(
-            [order[a : a + n] // 3 for a, n in zip(first, count, strict=True)]
-        )
+        facet = np.concatenate([order[a : a + n] // 3 for a, n in zip(first, count, strict=True)])
         corners = scene.faces[facet].astype(np.int64)
         kept, back = np.unique(corners, return_inverse=True)
         return cls(
@@ -74,13 +73,14 @@ class Patches:
             np.searchsorted(kept, chosen),
             back.reshape(-1, 3),
             np.cumsum(count) - count,
+            count,
         )
 
-    def placed(self, candidates: Candidates, index: int) -> tuple[FloatArray, FloatArray]:
-        """Points and normals (N, 3), camera frame, of one candidate of a batch."""
+    def placed(self, candidates: Candidates, index: int) -> FloatArray:
+        """Places (K, 3), mm, camera frame, of the kept vertices in one candidate of a batch."""
         shape = self.mean + np.tensordot(candidates.weights[index], self.modes, 1)
         rotation, shift = candidates.rotations[index], candidates.translations[index]
-        return self.surface(shape @ rotation.T + shift)
+        return np.asarray(shape @ rotation.T + shift)
 
     def surface(self, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points and normals (N, 3) from the places (K, 3) of the kept vertices."""

@@ -134,13 +134,12 @@ def in_sight(
     steepness = np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, FACING)
     pixel = z / (camera.matrix[0, 0] * window.scale)
     slack = CLOSE_MM + (0.75 + edge) * pixel * steepness
-    nearest = _nearest(depth, margin)[row.clip(0, height - 1), column.clip(0, width - 1)]
-    shown = inside & (z > camera.near) & (cosine > FACING) & (nearest > z - slack)
-    return np.where(shown, cosine, 0.0)
-
-
-def _nearest(depth: NDArray[np.float32], margin: bool) -> NDArray[np.float32]:
-    """Depth of what may hide a pixel's point; with a margin, of the nearest pixel around too."""
-    if margin:  # where the head ends, 0 hides everything
-        return np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)), np.float32)
-    return np.where(depth > 0, depth, np.float32(np.inf))
+    at = row.clip(0, height - 1), column.clip(0, width - 1)
+    shown = inside & (z > camera.near) & (cosine > FACING)
+    if margin:  # where the head ends, a depth of 0 hides everything
+        around = np.ones((3, 3), np.uint8)
+        shown &= np.asarray(cv2.dilate(depth, around))[at] < z + slack
+        shown &= np.asarray(cv2.erode(depth, around))[at] > z - slack
+    else:
+        shown &= (depth[at] == 0) | (depth[at] > z - slack)
+    return np.asarray(np.where(shown, cosine, 0.0))

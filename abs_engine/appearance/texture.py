@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.appearance.atlas import Atlas, warp
-from abs_engine.appearance.regression import FloatArray, LinearFits
+from abs_engine.appearance.regression import Fitted, FloatArray, LinearFits
 from abs_engine.appearance.sight import Sighting
 from abs_engine.assets import read_npz
 from abs_engine.camera import Camera
@@ -199,7 +199,11 @@ def learn_texture(
         fits.add(colours, weights, sighting.parameters)
     if fits is None:
         raise ParameterError("there are no frames to learn a texture from", "give some")
-    found = fits.solve(ridge)
+    return _model(fits.solve(ridge), atlas)
+
+
+def _model(found: Fitted, atlas: Atlas) -> TextureModel:
+    """Fits of the atlas' texels as pictures."""
     seen = found.frames > 0
     frames = np.zeros(atlas.facet_id.shape, np.int32)
     frames[atlas.texels] = found.frames

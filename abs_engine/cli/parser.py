@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from abs_engine.cli import check, commands, report
 from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
+from abs_engine.cli.reproduce import add_reproduce, reproduce
 from abs_engine.cli.train import add_train, train
 from abs_engine.release import engine_version
 
@@ -82,6 +83,7 @@ def build_parser() -> Parser:
     )
     _bench(add("bench", commands.bench, "time one evaluation beside pyrender and NumPy"))
     _render(add("render", commands.render, "draw postures, nomograms, overlays, labels, errors"))
+    _reproduce(add("reproduce", reproduce, "make a paper's tables and figures on our own data"))
     return parser
 
 
@@ -173,6 +175,11 @@ def _render(command: Parser) -> None:
     _output(command, "FILE", "a PNG or an MP4")
     add_render(command)
     command.intermixed = True
+    _renderer(command)
+
+
+def _reproduce(command: argparse.ArgumentParser) -> None:
+    add_reproduce(command)
     _renderer(command)
 
 

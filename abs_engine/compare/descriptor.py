@@ -27,6 +27,10 @@ FloatArray = NDArray[np.float64]
 ToCandidates = Callable[[FloatArray], Candidates]
 """Candidates of parameter vectors (B, n), as `track.pose.PoseFrame.candidates` makes them."""
 
+KEPT = 0.95
+"""Share of the pixels drawn at the start that must stay: lips that part and heads that move back
+draw somewhat fewer."""
+
 PENALTY_SHARE = 0.1
 """A(a) at strength 1, in units of what a wrong match costs."""
 
@@ -59,8 +63,8 @@ class TextureError:
     candidates : callable
         Parameter vectors (B, n) to candidates.
     drawn : int
-        |S| at the start. A candidate that draws fewer pixels is charged `wrong` for the rest;
-        one that draws more, or as many, has epsilon as printed.
+        Pixels that are to be explained. A candidate that draws fewer is charged `wrong` for the
+        rest; one that draws more, or as many, has epsilon as printed.
     wrong : float
         What a wrong match costs, in units of epsilon.
     penalty : ExponentialPenalty, optional
@@ -113,7 +117,9 @@ def texture_error(
     ----------
     model : TextureModel
     scene : Scene
-        The shape that is drawn; modes in the order of the model's parameters.
+        The shape whose pixels are S; modes in the order of the model's parameters. The paper's
+        mesh is skin and lips. What shows between the lips is dark, and luminance-normalised RGB
+        is mostly noise there; see `region.part` for a scene without it.
     frame : (H, W, 3), RGB 0 to 255
         The whole picture.
     camera : Camera
@@ -122,7 +128,7 @@ def texture_error(
     candidates : callable
         Parameter vectors (B, n) to candidates.
     start : (n,) float64
-        Where a fit starts: says how many pixels there are to explain.
+        Where a fit starts, which says how many pixels there are to explain.
     renderer : Renderer
     penalty : ExponentialPenalty, optional
     dressed : Scene, optional
@@ -144,7 +150,7 @@ def texture_error(
         raise ParameterError("nothing is drawn at the start", "start where the face is")
     ours = (drawn.rgb[where] + 1) / (drawn.rgb[where].sum(axis=1, keepdims=True) + 3)
     cost = wrong_match(term.normalised[where].astype(np.float64), ours.astype(np.float64))
-    count = int(where.sum())
+    count = max(1, int(KEPT * where.sum()))
     return TextureError(
         renderer, clothed, camera, window, term, candidates, count, float(cost.mean()), penalty
     )

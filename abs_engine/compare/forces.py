@@ -3,6 +3,10 @@
 Both integrals over a facet come in two ways: the exact sum over its visible pixels, and the paper's
 one sample, the value at its centre times its visible area. The centre is that of the visible part,
 so that a facet which is half hidden is sampled where it is seen.
+
+The paper moves a facet as a whole: its force says what a shift of it would gain. Facets also grow
+and shrink, and what a facet gains when it grows over pixels that suit it is no gradient within it:
+a model with its mouth open before a closed one feels nothing. `border_forces` has both.
 """
 
 from __future__ import annotations
@@ -42,23 +46,30 @@ def facet_scores(
     return _integrals(buffers, maps[:, None], facet_class, rule)[:, 0]
 
 
+def slopes(maps: NDArray[np.floating]) -> FloatArray:
+    """Gradients (C, 2, H, W) of maps (C, H, W), to the right and downwards, per drawn pixel."""
+    down, right = np.gradient(np.asarray(maps, np.float64), axis=(1, 2))
+    return np.stack([right, down], axis=1)
+
+
 def facet_forces(
-    buffers: Buffers, maps: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
+    buffers: Buffers, gradients: FloatArray, facet_class: NDArray[np.integer], rule: Rule
 ) -> FloatArray:
     """Forces on the facets in the picture (eqs. 11 and 12, alpha left out).
 
     Parameters
     ----------
-    buffers, maps, facet_class, rule
-        As in `facet_scores`; the maps smoothed, as their gradients say which way to go.
+    buffers, facet_class, rule
+        As in `facet_scores`.
+    gradients : (C, 2, H, W) float64
+        `slopes` of each class's map; of smoothed ones, as they say which way to go.
 
     Returns
     -------
     (F, 2) float64
         To the right and downwards, drawn pixels.
     """
-    down, right = np.gradient(np.asarray(maps, np.float64), axis=(1, 2))
-    return _integrals(buffers, np.stack([right, down], axis=1), facet_class, rule)
+    return _integrals(buffers, gradients, facet_class, rule)
 
 
 def node_forces(forces: FloatArray, faces: NDArray[np.integer], n_nodes: int) -> FloatArray:
@@ -67,6 +78,54 @@ def node_forces(forces: FloatArray, faces: NDArray[np.integer], n_nodes: int) ->
     for corner in range(3):
         np.add.at(out, faces[:, corner], forces / 3)
     return out
+
+
+def border_forces(
+    buffers: Buffers, maps: NDArray[np.floating], faces: NDArray[np.integer], n_nodes: int
+) -> FloatArray:
+    """Forces on the nodes: the derivative of eq. 7 by their places in the picture.
+
+    Parameters
+    ----------
+    buffers : Buffers
+    maps : (C, H, W)
+        What a pixel gives to a facet of each class; `maps[0]` to no facet.
+    faces : (F, 3) int
+    n_nodes : int
+
+    Returns
+    -------
+    (N, 2) float64
+        To the right and downwards, drawn pixels.
+
+    Notes
+    -----
+    The integral over all visible facets changes only where two classes meet in the picture: when
+    their border moves, pixels go from one to the other. So each pair of neighbouring pixels of
+    different classes pushes the border by the difference of what the two classes would get there.
+    The border is the edge of whichever surface lies in front, so its facet's nodes are pushed, by
+    the barycentrics of its pixel.
+    """
+    out = np.zeros((n_nodes, 2))
+    for axis, one in ((0, (0, 1)), (1, (1, 0))):
+        here = tuple(slice(None, -d or None) for d in one)
+        there = tuple(slice(d, None) for d in one)
+        first, second = buffers.class_id[here], buffers.class_id[there]
+        rows, columns = np.nonzero(first != second)
+        p = rows, columns
+        q = rows + one[0], columns + one[1]
+        a, b = first[p], second[p]
+        gain = 0.5 * sum(maps[(a, *at)] - maps[(b, *at)] for at in (p, q))
+        depth_p, depth_q = (_far_if_none(buffers.depth[at]) for at in (p, q))
+        front = tuple(np.where(depth_p <= depth_q, x, y) for x, y in zip(p, q, strict=True))
+        corners = faces[buffers.facet_id[front] - 1]
+        share = buffers.barycentrics[front].astype(np.float64) * np.asarray(gain)[:, None]
+        np.add.at(out[:, axis], corners, share)
+    return out
+
+
+def _far_if_none(depth: NDArray[np.floating]) -> NDArray[np.floating]:
+    return np.where(depth > 0, depth, np.inf)
 
 
 def lifted(forces: FloatArray, points: FloatArray, camera: Camera, scale: float) -> FloatArray:

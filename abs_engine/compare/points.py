@@ -11,6 +11,7 @@ from abs_engine.appearance.descriptors import DescriptorMaps
 from abs_engine.appearance.local import N_D, LocalModel
 from abs_engine.appearance.patches import Patches
 from abs_engine.appearance.sight import in_sight
+from abs_engine.appearance.windows import Windows
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.descriptor import ToCandidates, with_penalty, wrong_match
 from abs_engine.compare.penalty import ExponentialPenalty
@@ -32,12 +33,10 @@ class LocalError:
     Parameters
     ----------
     model : LocalModel
-    patches : Patches
+    windows : Windows
         Of the model's points.
     maps : DescriptorMaps
         Of the window of the frame.
-    which : (N,) int64
-        Scale of each point, an index into the maps'.
     inverse : (N, 8) float64
         What differences are multiplied by: 1 as printed.
     renderer : Renderer
@@ -50,13 +49,12 @@ class LocalError:
         What a wrong match costs of each point, times the share of the training frames that show
         it: one that is often hidden is no offence.
     penalty : ExponentialPenalty, optional
-        A(a), over the first weights of a candidate; times `PENALTY_SHARE` times the mean of `wrong`.
+        A(a), over the first weights of a candidate; times `PENALTY_SHARE`, times `wrong`'s mean.
     """
 
     model: LocalModel
-    patches: Patches
+    windows: Windows
     maps: DescriptorMaps
-    which: NDArray[np.int64]
     inverse: FloatArray
     renderer: Renderer
     scene: Scene
@@ -78,30 +76,30 @@ class LocalError:
 
     def seen(self, x: FloatArray) -> NDArray[np.bool_]:
         """Which points (N,) a parameter vector (n,) shows."""
-        return self._placed(x[None])[1][0]
+        shown: NDArray[np.bool_] = self._found(x[None])[1][0]
+        return shown
 
     def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        pixels, shown, weights = self._placed(vectors)
-        differ = (self.maps.at(pixels, self.which) - self.model.at(weights)) * self.inverse
+        found, shown, weights = self._found(vectors)
+        differ = (found - self.model.at(weights)) * self.inverse
         costs = np.where(shown, (differ**2).sum(axis=2) / N_D, self.wrong)
         wrong = float(self.wrong.mean())
         return with_penalty(costs.mean(axis=1), weights, self.penalty, wrong)
 
-    def _placed(
-        self, vectors: FloatArray
-    ) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
-        """Drawn pixels (B, N, 2), visibility (B, N) and weights (B, P)."""
+    def _found(self, vectors: FloatArray) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
+        """The frame's descriptors (B, N, 8), visibility (B, N) and weights (B, P)."""
         many = self.candidates(vectors)
         w = self.window
         coarse = Window(w.x, w.y, w.width, w.height, w.scale * DEPTH_SCALE)
         drawn = self.renderer.draw(self.scene, many, self.camera, coarse)
-        pixels = np.empty((len(many), len(self.model), 2))
-        shown = np.empty(pixels.shape[:2], np.bool_)
+        found = np.empty((len(many), len(self.model), N_D))
+        shown = np.empty(found.shape[:2], np.bool_)
         for i, buffers in enumerate(drawn):
-            points, normals = self.patches.placed(many, i)
-            pixels[i] = w.to_drawn(self.camera.project(points))
+            moved = self.windows.patches.placed(many, i)
+            points, normals = self.windows.patches.surface(moved)
+            found[i] = self.windows.read(self.maps, w.to_drawn(self.camera.project(moved)))
             shown[i] = in_sight(points, normals, buffers.depth, self.camera, coarse) > 0
-        return pixels, shown, many.weights
+        return found, shown, many.weights
 
 
 def local_error(
@@ -142,14 +140,15 @@ def local_error(
     ParameterError
         If the model's points are no vertices of the scene.
     """
-    known, which = np.unique(model.sigma, return_inverse=True)
-    maps = DescriptorMaps.of(window.sample(np.asarray(frame, np.float32)), known)
+    windows = Windows(Patches.around(scene, model.vertices), model.sigma, model.unit)
+    maps = DescriptorMaps.of(window.sample(np.asarray(frame, np.float32)), windows.scales)
     floor = 0.1 * np.median(model.spread, axis=0) + 1e-6
     inverse = 1 / np.maximum(model.spread, floor) if whiten else np.ones_like(model.spread)
-    scaled = (maps.maps[which].reshape(len(model), -1, N_D), inverse[:, None])
-    others = np.stack([a * b for a, b in zip(*scaled, strict=True)])
-    cost = [wrong_match(o, (d * i)[None])[0] for o, d, i in zip(others, model.base, inverse, strict=True)]
+    cost = np.empty(len(model))
+    for n, (scale, factor) in enumerate(zip(windows.at_rest, inverse, strict=True)):
+        others = maps.maps[scale, ::4, ::4].reshape(-1, N_D) * factor
+        cost[n] = wrong_match(others, (model.base[n] * factor)[None])[0]
     return LocalError(
-        model, Patches.around(scene, model.vertices), maps, which, inverse, renderer, scene,
-        camera, window, candidates, np.array(cost) * model.seen, penalty,
+        model, windows, maps, inverse, renderer, scene, camera, window, candidates,
+        cost * model.seen, penalty,
     )  # fmt: skip

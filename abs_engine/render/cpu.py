@@ -76,9 +76,7 @@ class CpuRenderer:
         for i in range(len(candidates)):
             positions = clip_positions(scene, candidates, i, camera, clip)
             scratch = self._rasterise(scene, positions, camera, window)
-            total[i], pixels[i] = _sum(
-                scene, positions, scratch, term, candidates.weights[i]
-            )
+            total[i], pixels[i] = _sum(scene, positions, scratch, term, candidates.weights[i])
         return Sums(total, pixels)
 
     def close(self) -> None:

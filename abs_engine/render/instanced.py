@@ -114,9 +114,7 @@ class InstancedPath:
             layers = part.stop - part.start
             target = self._pool.get((*window.drawn, layers), formats)
             self._render(upload, clips, target, "TERM_CLASS" if by_class else "TERM_COLOUR")
-            total[part], pixels[part] = self._reduce(
-                upload, target, term, candidates.weights[part]
-            )
+            total[part], pixels[part] = self._reduce(upload, target, term, candidates.weights[part])
         return Sums(total, pixels)
 
     def release(self) -> None:

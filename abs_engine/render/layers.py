@@ -89,7 +89,7 @@ def _sum_error(uv, stack, weights, target):
     height, width, _ = uv.shape
     total, pixels = 0.0, 0
     for y in range(height):
-        row = ZERO
+        row = np.float32(0)
         for x in range(width):
             if uv[y, x, 0] > DRAWN_FROM:
                 r, g, b = _colour(uv[y, x, 0], uv[y, x, 1], stack, weights)
@@ -99,7 +99,7 @@ def _sum_error(uv, stack, weights, target):
                 db = (b + ONE) * s - target[y, x, 2]
                 row += dr * dr + dg * dg + db * db
                 pixels += 1
-        total += row
+        total += np.float64(row)
     return total, pixels
 
 

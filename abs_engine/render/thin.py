@@ -101,9 +101,7 @@ class ThinPath:
             if isinstance(term, ClassMaps):
                 total[i], pixels[i] = sum_class_maps(drawn[..., 0], term.maps)
             else:
-                total[i], pixels[i] = colour_error(
-                    drawn, scene, term, candidates.weights[i]
-                )
+                total[i], pixels[i] = colour_error(drawn, scene, term, candidates.weights[i])
         return Sums(total, pixels)
 
     def release(self) -> None:

@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 SKIN, LIPS, INTERIOR = 1, 2, 3
 COLOUR_OF: tuple[str | None, ...] = (None, "skin", "lips", "interior")
 """Colour class of each facet class of the drawn shell."""
-_SKIRT = (24.0, 42.0)  # mm beyond the outer contour at which the rings around the shell lie
+_SKIRT = (24.0, 42.0, 62.0)  # mm beyond the outer contour at which the rings around the shell lie
 
 
 @dataclass(frozen=True, eq=False)

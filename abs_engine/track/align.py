@@ -28,6 +28,9 @@ OBSERVATIONS = 500.0  # independent pixels of the face
 COARSE_DEPTH = np.arange(-260.0, 161.0, 20.0)  # mm
 COARSE_PITCH = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])  # rad; trades with depth: many valleys
 COARSE_HEIGHT = np.arange(-15.0, 15.1, 5.0)  # mm
+NEAR_YAW = np.arange(-0.5, 0.51, 0.125)  # rad, about where a head was a moment ago
+NEAR_PITCH, NEAR_DEPTH = np.array([-0.1, 0.0, 0.1]), np.array([-25.0, 0.0, 25.0])
+NEAR_STARTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,19 +84,63 @@ def align_texture(
     -------
     Pose
     """
+    error = _error(image, pose, head, rigid, camera, renderer)
+    places = product(COARSE_PITCH, COARSE_HEIGHT, COARSE_DEPTH)
+    grid = np.array([[pitch, 0, 0, 0, y, z] for pitch, y, z in places], np.float64)
+    return _lowest(error, grid[_valleys(error.values(grid))])
+
+
+def realign_texture(
+    image: NDArray[np.uint8],
+    pose: Pose,
+    head: Scene,
+    rigid: NDArray[np.bool_],
+    camera: Camera,
+    renderer: Renderer,
+) -> Pose:
+    """The pose of a known head that was at `pose` a moment ago and may have turned since.
+
+    Parameters and result as `align_texture`'s.
+    """
+    error = _error(image, pose, head, rigid, camera, renderer)
+    places = product(NEAR_PITCH, NEAR_YAW, NEAR_DEPTH)
+    grid = np.array([[pitch, yaw, 0, 0, 0, z] for pitch, yaw, z in places], np.float64)
+    return _lowest(error, grid[np.argsort(error.values(grid))[:NEAR_STARTS]])
+
+
+def texture_error(
+    image: NDArray[np.uint8],
+    pose: Pose,
+    head: Scene,
+    rigid: NDArray[np.bool_],
+    camera: Camera,
+    renderer: Renderer,
+) -> float:
+    """How badly a known head at `pose` explains an image: in units of the colour's noise."""
+    return float(_error(image, pose, head, rigid, camera, renderer).values(np.zeros((1, 6)))[0])
+
+
+def _error(
+    image: NDArray[np.uint8],
+    pose: Pose,
+    head: Scene,
+    rigid: NDArray[np.bool_],
+    camera: Camera,
+    renderer: Renderer,
+) -> _TextureError:
     scene = _only(head, rigid)
     centre = scene.mean.astype(np.float64).mean(axis=0)
     window = _face_window(scene, pose, camera)
     term = ColourError(np.asarray(window.sample(image), np.float32))
-    frame = PoseFrame(pose, centre)
-    error = _TextureError(renderer, scene, camera, window, term, frame)
-    places = product(COARSE_PITCH, COARSE_HEIGHT, COARSE_DEPTH)
-    grid = np.array([[pitch, 0, 0, 0, y, z] for pitch, y, z in places], np.float64)
-    starts = grid[_valleys(error.values(grid))]
+    return _TextureError(renderer, scene, camera, window, term, PoseFrame(pose, centre))
+
+
+def _lowest(error: _TextureError, starts: FloatArray) -> Pose:
+    """Where a simplex goes down to from the best of several starts."""
     solver, spec = Simplex(tolerance=0.02, limit=300), pose_spec(0)
     found = [solver.minimise(error, start, spec) for start in starts]
     best = min(found, key=lambda solution: solution.value)
-    return frame.pose(solver.minimise(error, best.x, spec).x)  # again: a fresh simplex
+    return error.frame.pose(solver.minimise(error, best.x, spec).x)  # again: a fresh simplex
 
 
 def _valleys(values: FloatArray) -> NDArray[np.int64]:

@@ -13,9 +13,10 @@ from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
-from abs_engine.track.align import align_texture
+from abs_engine.track.align import align_texture, realign_texture, texture_error
 from abs_engine.track.blobs import LipBlob
 from abs_engine.track.follow import LipFollower
+from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import CalibrationFrame
@@ -24,8 +25,8 @@ from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, fol
 Image = NDArray[np.uint8]
 LEARN_FROM = 8  # frames
 LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
+WORSE = 3.0  # times the texture's error at first; beyond, a turned head is not taken for seen
 LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
-LEAST_SEEN = 0.35  # of the reference's points; below, the face counts as lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,29 +61,31 @@ class HeadMotion:
         the face is looked for again and a new reference is taken where it is found. Where the
         detector finds none, as in a close-up, the old reference is tried again where it was.
         """
-        reference: RigidReference | None = None
-        state: RigidState | None = None
+        known, error = Keyframes(self.camera, self._taken), 0.0
         box = self.box
         lips = None if self.colours is None else LipFollower(self.colours, self.rate)
         for image in frames:
-            if reference is not None:
-                new = follow(reference, image, self.camera, state)
-                if new is not None and new.seen >= LEAST_SEEN:
-                    state = new
-                    yield image, new.pose
-                    continue
-                again = None if lips is None else self._again(reference, image, lips.step(image))
-                if again is not None:
-                    state = again
-                    yield image, again.pose
-                    continue
-            found = self._found(image, box)
+            state = known.step(image)
+            if state is None and known.first is not None and lips is not None:
+                state = self._again(known.first, image, lips.step(image))
+                if state is not None:
+                    known.resume(state)
+            if state is not None:
+                yield image, state.pose
+                continue
+            found = self._turned(image, known.pose, error)
+            turned = found is not None
+            found = found or self._found(image, box)
             box = None
-            if found is None:
+            if found is None or not (turned or self._explains(image, found, error)):
                 yield image, None
                 continue
-            reference, state = found, None
-            yield image, reference.pose
+            if turned:
+                known.add(found)
+            else:
+                known.begin(found)
+                error = self._error(image, found.pose)
+            yield image, found.pose
 
     def _again(
         self, reference: RigidReference, image: Image, lips: LipBlob | None
@@ -100,6 +103,32 @@ class HeadMotion:
         new = follow(reference, image, self.camera, guess)
         return new if new is not None and new.seen >= LEAST_SEEN else None
 
+    def _turned(self, image: Image, last: Pose | None, error: float) -> RigidReference | None:
+        """A known head that has turned too fast to be followed; None where it is not seen.
+
+        `error` is that of its texture where it was found.
+        """
+        if last is None or not self.model.known:
+            return None
+        model = self.model
+        parts = model.head, model.rigid, self.camera, self.renderer
+        pose = realign_texture(image, last, *parts)
+        if texture_error(image, pose, *parts) > WORSE * error:
+            return None
+        found = self._taken(image, pose)
+        return found if len(found.points) >= LEAST_POINTS else None
+
+    def _explains(self, image: Image, found: RigidReference, error: float) -> bool:
+        """Whether a known head that was found again looks about as it did at first."""
+        return error == 0 or self._error(image, found.pose) < WORSE * error
+
+    def _error(self, image: Image, pose: Pose) -> float:
+        """How badly a known head's texture explains the image."""
+        if not self.model.known:
+            return 0.0
+        model = self.model
+        return texture_error(image, pose, model.head, model.rigid, self.camera, self.renderer)
+
     def _found(self, image: Image, box: FaceBox | None) -> RigidReference | None:
         """A reference from the face in an image; None without a face, or one without texture."""
         box = box if box is not None else find_face(image)
@@ -110,11 +139,16 @@ class HeadMotion:
 
     def _reference(self, image: Image, found: FaceBox) -> RigidReference:
         """The head in a first frame: by its box, and by its texture where that is known."""
-        model, camera, renderer = self.model, self.camera, self.renderer
-        pose = first_pose(found, camera, model.pivot)
+        model = self.model
+        pose = first_pose(found, self.camera, model.pivot)
         if model.known:
             pose = self._aligned(image, pose)
-        return rigid_reference(image, pose, model.head, model.rigid, camera, renderer)
+        return self._taken(image, pose)
+
+    def _taken(self, image: Image, pose: Pose) -> RigidReference:
+        """A reference of an image in which the head's pose is known."""
+        model = self.model
+        return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
 
     def _aligned(self, image: Image, pose: Pose) -> Pose:
         model = self.model

@@ -92,7 +92,7 @@ def settle(
     best, data, there = value(u)
     before = best
     for _ in range(STEPS):
-        forces = scene_forces(there.likelihood, candidate, posterior.pulling, posterior.rule)
+        forces = scene_forces(there.likelihood, candidate, posterior.pull, posterior.rule)
         head = posterior.gain(data) * (forces @ pose.rotation)[:count]
         goal = elastic.displacement(temperature * head)
         while step >= _SHORTEST:

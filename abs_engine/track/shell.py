@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.forces import Rule, facet_forces, lifted, node_forces
+from abs_engine.compare.forces import border_forces, facet_forces, lifted, node_forces, slopes
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
@@ -27,9 +28,14 @@ DRAWN_MOUTH = 92.0  # drawn pixels across the mouth
 FINEST = 2.0  # drawn pixels for one of the picture, at most
 SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two
 SMOOTHING = 0.03  # width of the Hamming window of the score, in mouth widths
-PULL = 0.12  # likewise of the forces: how far a boundary is felt
+PULL = 0.06  # likewise of the forces: how far a boundary is felt
 FIRST_STRIDE = 2.0  # mm that the node which moves most is first pushed by
 IN_SHADE = 0.25  # share of the dark's probability that lips get: the line between them
+Rule = Literal["whole", "exact", "sample"]
+RULES: tuple[Rule, ...] = ("whole", "exact", "sample")
+"""How forces are found: eq. 12's one sample for a facet; eq. 11 exactly; or the whole derivative of
+the score, in which facets grow, too.
+"""
 POSE_FREE = np.array([0.05, 0.05, 0.05, 2.0, 2.0, 12.0])
 """Standard deviations, rad and mm, of a pose that is estimated along."""
 
@@ -99,6 +105,22 @@ def zone(window: Window) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True, eq=False)
+class Pull:
+    """Widely smoothed maps that pull on the facets.
+
+    Parameters
+    ----------
+    maps : (C, H, W) float64
+        What a pixel gives to a facet of each class; 0 where pixels are not compared.
+    slopes : (C, 2, H, W) float64
+        Their gradients. Taken before the maps are cut off, or the window's edge would pull.
+    """
+
+    maps: FloatArray
+    slopes: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class ShellPosterior:
     """-log f(p|O) of one frame over the fitted parameters; knows its forces.
 
@@ -109,18 +131,18 @@ class ShellPosterior:
     likelihood : FacetLikelihood
     prior : GaussianPrior
         Over all 6 + P parameters.
-    pulling : (C, H, W) float64
-        Maps, smoothed widely, whose gradients are the forces.
-    rule : 'exact' or 'sample'
-        How forces are integrated over a facet.
+    pull : Pull
+        What the forces come from.
+    rule : str
+        One of `RULES`.
     """
 
     setting: ShellSetting
     frame: PoseFrame
     likelihood: FacetLikelihood
     prior: GaussianPrior
-    pulling: FloatArray
-    rule: Rule = "exact"
+    pull: Pull
+    rule: Rule = "whole"
 
     def whole(self, vectors: FloatArray) -> FloatArray:
         """All parameters (..., 6 + P) of the fitted ones (..., N)."""
@@ -144,32 +166,31 @@ class ShellPosterior:
     def push(self, x: FloatArray) -> FloatArray:
         """Where the forces at `x` (N,) push the parameters: eq. 13, and the pose's own work.
 
-        The forces on the nodes go through the learned inverse stiffness. In standard deviations
-        of the modes, that is the work they do on each mode, divided by the mode's deviation. The
-        prior pulls along in the same measure. Alpha is such that no node is first pushed farther
-        than `FIRST_STRIDE`. A pose is pushed by its work times its variance.
+        The forces on the nodes go through the learned inverse stiffness: U = S L^(1/2) S' F. In
+        standard deviations of the modes that is S' F. Alpha is such that no node is first pushed
+        farther than `FIRST_STRIDE`. A pose is pushed by its work times its variance, and pulled
+        back by its prior.
         """
         full = self.whole(x)
         forces, candidate = self.node_forces(full)
         rotation, vertices = candidate.rotations[0], self.setting.scene.vertices(full[6:])
-        gain = self.gain(float(self.likelihood.negative_log(candidate)[0]))
         modes = self.setting.scene.modes.astype(np.float64)
-        work = gain * np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
-        deviation = self.setting.model.deviations
-        step = (work - full[6:]) / deviation * deviation[0]
-        step = _strided(step, np.tensordot(step, modes, 1))
+        work = np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
+        step = work / self.setting.model.deviations
+        step = strided(step, np.tensordot(step, modes, 1))
         if self.setting.pose_deviation is None:
-            return np.asarray(step)
+            return step
         arm = (vertices - self.frame.pivot) @ rotation.T
+        gain = self.gain(float(self.likelihood.negative_log(candidate)[0]))
         pose_work = gain * np.r_[np.cross(arm, forces).sum(axis=0), forces.sum(axis=0)]
         pose = self.setting.pose_deviation**2 * pose_work - full[:6]
-        pose = _strided(pose, np.cross(pose[:3], arm) + pose[3:])
+        pose = shortened(pose, np.cross(pose[:3], arm) + pose[3:])
         return np.asarray(np.r_[pose, step], np.float64)
 
     def node_forces(self, full: FloatArray) -> tuple[FloatArray, Candidates]:
         """Forces (V, 3) of eqs. 11 and 12 on the vertices, camera frame, and what was drawn."""
         candidate = self.frame.candidates(full[None])
-        forces = scene_forces(self.likelihood, candidate, self.pulling, self.rule)
+        forces = scene_forces(self.likelihood, candidate, self.pull, self.rule)
         return forces, candidate
 
     def gain(self, data: float) -> float:
@@ -179,25 +200,35 @@ class ShellPosterior:
 
 
 def scene_forces(
-    likelihood: FacetLikelihood, candidate: Candidates, pulling: FloatArray, rule: Rule
+    likelihood: FacetLikelihood, candidate: Candidates, pull: Pull, rule: Rule
 ) -> FloatArray:
-    """Forces (V, 3), camera frame, of the maps `pulling` on one candidate's vertices."""
+    """Forces (V, 3), camera frame, of a pull on one candidate's vertices."""
     like, scene = likelihood, likelihood.scene
     drawn = like.renderer.draw(scene, candidate, like.camera, like.window)[0]
-    flat = facet_forces(drawn, pulling, scene.facet_class, rule)
-    flat = node_forces(flat, scene.faces, len(scene.mean))
     points = scene.vertices(candidate.weights[0]) @ candidate.rotations[0].T
-    return lifted(flat, points + candidate.translations[0], like.camera, like.window.scale)
+    points = points + candidate.translations[0]
+    if rule == "whole":
+        flat = border_forces(drawn, pull.maps, scene.faces, len(points))
+    else:
+        flat = facet_forces(drawn, pull.slopes, scene.facet_class, rule)
+        flat = node_forces(flat, scene.faces, len(points))
+    return lifted(flat, points, like.camera, like.window.scale)
 
 
-def _strided(step: FloatArray, moved: FloatArray) -> FloatArray:
-    """A step, shortened so that no node is moved (V, 3) farther than `FIRST_STRIDE`."""
+def strided(step: FloatArray, moved: FloatArray) -> FloatArray:
+    """A step, scaled so that the node that moves most (V, 3) moves by `FIRST_STRIDE`."""
+    farthest = float(np.linalg.norm(moved, axis=1).max())
+    return np.asarray(step * (FIRST_STRIDE / max(farthest, 1e-9)))
+
+
+def shortened(step: FloatArray, moved: FloatArray) -> FloatArray:
+    """A step, shortened where a node moves (V, 3) farther than `FIRST_STRIDE`."""
     farthest = float(np.linalg.norm(moved, axis=1).max())
     return np.asarray(step * min(1.0, FIRST_STRIDE / max(farthest, 1e-9)))
 
 
 def shell_posterior(
-    setting: ShellSetting, image: Image, pose: Pose, rule: Rule = "exact"
+    setting: ShellSetting, image: Image, pose: Pose, rule: Rule = "whole"
 ) -> ShellPosterior:
     """The posterior of a frame.
 
@@ -207,15 +238,16 @@ def shell_posterior(
     image : (H, W, 3) uint8 RGB
     pose : Pose
         Of the head: known, or a guess.
-    rule : 'exact' or 'sample'
+    rule : str
+        One of `RULES`.
     """
     window = shell_window(setting, pose)
     inside = zone(window)
     raw = setting.classes.probabilities(window.sample(image))
     fine = _planes(hamming(raw, SMOOTHING * DRAWN_MOUTH)) * inside
-    wide = _planes(hamming(raw, PULL * DRAWN_MOUTH)) * inside
+    wide = _planes(hamming(raw, PULL * DRAWN_MOUTH))
     outside = np.clip(1 - fine[1] - fine[2], 0, 1) * inside
-    pulling = wide - np.clip(1 - wide[1] - wide[2], 0, 1) * inside
+    wide = wide - np.clip(1 - wide[1] - wide[2], 0, 1)
     pixels = int(inside.sum())
     likelihood = FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
@@ -226,7 +258,9 @@ def shell_posterior(
     free = setting.pose_deviation
     deviation = np.r_[np.ones(6) if free is None else free, np.ones(setting.model.n_modes)]
     prior = GaussianPrior(np.zeros(len(deviation)), deviation)
-    return ShellPosterior(setting, frame, likelihood, prior, pulling, rule)
+    return ShellPosterior(
+        setting, frame, likelihood, prior, Pull(wide * inside, slopes(wide) * inside), rule
+    )
 
 
 def _planes(probable: FloatArray) -> FloatArray:

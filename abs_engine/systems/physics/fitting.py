@@ -17,7 +17,7 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.shape.modal import LearnedPhysics
-from abs_engine.track.shell import Image, ShellPosterior, ShellSetting, shell_posterior
+from abs_engine.track.shell import RULES, Image, ShellPosterior, ShellSetting, shell_posterior
 
 FloatArray = NDArray[np.float64]
 STARTS = 48
@@ -96,7 +96,7 @@ def fit_frame(
     pose: Pose,
     starts: FloatArray,
     driver: str = "forces",
-    rule: str = "exact",
+    rule: str = "whole",
 ) -> ShellFit:
     """Fit one frame.
 
@@ -110,21 +110,22 @@ def fit_frame(
         Shapes that are compared first; the best one is gone on with.
     driver : str
         One of `DRIVERS`.
-    rule : 'exact' or 'sample'
-        How forces are integrated over a facet.
+    rule : str
+        How forces are found, see `track.shell.RULES`.
 
     Raises
     ------
     ParameterError
         If there is no such driver or rule.
     """
-    if driver not in DRIVERS or rule not in ("exact", "sample"):
+    way = next((known for known in RULES if known == rule), None)
+    if driver not in DRIVERS or way is None:
         raise ParameterError(
             f"there is no driver '{driver}' with rule '{rule}'",
-            f"drivers are {', '.join(DRIVERS)}; rules exact and sample",
+            f"drivers are {', '.join(DRIVERS)}; rules {', '.join(RULES)}",
         )
     begun = time.perf_counter()
-    posterior = shell_posterior(setting, image, pose, "sample" if rule == "sample" else "exact")
+    posterior = shell_posterior(setting, image, pose, way)
     held = np.zeros((len(starts), len(setting.free) - starts.shape[1]))
     vectors = np.hstack([held, starts])
     best = vectors[int(np.argmin(posterior.values(vectors)))]

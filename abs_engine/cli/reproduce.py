@@ -1,0 +1,62 @@
+"""The `reproduce` command."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from abs_engine.cli.commands import _next_free, _renderer
+from abs_engine.cli.progress import Progress
+from abs_engine.files import NewFolder, check_free, parent_folder
+
+if TYPE_CHECKING:
+    from abs_engine.scene import Renderer
+
+Tell = Callable[[str], None]
+PAGE = "index.html"
+
+
+def add_reproduce(command: ArgumentParser) -> None:
+    """Add what is typed after `reproduce`, but for the renderer."""
+    add = command.add_argument
+    add("paper", choices=sorted(PAPERS),
+        help="000: 3D lips by learned physics (Basu, Oliver and Pentland 1998)")  # fmt: skip
+    add("-o", "--output", type=Path, metavar="DIR",
+        help="report folder, must not exist; by default runs/reproduce-000, "
+        "runs/reproduce-000-2, ...")  # fmt: skip
+    add("--quick", action="store_true", help="one person and few frames: some minutes")
+    add("--seed", type=int, default=0, help="of filming and learning (default: 0)")
+
+
+def reproduce(chosen: Namespace) -> int:
+    """Make a paper's tables and figures."""
+    output = chosen.output or _next_free(Path(f"runs/reproduce-{chosen.paper}"))
+    with nullcontext() if chosen.output else parent_folder(output):
+        check_free(output)
+        with (
+            _renderer(chosen.renderer) as renderer,
+            Progress(f"reproduce {chosen.paper}") as progress,
+            NewFolder(output) as made,
+        ):
+            lines = PAPERS[chosen.paper](chosen, made.work, renderer, progress.announce)
+            made.finish()
+    print("\n".join(lines))
+    print(f"wrote {output}; open {output / PAGE}")
+    return 0
+
+
+def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
+    """Fill the folder; the main numbers beside the paper's."""
+    from abs_engine.systems.physics.reproduce import reproduce as make
+    from abs_engine.systems.physics.scores import score_lines
+
+    return score_lines(make(folder, renderer, quick=chosen.quick, seed=chosen.seed, tell=tell))
+
+
+PAPERS: dict[str, Callable[[Namespace, Path, Renderer, Tell], list[str]]] = {
+    "000": _lips_by_physics,
+}
+"""By the paper's number: what fills a new folder, and returns lines for a terminal."""

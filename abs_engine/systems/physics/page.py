@@ -1,0 +1,209 @@
+"""The report of a reproduction as one HTML page beside its figures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from abs_engine.systems.physics.filmed import YAWS, camera_name
+from abs_engine.systems.physics.scores import (
+    FRONTAL,
+    GOALS,
+    GRID,
+    KNOWN,
+    MISSING,
+    POSES,
+    RECONSTRUCTION,
+    VARIANCE,
+    Goal,
+    Results,
+    Unit,
+    finite,
+    number,
+    remark,
+    told,
+)
+
+_STYLE = """
+body { font: 16px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222 }
+img { max-width: 100%; display: block } figure { margin: 1.5em 0 } figcaption { color: #555 }
+table { border-collapse: collapse; margin: .7em 0 }
+th, td { border-bottom: 1px solid #ddd; padding: 2px 1.2em 2px 0; text-align: left }
+th { font-weight: normal; color: #555 } tr.missed td:last-child { color: #b00020 }
+code { font-size: 90% }
+"""
+DRIVERS = {
+    "forces": "forces, exact sum over the visible pixels",
+    "forces_one_sample": "forces, one sample for each facet (paper)",
+    "gradient": "gradient in parameter space",
+    "simplex": "Nelder-Mead simplex",
+}
+_COLUMNS: dict[str, tuple[str, Unit | None]] = {
+    "mm": ("lip error, RMS", "mm"),
+    "evaluations": ("evaluations", "count"),
+    "iterations": ("iterations", "count"),
+    "seconds": ("seconds a frame", None),
+    "posterior": ("\N{MINUS SIGN}log posterior", None),
+    "converged": ("converged in 15", "share"),
+}
+_FORMATS = {"seconds": "{:.3f}", "posterior": "{:.1f}"}
+
+
+def reproduction_page(
+    results: Results, figures: Sequence[tuple[str, str]], remarks: Sequence[str]
+) -> str:
+    """The page; what the results lack is told as not measured.
+
+    Parameters
+    ----------
+    results : mapping
+        What ``results.json`` holds.
+    figures : sequence of (str, str)
+        Address of a picture from the page, and its caption.
+    remarks : sequence of str
+        What to know about the numbers.
+    """
+    pictures = "".join(_figure(*figure) for figure in figures)
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Seed 000 reproduced</title>
+<style>{_STYLE}</style></head><body>
+<h1>3D modeling and tracking of human lip motions, reproduced</h1>
+{_made(results)}
+{"".join(f"<p>{html.escape(remark)}</p>" for remark in remarks)}
+<h2>At a glance</h2>
+{_goals(results, GOALS)}
+<h2>Variance held by the first modes</h2>
+{_variance(results)}
+<h2>Table 1: reconstruction of frames not learned from</h2>
+{_table_1(results)}
+<h2>Drivers, on the same frames</h2>
+{_drivers(results)}
+<h2>Lip error from every side, pose known</h2>
+{_yaws(results)}
+<h2>Lip error by what is known of the pose</h2>
+{_goals(results, POSES)}
+<h2>Further training</h2>
+{_further(results)}
+<h2>Closures in the GRID recordings</h2>
+{_grid(results)}
+<h2>Figures</h2>
+{pictures}
+<p>All numbers: <a href="results.json">results.json</a>.</p>
+</body></html>
+"""
+
+
+def _made(results: Results) -> str:
+    """How the results were made."""
+    people = results.get("people")
+    seconds = number(results, "seconds")
+    rows = [
+        ("command", results.get("command")),
+        ("motion that was learned from", results.get("motion")),
+        ("people", ", ".join(map(str, people)) if isinstance(people, list | tuple) else None),
+        ("seed", results.get("seed")),
+        ("duration", None if seconds is None else f"{seconds:.0f} s"),
+        ("drawn by", results.get("renderer")),
+        ("abs_engine", results.get("engine_version")),
+    ]
+    told_of = {name: str(value) for name, value in rows}
+    return _table((), [(k, "not told" if v in ("None", "nan") else v) for k, v in told_of.items()])
+
+
+def _goals(results: Results, goals: Sequence[Goal]) -> str:
+    rows = [(g.name, g.told(results), g.aim(), remark(results, g)) for g in goals]
+    return _table(("", "here", "goal", ""), rows)
+
+
+def _variance(results: Results) -> str:
+    shares = results.get("variance")
+    if not isinstance(shares, list | tuple) or not shares:
+        return f"<p>{MISSING.capitalize()}.</p>"
+    head = ("modes", *(str(k) for k in range(1, len(shares) + 1)))
+    paper = [told(VARIANCE.bound, "share") if k == 10 else "" for k in range(1, len(shares) + 1)]
+    ours = [told(finite(share), "share") for share in shares]
+    found = f"<p>Ten modes: {html.escape(VARIANCE.verdict(results))}.</p>"
+    return _table(head, [("here", *ours), ("paper", *paper)]) + found
+
+
+def _table_1(results: Results) -> str:
+    """Errors with the noise of observed dots; those without, where they were measured, too."""
+    rows = []
+    exact = isinstance(results.get("table1_without_noise"), Mapping)
+    for goal in RECONSTRUCTION:
+        bare = number(results, goal.key.replace("table1.", "table1_without_noise."))
+        beside = (told(bare, "error"),) if exact else ()
+        paper = told(goal.bound, "error")
+        rows.append((goal.name, goal.told(results), *beside, paper, goal.verdict(results)))
+    head = ("", "here", *(("here, dots without noise",) if exact else ()), "paper", "")
+    units = "<p>Mean squared error for each degree of freedom, in the paper's coordinates.</p>"
+    return units + _table(head, rows)
+
+
+def _drivers(results: Results) -> str:
+    rows = [
+        (
+            name,
+            *(_driven(number(results, f"drivers.{key}.{column}"), column) for column in _COLUMNS),
+        )
+        for key, name in DRIVERS.items()
+    ]
+    return _table(("", *(title for title, _ in _COLUMNS.values())), rows)
+
+
+def _driven(value: float | None, column: str) -> str:
+    unit = _COLUMNS[column][1]
+    if value is None or unit is not None:
+        return told(value, unit or "count")
+    return _FORMATS[column].format(value)
+
+
+def _yaws(results: Results) -> str:
+    """A row for each camera, a column for each person, or one if they are given as one."""
+    given: Any = results.get("yaw_mm")
+    if not isinstance(given, Mapping) or not given:
+        return f"<p>{MISSING.capitalize()}.</p>"
+    people = {str(k): v for k, v in given.items() if isinstance(v, Mapping)} or {"here": given}
+    rows = []
+    for yaw in YAWS:
+        errors = [finite(of.get(camera_name(yaw))) for of in people.values()]
+        goal = FRONTAL if yaw == 0 else KNOWN
+        worst = max((e for e in errors if e is not None), default=None)
+        side = f"{yaw}°".replace("-", "\N{MINUS SIGN}")
+        rows.append((side, *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst)))
+    verdict = "the worst" if len(people) > 1 else ""
+    return _table(("seen from", *people, "goal", verdict), rows)
+
+
+def _further(results: Results) -> str:
+    rows = [
+        (name, told(number(results, f"further_training.{key}"), "mm"))
+        for key, name in (("before_mm", "before"), ("after_mm", "after"))
+    ]
+    what = "<p>Lip error before and after shapes of the relaxed shell were learned from, too.</p>"
+    return what + _table(("", "lip error, RMS"), rows)
+
+
+def _grid(results: Results) -> str:
+    if all(number(results, goal.key) is None for goal in GRID):
+        return f"<p>{MISSING.capitalize()}: {remark(results, GRID[0])}.</p>"
+    return _goals(results, GRID)
+
+
+def _figure(address: str, caption: str) -> str:
+    at, text = html.escape(address), html.escape(caption)
+    return f'<figure><img src="{at}" alt="{text}"><figcaption>{text}</figcaption></figure>\n'
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    top = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+    body = "".join(
+        f"<tr{_missed(row[-1])}>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>"
+        for row in rows
+    )
+    return f"<table>{f'<tr>{top}</tr>' if head else ''}{body}</table>"
+
+
+def _missed(verdict: str) -> str:
+    return ' class="missed"' if verdict.startswith("not met") else ""

@@ -1,0 +1,279 @@
+"""Epsilon(p) as printed, for textures and points; nothing is won by hiding; fits come home."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import appearances
+import numpy as np
+import pytest
+import shapes
+
+from abs_engine.appearance.atlas import fitting_size, lay_atlas
+from abs_engine.appearance.choose import choose_points
+from abs_engine.appearance.local import learn_local
+from abs_engine.appearance.region import facets_around, part
+from abs_engine.appearance.texture import learn_texture
+from abs_engine.camera import Window
+from abs_engine.compare.descriptor import texture_error, wrong_match
+from abs_engine.compare.penalty import ExponentialPenalty
+from abs_engine.compare.points import local_error
+from abs_engine.errors import MeshError, ParameterError, PictureError
+from abs_engine.geometry import Pose, rotations
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.params import ParamSpec
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.scene import Candidates, Scene
+
+RENDERER = CpuRenderer()
+N = appearances.N_MODES
+AXES = {"x": 0, "y": 1, "z": 2}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return appearances.varying_ball()
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return shapes.view(appearances.PIXELS)[0]
+
+
+@pytest.fixture(scope="module")
+def frames(scene, camera):
+    return appearances.sightings(scene, camera, 25)
+
+
+@pytest.fixture(scope="module")
+def texture(frames, scene, camera):
+    size = fitting_size(scene, camera, Pose.facing(shapes.DISTANCE))
+    atlas = lay_atlas(scene, size, RENDERER)
+    return learn_texture(frames, scene, atlas, camera, RENDERER)
+
+
+@pytest.fixture(scope="module")
+def local(frames, scene, camera):
+    front = np.flatnonzero(scene.mean[:, 2] > 0.5 * shapes.RADIUS)
+    every = learn_local(frames, scene, front, camera, RENDERER)
+    return every.only(choose_points(every, 40, scene.mean[front], 8.0))
+
+
+@pytest.fixture(scope="module")
+def other(scene, camera):
+    """A frame that nothing was learned from."""
+    return appearances.sightings(scene, camera, 1, seed=77)[0]
+
+
+def about(pose: Pose):
+    """Vectors of a rotation, a translation and weights to candidates about a pose."""
+
+    def candidates(vectors):
+        turned = rotations(vectors[:, :3]) @ pose.rotation
+        return Candidates(vectors[:, 6:], turned, pose.translation + vectors[:, 3:6])
+
+    return candidates
+
+
+@pytest.fixture(scope="module", params=["tex", "la", "la white"])
+def error(request, texture, local, scene, camera, other):
+    """Epsilon of the other frame, at its own pose, with a penalty."""
+    plain = Scene(**{**vars(scene), "texture_modes": None})
+    penalty = ExponentialPenalty(np.full(N, -1.5), np.full(N, 1.5))
+    given = other.image, camera, camera.whole, about(other.pose)
+    if request.param == "tex":
+        # A mask, as a face is: turned away it shows less, and in the end nothing.
+        front, _ = part(plain, facets_around(plain, np.flatnonzero(plain.mean[:, 2] > 30)))
+        return texture_error(texture, front, *given, np.zeros(6 + N), RENDERER, penalty)
+    white = request.param == "la white"
+    return local_error(local, plain, *given, RENDERER, penalty, white)
+
+
+@pytest.fixture(scope="module")
+def truth(other):
+    return np.r_[np.zeros(6), other.parameters]
+
+
+def test_epsilon_of_a_texture_as_printed(texture, scene, camera, other, truth):
+    plain = Scene(**{**vars(scene), "texture_modes": None})
+    to = about(other.pose)
+    error = texture_error(
+        texture, plain, other.image, camera, camera.whole, to, np.zeros(6 + N), RENDERER
+    )
+    for x in (truth, np.zeros(6 + N)):
+        drawn = RENDERER.draw(texture.dress(plain), to(x[None]), camera, camera.whole)[0]
+        s = drawn.covered
+        ours, theirs = drawn.rgb[s].astype(float), other.image[s].astype(float)
+        differ = (ours + 1) / (ours + 1).sum(1, keepdims=True)
+        differ -= (theirs + 1) / (theirs + 1).sum(1, keepdims=True)
+        assert error(x).value == pytest.approx((differ**2).mean(), rel=1e-4)
+        assert error(x).terms["penalty"] == 0
+
+
+def test_epsilon_of_points_as_printed(local, scene, camera, other, truth):
+    plain = Scene(**{**vars(scene), "texture_modes": None})
+    given = other.image, camera, camera.whole, about(other.pose), RENDERER
+    error = local_error(local, plain, *given)
+    assert error.seen(truth).all()
+    points = other.pose.apply(scene.vertices(other.parameters))[local.vertices]
+    found = error.maps.at(camera.project(points))
+    differ = found - local.at(other.parameters)
+    assert error(truth).value == pytest.approx((differ**2).sum() / (len(local) * 8), rel=1e-4)
+    white = local_error(local, plain, *given, whiten=True)
+    assert white(truth).value == pytest.approx(((differ / local.spread) ** 2).mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.6])
+def test_points_at_another_scale_and_in_a_crop(frames, scene, local, camera, other, truth, scale):
+    """Whatever the size of the picture, what is compared can be drawn at the model's scale."""
+    plain = Scene(**{**vars(scene), "texture_modes": None})
+    model = learn_local(frames, scene, local.vertices, camera, RENDERER, scale=scale)
+    window = Window(10.0, 8.5, 76.0, 80.0, scale)
+    error = local_error(model, plain, other.image, camera, window, about(other.pose), RENDERER)
+    values = error.values(np.stack([truth, np.zeros(6 + N), truth + 1.2 * np.eye(6 + N)[7]]))
+    assert values.argmin() == 0
+    assert values[0] < 0.5 * values[1]
+
+
+def test_a_batch_is_its_single_calls(error, truth):
+    rows = (
+        truth
+        + np.random.default_rng(3).normal(0, 0.5, (6, 6 + N))
+        * np.r_[np.full(3, 0.03), np.full(3, 2.0), np.ones(N)]
+    )
+    single = [error(x) for x in rows]
+    np.testing.assert_allclose(error.values(rows), [e.value for e in single], rtol=1e-9)
+    for e in single:
+        assert e.value == pytest.approx(sum(e.terms.values()))
+
+
+def test_the_truth_is_better_than_anything_around(error, truth):
+    at_truth = error(truth).value
+    for k, step in enumerate([0.1, 0.1, 0.1, 6, 6, 60] + [1.2] * N):
+        for sign in (-1, 1):
+            assert error(truth + sign * step * np.eye(6 + N)[k]).value > at_truth
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_turning_away_wins_nothing(error, truth, axis):
+    """Neither from the truth, nor from a wrong start with nothing else to win."""
+    angles = np.radians(np.r_[np.arange(-180, -19, 10), np.arange(20, 181, 10)])
+    for start in (truth, np.zeros(6 + N)):
+        rows = np.repeat(start[None], len(angles), axis=0)
+        rows[:, AXES[axis]] += angles
+        assert error.values(rows).min() > error(start).value
+
+
+def test_leaving_the_picture_wins_nothing(error, truth):
+    wrong = np.r_[np.zeros(6), np.full(N, 1.5)]
+    for start in (truth, wrong):
+        rows = np.repeat(start[None], 4, axis=0)
+        rows[0, 3], rows[1, 4], rows[2, 5], rows[3, 5] = 900, -900, 4000, -1200
+        values = error.values(rows)
+        assert np.isfinite(values).all()
+        assert values.min() > error(start).value
+
+
+def test_what_hides_is_seen(local, scene, camera, other, truth):
+    """A plate before the ball hides half of the points, and costs what wrong ones do."""
+    corners = [[-200, -200], [0, -200], [0, 200], [-200, 200]]
+    plate = np.column_stack([corners, np.full(4, 150.0)])
+    many = len(scene.mean)
+    plain = Scene(
+        np.concatenate([scene.mean, plate]),
+        np.concatenate([scene.modes, np.zeros((N, 4, 3))], axis=1),
+        np.concatenate([scene.faces, [[many, many + 1, many + 2], [many, many + 2, many + 3]]]),
+        np.concatenate([scene.uv, np.zeros((4, 2))]),
+        np.concatenate([scene.facet_class, [1, 1]]),
+        scene.texture,
+    )
+    error = local_error(
+        local, plain, other.image, camera, camera.whole, about(other.pose), RENDERER
+    )
+    seen = error.seen(truth)
+    left = scene.mean[local.vertices, 0] < -8
+    assert not seen[left].any()
+    assert seen[scene.mean[local.vertices, 0] > 8].all()
+    free = replace(error, scene=Scene(**{**vars(scene), "texture_modes": None}))
+    assert error(truth).value > 2 * free(truth).value
+
+
+@pytest.mark.parametrize("known_pose", [True, False])
+def test_nelder_mead_comes_home(error, truth, known_pose):
+    scale = np.r_[np.full(3, 0.02), [1.0, 1.0, 5.0], np.full(N, 0.7)]
+    reach = np.r_[np.full(3, 0.3), [10.0, 10.0, 60.0], np.full(N, 3.0)]
+    names = tuple("abcdefghi"[: 6 + N])
+    spec = ParamSpec(names, ("sd",) * (6 + N), scale, -reach, reach)
+    start = np.zeros(6 + N) if known_pose else np.r_[0.02, -0.02, 0.02, 1, -1, 5, np.zeros(N)]
+    tolerance = 1e-5 * float(np.mean(error.wrong))
+    found = Simplex(tolerance, 1500).minimise(error, start, spec)
+    assert found.value < error(start).value
+    assert np.abs(found.x - truth)[6:].max() < 0.35
+    assert np.abs(found.x - truth)[6:].mean() < 0.5 * np.abs(truth[6:]).mean()
+
+
+def test_penalty_by_hand():
+    penalty = ExponentialPenalty(np.array([-1.0, 0]), np.array([1.0, 2]), 0.5, 2.0)
+    assert penalty(np.array([1.0, 0.0])) == 0
+    e = np.array([1.0, 3.0])  # 1.5 is one softness outside, -1.5 three
+    expected = 2 * (np.exp(e) - 1 - e).sum()
+    assert penalty(np.array([1.5, -1.5])) == pytest.approx(expected)
+    rows = np.array([[0.5, 1], [1.5, -1.5]])
+    np.testing.assert_allclose(penalty(rows), [0, expected])
+    x = np.linspace(0.9, 1.1, 2001)
+    values = penalty(np.column_stack([x, np.ones_like(x)]))
+    assert np.abs(np.diff(values, 2)).max() < 1e-6  # smooth where it begins
+    far = penalty(np.array([[100.0, 1], [101.0, 1]]))
+    assert np.isfinite(far).all()
+    assert far[1] > far[0]
+    corpus = ExponentialPenalty.of_corpus(np.array([[0.0, 3], [2, -1]]))
+    assert list(corpus.lower) == [0, -1]
+    assert list(corpus.upper) == [2, 3]
+    with pytest.raises(ParameterError, match="not finite"):
+        ExponentialPenalty(np.array([np.nan]), np.ones(1))
+    with pytest.raises(ParameterError, match="empty interval"):
+        ExponentialPenalty(np.ones(1), np.zeros(1))
+
+
+def test_the_penalty_counts(error, truth):
+    x = truth.copy()
+    x[6] = 2.5
+    assert error(x).terms["penalty"] > 0
+    assert error(truth).terms["penalty"] == 0
+
+
+def test_a_wrong_match_by_hand():
+    theirs, ours = np.array([[0.0, 0], [2, 4]]), np.array([[1.0, 2], [3, 2]])
+    direct = [np.mean([((t - o) ** 2).mean() for t in theirs]) for o in ours]
+    np.testing.assert_allclose(wrong_match(theirs, ours), direct)
+
+
+def test_bad_input_is_named(texture, local, scene, camera, other):
+    image = other.image.astype(float)
+    image[2, 2] = np.nan
+    to = about(other.pose)
+    with pytest.raises(PictureError, match="NaN"):
+        texture_error(texture, scene, image, camera, camera.whole, to, np.zeros(6 + N), RENDERER)
+    with pytest.raises(PictureError, match="NaN"):
+        local_error(local, scene, image, camera, camera.whole, to, RENDERER)
+    away = np.r_[np.zeros(3), 9000, np.zeros(2 + N)]
+    with pytest.raises(ParameterError, match="nothing is drawn"):
+        texture_error(texture, scene, other.image, camera, camera.whole, to, away, RENDERER)
+
+
+def test_a_part_of_a_scene_draws_the_same_there(scene, camera, other, local):
+    front = facets_around(scene, np.flatnonzero(scene.mean[:, 2] > 0))
+    smaller, kept = part(scene, front)
+    assert len(kept) == len(smaller.mean) < len(scene.mean)
+    one = Candidates.one(other.parameters, other.pose)
+    whole = RENDERER.draw(scene, one, camera, camera.whole)[0]
+    some = RENDERER.draw(smaller, one, camera, camera.whole)[0]
+    both = some.covered
+    assert both.sum() > 0.9 * whole.covered.sum()
+    assert np.array_equal(some.rgb[both], whole.rgb[both])
+    there = local.within(kept)
+    assert np.array_equal(kept[there.vertices], local.vertices)
+    with pytest.raises(ParameterError, match="outside of the part"):
+        local.within(kept[kept != local.vertices[0]])
+    with pytest.raises(MeshError, match="0 of"):
+        part(scene, np.zeros(len(scene.faces), bool))
