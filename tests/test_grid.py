@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from grid_agreement import labelled
 
 from abs_engine.cli import main
+from abs_engine.systems.physics.real_clips import agreement, closure_labels
 from abs_engine.track.record import load_run
 
 pytestmark = pytest.mark.slow
@@ -19,9 +19,9 @@ def test_closures_agree_with_what_was_seen(data_dir, tmp_path):
         pytest.skip(f"{video.name} is not among the data")
     assert main(["track", str(video), "-o", str(tmp_path / "run"), "--renderer", "cpu"]) == 0
     run = load_run(tmp_path / "run")
-    closed, sure, _ = labelled(CLIP)
-    assert len(run["index"]) == len(closed)
+    labels = closure_labels()[CLIP]
+    assert len(run["index"]) == len(labels.closed)
     assert run["found"].all()
-    hits = (run["closed"] & closed & sure).sum()
-    assert hits / (run["closed"] & sure).sum() >= LEAST_PRECISION
-    assert hits / (closed & sure).sum() >= LEAST_RECALL
+    found = agreement(labels, run)
+    assert found.precision >= LEAST_PRECISION
+    assert found.recall >= LEAST_RECALL

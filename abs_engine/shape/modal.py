@@ -175,9 +175,11 @@ def load_physics(path: Path) -> LearnedPhysics:
             np.asarray(arrays[name], np.float64) for name in ("rest", "mean", "modes", "variances")
         )
         total, noise = (float(arrays[name]) for name in ("total", "noise"))
-        told = (str(arrays[name]) for name in ("person", "speaker", "source"))
+        person, head, source = (str(arrays[name]) for name in ("person", "speaker", "source"))
         blur = np.asarray(arrays["noise_variances"], np.float64)
-        physics = LearnedPhysics(rest, mean, modes, variances, total, noise, *told, blur)
+        physics = LearnedPhysics(
+            rest, mean, modes, variances, total, noise, person, head, source, blur
+        )
     except (KeyError, TypeError, ValueError) as error:
         raise ModelFormatError(f"{path} lacks {error}", "train it again") from error
     shape = rest.shape

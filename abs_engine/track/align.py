@@ -131,8 +131,27 @@ def _error(
     scene = _only(head, rigid)
     centre = scene.mean.astype(np.float64).mean(axis=0)
     window = _face_window(scene, pose, camera)
-    term = ColourError(np.asarray(window.sample(image), np.float32))
+    term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), scene))
     return _TextureError(renderer, scene, camera, window, term, PoseFrame(pose, centre))
+
+
+def _balanced(patch: NDArray[np.float32], scene: Scene) -> NDArray[np.float32]:
+    """A patch with the texture's typical colour: light has a colour, and gloss pales dark skin.
+
+    The middle half of the patch is taken to be face, and its median colour that of its skin.
+    """
+    height, width = patch.shape[:2]
+    middle = patch[height // 4 : -height // 4, width // 4 : -width // 4].reshape(-1, 3)
+    size = np.array(scene.texture.shape[1::-1])
+    at = np.clip(scene.uv[scene.faces].mean(axis=1) * size, 0, size - 1).astype(int)
+    gain = _typical(scene.texture[at[:, 1], at[:, 0]]) / _typical(middle)
+    return np.asarray(patch * (gain / gain.mean()), np.float32)
+
+
+def _typical(colours: NDArray[np.generic]) -> FloatArray:
+    """Median luminance-normalised colour (3,) of colours (N, 3), 0 to 255."""
+    values = np.asarray(colours, np.float64) + 1
+    return np.asarray(np.median(values / values.sum(axis=1, keepdims=True), axis=0))
 
 
 def _lowest(error: _TextureError, starts: FloatArray) -> Pose:

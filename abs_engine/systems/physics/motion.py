@@ -38,6 +38,8 @@ SENTENCES = (
     "D eI S aI v OI s h aU D @U z",  # they shy, voice, how, those
 )
 """Utterances in X-SAMPA with all vowels and fricatives of (British) English."""
+UNROUNDED = ("a p a", "i: b i:", "E t E", "A: m A:", "s I s", "e d e")
+"""Utterances that leave the rounded vowels out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +74,8 @@ class Motion:
         return np.asarray(speaker.named(self.person) + moved, np.float32)
 
 
-def recording_path() -> Path:
-    """The recording of a real face, which is not shipped.
+def data_folder(name: str) -> Path:
+    """A folder of recordings that are not shipped.
 
     Raises
     ------
@@ -81,7 +83,21 @@ def recording_path() -> Path:
         If neither ABS_ENGINE_DATA nor the folder beside the checkout holds it.
     """
     beside = Path(__file__).resolve().parents[4] / "shared" / "data"
-    path = Path(os.environ.get("ABS_ENGINE_DATA") or beside) / RECORDING
+    path = Path(os.environ.get("ABS_ENGINE_DATA") or beside) / name
+    if not path.is_dir():
+        raise InputFileError(f"{path} does not exist", "name its folder in ABS_ENGINE_DATA")
+    return path
+
+
+def recording_path() -> Path:
+    """The recording of a real face, which is not shipped.
+
+    Raises
+    ------
+    InputFileError
+        If it is not at hand, see `data_folder`.
+    """
+    path = data_folder(RECORDING.parent.name) / RECORDING.name
     if not path.is_file():
         raise InputFileError(f"{path} does not exist", "name its folder in ABS_ENGINE_DATA")
     return path
@@ -161,9 +177,14 @@ def recorded_motion(
 
 
 def authored_motion(
-    speaker: Speaker, person: str, *, frames: int = FRAMES, rate: float = RATE
+    speaker: Speaker,
+    person: str,
+    *,
+    frames: int = FRAMES,
+    rate: float = RATE,
+    sentences: tuple[str, ...] = SENTENCES,
 ) -> Motion:
-    """A person who says `SENTENCES` in the time of so many frames.
+    """A person who says some utterances in the time of so many frames.
 
     Parameters
     ----------
@@ -171,8 +192,10 @@ def authored_motion(
     person : str
     frames : int
     rate : float
+    sentences : tuple of str
+        X-SAMPA.
     """
-    said = parse_phonemes(" _(0.1) ".join(["", *SENTENCES]))
+    said = parse_phonemes(" _(0.1) ".join(["", *sentences]))
     scale = frames / rate / said.seconds
     slower = Utterance(
         tuple(Segment(s.phoneme, s.start * scale, s.end * scale) for s in said.segments)
