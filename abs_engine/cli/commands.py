@@ -77,6 +77,7 @@ def track(chosen: Namespace) -> int:
         camera=None if chosen.camera is None else load_camera(chosen.camera),
         speaker=chosen.speaker,
         colours=chosen.colours,
+        physics=chosen.physics,
     )
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)

@@ -142,6 +142,9 @@ def _track(command: argparse.ArgumentParser) -> None:
         "--colours", type=Path, metavar="FILE",
         help="colours.npz of another run of the same person and light; by default they are learned",
     )  # fmt: skip
+    command.add_argument(
+        "--physics", type=Path, metavar="FILE", help="how the lips move, as 'train' learned it"
+    )
     _renderer(command)
 
 

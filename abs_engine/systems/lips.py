@@ -1,7 +1,7 @@
 """Lips tracked in raw video by colour-class likelihoods (Basu, Oliver, Pentland 1998).
 
 The paper's loop (sections 5.1 to 5.4) with other leaves: principal components over face units in
-place of learned physics, and Nelder-Mead in place of forces.
+place of learned physics, unless it is given, and Nelder-Mead in place of forces.
 """
 
 from __future__ import annotations
@@ -10,10 +10,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.camera import Camera
 from abs_engine.scene import Renderer
+from abs_engine.shape.linear import LinearShape
+from abs_engine.shape.lip_shell import cut_lip_shell
+from abs_engine.shape.modal import load_physics
+from abs_engine.shape.physics_head import physics_shape
+from abs_engine.systems.physics.training import check_speaker
 from abs_engine.track.locate import FaceBox
 from abs_engine.track.model import MouthModel, build_mouth_model
 from abs_engine.track.person import Calibration
@@ -40,6 +48,8 @@ class LipOptions:
         A `head.npz`; by default the bundled head.
     colours : Path or None
         The `colours.npz` of another run; by default colours are learned from the clip.
+    physics : Path or None
+        Lips that `train` learned from dots; by default the mouth moves in components of face units.
     """
 
     person: str | None = None
@@ -47,6 +57,7 @@ class LipOptions:
     camera: Camera | None = None
     speaker: Path | None = None
     colours: Path | None = None
+    physics: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +112,7 @@ def prepare_lips(
     info = probe(video)
     colours = None if options.colours is None else ColourClasses.load(options.colours)
     camera = options.camera or Camera.ideal(info.size)
-    model = lip_model(load_speaker(options.speaker), options.person)
+    model = lip_model(load_speaker(options.speaker), options.person, options.physics)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     motion = HeadMotion(model, camera, renderer, box)
     tell("finding and following the face")
@@ -118,14 +129,26 @@ def _silent(_stage: str) -> None:
     """Tell nobody."""
 
 
-def lip_model(speaker: Speaker, person: str | None) -> MouthModel:
-    """The mouth model of the average head, or of a person whose head is known."""
-    if person is None:
-        texture = speaker.texture(next(iter(speaker.people)))
-        return build_mouth_model(speaker, speaker.vertices, texture)
+def lip_model(speaker: Speaker, person: str | None, physics: Path | None = None) -> MouthModel:
+    """The mouth model of the average head, or of a person whose head is known.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If `physics` cannot be read, or was learned on another speaker.
+    """
+    neutral = speaker.vertices if person is None else speaker.named(person)
+    texture = speaker.texture(person or next(iter(speaker.people)))
+    expression = None if physics is None else _physics_shape(speaker, neutral, physics)
     return build_mouth_model(
-        speaker, speaker.named(person), speaker.texture(person), free_person=False
+        speaker, neutral, texture, free_person=person is None, expression=expression
     )
+
+
+def _physics_shape(speaker: Speaker, neutral: NDArray[np.float32], path: Path) -> LinearShape:
+    physics = load_physics(path)
+    check_speaker(physics, speaker)
+    return physics_shape(speaker, neutral, cut_lip_shell(speaker), physics)
 
 
 def _setting(

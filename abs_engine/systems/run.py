@@ -107,6 +107,7 @@ def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
         "mouth": None if options.mouth is None else list(options.mouth),
         "camera": "given" if options.camera is not None else "ideal",
         "speaker": "bundled" if options.speaker is None else options.speaker.name,
+        "physics": None if options.physics is None else options.physics.name,
         "colours": "learned" if options.colours is None else options.colours.name,
         "solver": solver,
     }

@@ -172,6 +172,7 @@ def build_mouth_model(
     texture: NDArray[np.uint8],
     free_person: bool = True,
     seed: int = 0,
+    expression: LinearShape | None = None,
 ) -> MouthModel:
     """Build the model for a person's neutral head.
 
@@ -185,13 +186,16 @@ def build_mouth_model(
         Whether the person's mouth is to be fitted; False for a known person.
     seed : int
         Of the training postures.
+    expression : LinearShape, optional
+        How this head's mouth moves, of the units of `mouth_units`; by default `mouth_shape`.
 
     Raises
     ------
     ModelFormatError
         If the speaker lacks a facet class, or its landmarks are not on its mouth.
     """
-    expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
+    if expression is None:
+        expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
     person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
     none = np.zeros((0, *neutral.shape), np.float32)
     classes = speaker.facet_class.astype(np.int32)
