@@ -95,11 +95,11 @@ def _curve(key: str, name: str) -> list[Metric]:
 
 
 CLOSURE = (
-    f". Closed is a widest gap between the lips below {CLOSED_BELOW} mm, of the truth and of every "
-    "system with a mesh. Of a system without one, what it says itself, against the same truth; or, "
-    f"where it says nothing, points 62 and 66 less than {CLOSED_APERTURE:g} mm apart, against the "
-    "truth's own points 62 and 66, measured alike: in mm after the stable landmarks are laid on "
-    "the person at rest, or in the picture with the distance of the eyes as the ruler"
+    f". Closed is an aperture (points 62 and 66) below {CLOSED_APERTURE:g} mm, of every system and "
+    "of the truth, measured alike: on the mesh, on landmarks in mm after the stable ones are laid "
+    "on the person at rest, or in the picture with the distance of the eyes as the ruler. Of a "
+    "system that gives none of them, what it says itself, against frames of the truth whose widest "
+    f"gap between the lips is below {CLOSED_BELOW} mm"
 )
 
 VISIBLE = (

@@ -1,8 +1,8 @@
 """Closed lips of an estimate, and of the truth measured in the same way.
 
-What a mesh shows is held against the mesh of the truth. Landmarks do not show the whole seam; so
-they are held against the landmarks of the truth, measured alike: perfect ones are then perfect,
-and nothing is won by noise, as the truth does not depend on the estimate.
+Lips that all but touch count as closed or not by a hair's breadth. So the truth is measured as the
+estimate is, by the aperture in space or in the picture: perfect results are then perfect, whatever
+they give, and nothing is won by noise, as the truth does not depend on the estimate.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ frames in which the lips are closed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -14,15 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import LIPS_OF_68
-from abs_engine.evaluate.estimate import Estimate, PointTrack, Surface
+from abs_engine.evaluate.closing import narrow
+from abs_engine.evaluate.estimate import Estimate, PointTrack
 from abs_engine.evaluate.measures import both_spaces
 from abs_engine.truth import Truth
-from abs_engine.truth.codec import CLOSED_BELOW
-from abs_engine.truth.lip_gap import lip_edges, widest_gap
 
 FloatArray = NDArray[np.float64]
-LIPS = ("upper_lip", "lower_lip")
-"""Facet classes between which the mouth opens."""
 
 
 def complete(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) -> Estimate:
@@ -40,38 +36,16 @@ def complete(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None)
     -------
     Estimate
         With the tracks `landmarks` and `lip_landmarks`, with `pixels`, and with `closed` measured
-        on the mesh, each where it can be had. What the system says itself is kept, but for
-        `closed`, where it gives a mesh.
+        on the aperture, each where it can be had. What the system says itself is kept, but for
+        `closed`, where it gives a mesh: all systems' lips are closed by one measure.
     """
     if landmark_68 is not None:
         estimate = replace(estimate, tracks=_tracks(estimate, landmark_68))
         estimate = replace(estimate, pixels=_pixels(estimate, truth, landmark_68))
-    if estimate.surface is not None and set(LIPS) <= set(truth.class_names):
-        closed = closed_on_mesh(estimate.surface, truth, np.flatnonzero(estimate.found).tolist())
-        estimate = replace(estimate, closed=closed, closed_by="mesh")
+    if estimate.surface is not None and "aperture" in estimate.curves:
+        closed = narrow(estimate.curves["aperture"])
+        estimate = replace(estimate, closed=closed, closed_by="aperture")
     return estimate
-
-
-def closed_on_mesh(surface: Surface, truth: Truth, frames: Iterable[int]) -> NDArray[np.bool_]:
-    """Frames (T,) in which the lips of a mesh are closed, as `Clip.closed` defines it.
-
-    Parameters
-    ----------
-    surface : Surface
-    truth : Truth
-        Whose facets tell the lips.
-    frames : iterable of int
-        Those that are measured; the others are open.
-    """
-    edges = [lip_edges(truth, label) for label in LIPS]
-    corners = truth.landmarks["mouth_corners"]
-    vertex = np.unique(np.concatenate([corners, *(e.ravel() for e in edges)]))
-    places = [np.searchsorted(vertex, given) for given in (corners, *edges)]
-    paths = surface.points(vertex).astype(np.float32)
-    closed = np.zeros(len(truth), bool)
-    for frame in frames:
-        closed[frame] = widest_gap(paths[frame], *places) < CLOSED_BELOW
-    return closed
 
 
 def _tracks(estimate: Estimate, landmark_68: NDArray[Any]) -> dict[str, PointTrack]:

@@ -18,9 +18,9 @@ NORMAL_95 = 1.959963984540054
 """Half the width of a normal distribution's central 95 %, in standard deviations."""
 
 CLOSED_APERTURE = 1.0
-"""Where only landmarks tell, lips are closed below this aperture, mm, of result and truth alike."""
+"""Lips are closed below this aperture, mm, in result and truth alike."""
 
-ClosedBy = Literal["own", "mesh", "aperture", "picture"]
+ClosedBy = Literal["own", "aperture", "picture"]
 
 
 class Surface(Protocol):
@@ -76,9 +76,9 @@ class Estimate:
         Measured along the axes of the head frame, or after the stable landmarks of each frame were
         laid on the person at rest (`landmark_curves`); the truth's are then measured so, too.
     closed : (T,) bool, optional
-    closed_by : {"own", "mesh", "aperture", "picture"}
-        Whether `closed` is the system's own word, or measured on its mesh, on its aperture, or on
-        its landmarks in the picture; see `closing.closures`.
+    closed_by : {"own", "aperture", "picture"}
+        Whether `closed` is the system's own word, or measured on its aperture, or on its landmarks
+        in the picture; see `closing.closures`.
     pixels : (T, 68, 2) float64, optional
         Landmarks in the picture; NaN for points that are not given.
     intervals : mapping of str to (lower, upper)

@@ -123,7 +123,7 @@ def default_folder(results: Sequence[Path]) -> Path:
 
 
 def run_closures(path: Path, truth: Truth) -> Closures | None:
-    """Closed frames of a run and of the truth, as `evaluate` measures them on their meshes.
+    """Closed frames of a run and of the truth, as `evaluate` measures them.
 
     Raises
     ------
