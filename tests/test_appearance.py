@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from abs_engine.appearance.colour import CLASSES, ColourClasses, features, hamming
+from abs_engine.appearance.labelled import train_classes
 from abs_engine.appearance.learn import (
     LEAST_PIXELS,
     LIP_COMPONENTS,
@@ -272,3 +273,50 @@ def test_smoothing_is_the_hamming_window(learned):
     picture, _ = painted(3)
     plain = learned.probabilities(picture)
     np.testing.assert_allclose(learned.probabilities(picture, 5.0), hamming(plain, 5.0))
+
+
+# ---- labelled pixels -----------------------------------------------------------------------------
+
+
+def labelled(picture: np.ndarray, label: np.ndarray) -> dict[str, np.ndarray]:
+    return {name: picture[label == k] for k, name in enumerate(CLASSES)}
+
+
+def test_classes_of_labelled_pixels_come_back():
+    """Learned from one picture, told in another."""
+    taught = train_classes(labelled(*painted(0)))
+    picture, label = painted(7)
+    maps = taught.probabilities(picture)
+    right = maps.argmax(axis=0) == label
+    assert right.mean() > 0.95
+    for k, name in enumerate(CLASSES):
+        assert right[label == k].mean() > 0.9, name
+    skin = painted(0)[0][painted(0)[1] == 0] @ [0.299, 0.587, 0.114]
+    assert taught.reference == pytest.approx(np.median(skin), abs=1)  # of 6,000 of them
+    green = np.full((4, 4, 3), (30, 220, 40), np.uint8)
+    assert taught.probabilities(green).sum(axis=0).max() < 0.05
+
+
+def test_many_labelled_pixels_are_thinned_out_alike():
+    pixels = labelled(*painted(0))
+    many = {name: np.repeat(found, 4, axis=0) for name, found in pixels.items()}
+    assert len(many["skin"]) > 20_000
+    picture = painted(3)[0]
+    one, two, other = (train_classes(many, seed) for seed in (0, 0, 1))
+    np.testing.assert_array_equal(one.probabilities(picture), two.probabilities(picture))
+    assert np.abs(one.probabilities(picture) - other.probabilities(picture)).max() > 0
+    plain = train_classes(pixels)
+    apart = np.abs(one.probabilities(picture) - plain.probabilities(picture))
+    assert apart.mean() < 0.01
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_too_few_labelled_pixels_are_named(name):
+    pixels = labelled(*painted(0))
+    few = {**pixels, name: pixels[name][: LEAST_PIXELS - 1]}
+    with pytest.raises(TooFewPixelsError, match=f"only {LEAST_PIXELS - 1} pixels show {name}"):
+        train_classes(few)
+    del few[name]
+    with pytest.raises(TooFewPixelsError, match=f"only 0 pixels show {name}"):
+        train_classes(few)
+    assert len(train_classes({**pixels, name: pixels[name][:LEAST_PIXELS]}).mixtures) == 4

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapes
@@ -66,3 +68,71 @@ def test_contact_prior_by_hand():
     assert prior.negative_log(np.array([-1.0, 0.1])) == 0  # they touch
     assert prior.negative_log(np.array([-3.0, 0])) == pytest.approx(0.5 * 16)
     assert prior.negative_log(np.array([-3.0, 0.6])) == pytest.approx(0.5 * (16 + 4))
+
+
+# ---- what is left free ---------------------------------------------------------------------------
+
+
+def bare(renderer=None):
+    """A ball before a background, with random maps of its classes and of what is left free."""
+    scene = shapes.ball()
+    camera, window = shapes.view(64)
+    rng = np.random.default_rng(2)
+    maps = ClassMaps(rng.uniform(0, 1, (5, 64, 64)))
+    outside = rng.uniform(0, 1, (64, 64)).astype(np.float32)
+    drawn_by = renderer or CpuRenderer()
+    return FacetLikelihood(drawn_by, scene, camera, window, maps, 64 * 64, 250.0, outside)
+
+
+def test_pixels_that_are_left_free_count():
+    """By hand from the buffers: the class's map where a facet is drawn, `outside` elsewhere."""
+    free = bare()
+    many = shapes.states(free.scene, 4)
+    drawn = free.renderer.draw(free.scene, many, free.camera, free.window)
+    scores = [facet_score(b, free.maps.maps) + free.outside[~b.covered].sum() for b in drawn]
+    expected = -250 * np.log(np.array(scores) / free.pixels)
+    np.testing.assert_allclose(free.negative_log(many), expected, rtol=1e-5)
+    assert min((~b.covered).sum() for b in drawn) > 300
+
+
+def test_growing_over_the_background_costs_only_where_free_pixels_count():
+    """A nearer ball covers background, which its classes suit by little."""
+    free = bare()
+    still = shapes.states(free.scene, 1)
+    nearer = replace(still, translations=still.translations * [1, 1, 0.9])
+    seen, grown = (
+        free.renderer.draw(free.scene, c, free.camera, free.window)[0].covered
+        for c in (still, nearer)
+    )
+    assert (grown & ~seen).sum() > 100
+    maps = ClassMaps(np.where(seen, 0.9, 0.2) * np.ones((5, 1, 1)))
+    free = replace(free, maps=maps, outside=np.where(seen, 0.0, 0.8).astype(np.float32))
+    blind = replace(free, outside=None)
+    for likelihood, better in ((free, still), (blind, nearer)):
+        worse = nearer if better is still else still
+        assert likelihood.negative_log(better)[0] < likelihood.negative_log(worse)[0] - 1
+
+
+def test_without_what_lies_outside_the_score_is_the_drawn_pixels_alone():
+    blind = replace(bare(), outside=None)
+    many = shapes.states(blind.scene, 3)
+    sums = blind.renderer.measure(blind.scene, many, blind.camera, blind.window, blind.maps)
+    expected = -250 * np.log(sums.total / blind.pixels)
+    np.testing.assert_allclose(blind.negative_log(many), expected)
+    even = replace(blind, outside=np.zeros((64, 64), np.float32))
+    np.testing.assert_allclose(even.negative_log(many), expected, rtol=1e-5)
+
+
+def test_nothing_drawn_is_worth_what_lies_outside():
+    free = bare()
+    many = shapes.states(free.scene, 1)
+    many.translations[0, 0] += 5000
+    expected = -250 * np.log(free.outside.mean())
+    assert free.negative_log(many)[0] == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.gl
+def test_free_pixels_count_alike_in_opengl(renderer):
+    free, oracle = bare(renderer), bare()
+    many = shapes.states(free.scene, 8)
+    np.testing.assert_allclose(free.negative_log(many), oracle.negative_log(many), rtol=2e-4)

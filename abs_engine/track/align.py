@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.camera import Camera, Window
-from abs_engine.geometry import Pose
+from abs_engine.geometry import Pose, rotations
 from abs_engine.objective import Evaluation
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import ColourError, Renderer, Scene
@@ -30,6 +30,7 @@ COARSE_PITCH = np.array([-0.12, -0.06, 0.0, 0.06, 0.12])  # rad; trades with dep
 COARSE_HEIGHT = np.arange(-15.0, 15.1, 5.0)  # mm
 NEAR_YAW = np.arange(-0.5, 0.51, 0.125)  # rad, about where a head was a moment ago
 NEAR_PITCH, NEAR_DEPTH = np.array([-0.1, 0.0, 0.1]), np.array([-25.0, 0.0, 25.0])
+NEAR_SWING = 0.0, 1.0  # the face turns about its own middle, or is swung about the head's
 NEAR_STARTS = 4
 
 
@@ -103,9 +104,16 @@ def realign_texture(
     Parameters and result as `align_texture`'s.
     """
     error = _error(image, pose, head, rigid, camera, renderer)
-    places = product(NEAR_PITCH, NEAR_YAW, NEAR_DEPTH)
-    grid = np.array([[pitch, yaw, 0, 0, 0, z] for pitch, yaw, z in places], np.float64)
-    return _lowest(error, grid[np.argsort(error.values(grid))[:NEAR_STARTS]])
+    places = np.array(list(product(NEAR_PITCH, NEAR_YAW, NEAR_DEPTH, NEAR_SWING)))
+    pitch, yaw, depth, swing = places.T
+    turn = np.stack([pitch, yaw, 0 * yaw], axis=1)
+    arm = pose.rotation @ error.frame.pivot
+    moved = swing[:, None] * (rotations(turn) @ arm - arm)
+    moved[:, 2] += depth
+    grid = np.hstack([turn, moved])
+    near = grid[np.argsort(error.values(grid))[:NEAR_STARTS]]
+    there = error.frame.pose(near[0])  # in a window about it, as the old one may cut it off
+    return _lowest(_error(image, there, head, rigid, camera, renderer), near - near[0])
 
 
 def texture_error(

@@ -18,6 +18,7 @@ from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, fol
 Image = NDArray[np.uint8]
 LEAST_SEEN = 0.35  # of a reference's points; below, the face counts as lost by it
 SEEN_WELL = 0.7  # of them; below, another reference is taken
+SEEN_BADLY = 0.55  # of them; below, the head may be lost before it has turned by `APART`
 APART = 0.2  # rad between the ways two references face
 NEARER = 0.1  # rad by which another reference must be nearer to be gone over to
 MOST = 12
@@ -95,7 +96,8 @@ class Keyframes:
     def _extend(self, image: Image, state: RigidState) -> None:
         """Take this frame as a reference, too, if the head faces where none does."""
         apart = min(_angle(r.pose, state.pose) for r in self.references)
-        if state.seen >= SEEN_WELL or apart < APART or len(self.references) >= MOST:
+        least = APART if state.seen >= SEEN_BADLY else 0.5 * APART
+        if state.seen >= SEEN_WELL or apart < least or len(self.references) >= MOST:
             return
         new = self._make(image, state.pose)
         if len(new.points) < 2 * LEAST_POINTS:

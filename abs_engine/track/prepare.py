@@ -26,6 +26,8 @@ Image = NDArray[np.uint8]
 LEARN_FROM = 8  # frames
 LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
 WORSE = 3.0  # times the texture's error at first; beyond, a turned head is not taken for seen
+ALIKE = 1.5  # times it; an image no worse than that shows the head at any rate
+PLAIN = 0.87  # of an even picture's error; what explains less may be anything of one colour
 LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
 
 
@@ -77,7 +79,7 @@ class HeadMotion:
             turned = found is not None
             found = found or self._found(image, box)
             box = None
-            if found is None or not (turned or self._explains(image, found, error)):
+            if found is None or not (turned or self._explains(image, found.pose, error)):
                 yield image, None
                 continue
             if turned:
@@ -113,14 +115,20 @@ class HeadMotion:
         model = self.model
         parts = model.head, model.rigid, self.camera, self.renderer
         pose = realign_texture(image, last, *parts)
-        if texture_error(image, pose, *parts) > WORSE * error:
+        if not self._explains(image, pose, error):
             return None
         found = self._taken(image, pose)
         return found if len(found.points) >= LEAST_POINTS else None
 
-    def _explains(self, image: Image, found: RigidReference, error: float) -> bool:
-        """Whether a known head that was found again looks about as it did at first."""
-        return error == 0 or self._error(image, found.pose) < WORSE * error
+    def _explains(self, image: Image, pose: Pose, error: float) -> bool:
+        """Whether a known head that was found again looks about as it did at first.
+
+        And better than an even picture would: in balanced colours, grey walls look like skin.
+        """
+        if error == 0:
+            return True
+        plain = PLAIN * self._error(np.full_like(image, 128), pose)
+        return self._error(image, pose) < min(WORSE * error, max(plain, ALIKE * error))
 
     def _error(self, image: Image, pose: Pose) -> float:
         """How badly a known head's texture explains the image."""

@@ -144,7 +144,8 @@ def film(
 
 def learn_colours(views: Sequence[Truth]) -> ColourClasses:
     """Colour classes from labelled pixels near the mouth, of every fourth frame of some views."""
-    pixels: dict[str, list[NDArray[np.uint8]]] = {name: [] for name in CLASSES}
+    none = np.zeros((0, 3), np.uint8)
+    pixels = {name: [none] for name in CLASSES}
     for view in views:
         for frame, picture in enumerate(view.pictures()):
             if frame % 4 == 0:
