@@ -17,7 +17,7 @@ from abs_engine.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.systems.physics.error_plot import error_plot
 from abs_engine.systems.physics.experiment import TrainedLips, learn_lips
-from abs_engine.systems.physics.page import reproduction_page
+from abs_engine.systems.physics.page import DRIVERS, reproduction_page
 from abs_engine.systems.physics.pictures import (
     TILE,
     ShownFit,
@@ -25,6 +25,7 @@ from abs_engine.systems.physics.pictures import (
     fits_figure,
     probability_figure,
 )
+from abs_engine.systems.physics.reproduce import WAYS
 from abs_engine.systems.physics.scores import GOALS, Goal, number, score_lines
 from abs_engine.systems.physics.wireframe import ON_LIPS, ON_SKIN, CloseUp, arrows
 from abs_engine.track.shell import shell_window
@@ -216,7 +217,7 @@ def test_the_page_sets_results_beside_the_papers():
         ["variance held by ten modes", "99.61%", "≥ 99.20% (paper)", "met, by 0.41 points"],
         ["reconstruction from yz (16 points)", "8.20e-04", "7.13e-04", "not met, by 1.07e-04"],
         ["lip error, pose estimated, moving head", "1.70 mm", "≤ 1.50 mm", "not met, by 0.20 mm"],
-        ["lip error, pose placed by the lip blob", "1.31 mm", "none", ""],
+        ["lip error by forces, place in the picture by the lip blob", "1.31 mm", "none", ""],
         ["\N{MINUS SIGN}45°", "1.20 mm", "0.80 mm", "≤ 1.00 mm", "not met, by 0.20 mm"],
         ["0°", "0.70 mm", "not measured", "≤ 0.80 mm", "met, by 0.10 mm"],
         ["before", "1.04 mm"],
@@ -224,8 +225,9 @@ def test_the_page_sets_results_beside_the_papers():
         ["seed", "7"],
     ):
         assert row in read.rows
-    forces = next(row for row in read.rows if row[0].startswith("forces, exact"))
+    forces = next(row for row in read.rows if row[0].startswith("forces at the borders"))
     assert forces[1:] == ["0.93 mm", "61.3", "4.2", "0.031", "812.4", "97.00%"]
+    assert set(DRIVERS) == {name for name, _, _ in WAYS}
     assert "left out by --quick" in page
     assert "So &amp; so." in page
 

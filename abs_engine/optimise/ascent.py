@@ -68,14 +68,14 @@ class Forces:
         Returns
         -------
         Solution
-            `n_evaluations` counts values; each iteration asks for one direction besides.
+            `n_evaluations` counts values, and one drawing for each direction.
 
         Raises
         ------
         ParameterError
             If `start` is not finite or has another length than `spec`.
         """
-        return _climb(objective, objective.push, start, spec, self.tolerance, self.limit, 0)
+        return _climb(objective, objective.push, start, spec, self.tolerance, self.limit, 1)
 
 
 @dataclass(frozen=True)

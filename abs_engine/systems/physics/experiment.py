@@ -21,7 +21,7 @@ from abs_engine.systems.physics.motion import Motion, authored_motion, observed_
 from abs_engine.systems.physics.training import Training, train
 from abs_engine.track.blobs import find_lips
 from abs_engine.track.prepare import HeadMotion
-from abs_engine.track.shell import POSE_FREE, ShellSetting, centred
+from abs_engine.track.shell import POSE_FREE, ShellSetting
 from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +32,9 @@ In the paper's five seconds all vowels and fricatives go by too fast to be reach
 """
 OBSERVED = 0.12
 """mm of error in each coordinate of a dot: 0.21 mm in space, as in the filmed sessions."""
+
+BLOB_FREE = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
+"""Standard deviations, rad and mm, of a pose that is the blob's across the line of sight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,32 +142,40 @@ def pose_known(
 def placed_by_blob(
     lips: TrainedLips, view: Truth, renderer: Renderer, driver: str
 ) -> Iterator[FrameError]:
-    """As the paper does: depth and rotation are given, the place in the picture is the blob's."""
-    setting = lips.setting(view.camera, renderer, np.array([1e-3, 1e-3, 1e-3, 2.0, 2.0, 0.1]))
+    """As the paper does: depth and rotation are given, the place in the picture is the blob's.
+
+    Frames in which no mouth is found are left out.
+    """
+    setting = lips.setting(view.camera, renderer, BLOB_FREE)
     for frame, picture in enumerate(view.pictures()):
         blob = find_lips(lips.classes, picture)
         if blob is None:
             continue
-        pose = centred(setting, view.pose(frame), blob.centre)
-        fit = fit_frame(setting, picture, pose, lips.starts, driver)
-        truth = lips.model.shell.nodes(view.vertices(frame))
-        rms = lip_error(lips.model, fit.nodes, truth)
-        yield FrameError(lips.person, "blob", driver, frame, rms, fit)
+        pose = view.pose(frame)
+        fit = fit_frame(setting, picture, pose, lips.starts, driver, centre=blob.centre)
+        if fit.found:
+            truth = lips.model.shell.nodes(view.vertices(frame))
+            rms = lip_error(lips.model, fit.nodes, truth)
+            yield FrameError(lips.person, "blob", driver, frame, rms, fit)
 
 
 def pose_estimated(
     lips: TrainedLips, speaker: Speaker, view: Truth, renderer: Renderer, driver: str
 ) -> Iterator[FrameError]:
-    """Fit a moving head: its pose is followed by the skin of the upper face, then fitted along."""
+    """Fit a moving head: its pose is followed by the skin of the upper face, then fitted along.
+
+    Frames in which no mouth is found are left out.
+    """
     setting = lips.setting(view.camera, renderer, POSE_FREE)
     motion = HeadMotion(head_model(speaker, lips.person), view.camera, renderer)
     for frame, (picture, pose) in enumerate(motion.poses(view.pictures())):
         if pose is None:
             continue
         fit = fit_frame(setting, picture, pose, lips.starts, driver)
-        truth = lips.model.shell.nodes(view.vertices(frame))
-        rms = lip_error(lips.model, fit.nodes, truth)
-        yield FrameError(lips.person, "moving", driver, frame, rms, fit)
+        if fit.found:
+            truth = lips.model.shell.nodes(view.vertices(frame))
+            rms = lip_error(lips.model, fit.nodes, truth)
+            yield FrameError(lips.person, "moving", driver, frame, rms, fit)
 
 
 def rms_of(errors: Sequence[FrameError]) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
+from abs_engine.camera import Window
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import Pose
 from abs_engine.optimise.ascent import Forces, Gradient
@@ -17,10 +18,19 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.shape.modal import LearnedPhysics
-from abs_engine.track.shell import RULES, Image, ShellPosterior, ShellSetting, shell_posterior
+from abs_engine.track.shell import (
+    RULES,
+    Image,
+    ShellPosterior,
+    ShellSetting,
+    centred,
+    shell_posterior,
+)
 
 FloatArray = NDArray[np.float64]
 STARTS = 48
+EXPLAINED = 0.5
+"""What is found explains at least so much, or no mouth is there."""
 ITERATIONS = 15
 """Within so many iterations the paper's example converges."""
 
@@ -55,6 +65,11 @@ class ShellFit:
     solution : Solution
         Evaluations include those of the starts.
     seconds : float
+    explained : float
+        Mean probability of the drawn classes over the compared pixels, 0 to 1.
+    found : bool
+        Whether a mouth was there: if not, half of it lay outside of the picture or it explains less
+        than `EXPLAINED`, and the other numbers say nothing.
     """
 
     weights: FloatArray
@@ -62,6 +77,8 @@ class ShellFit:
     nodes: FloatArray
     solution: Solution
     seconds: float
+    explained: float = 1.0
+    found: bool = True
 
 
 def typical_shapes(
@@ -97,6 +114,7 @@ def fit_frame(
     starts: FloatArray,
     driver: str = "forces",
     rule: str = "whole",
+    centre: FloatArray | None = None,
 ) -> ShellFit:
     """Fit one frame.
 
@@ -112,11 +130,13 @@ def fit_frame(
         One of `DRIVERS`.
     rule : str
         How forces are found, see `track.shell.RULES`.
+    centre : (2,) float64, px, optional
+        Of the lips' blob: every start is first placed there (section 5.3).
 
     Raises
     ------
     ParameterError
-        If there is no such driver or rule.
+        If there is no such driver or rule, or a centre is given for a pose that is known.
     """
     way = next((known for known in RULES if known == rule), None)
     if driver not in DRIVERS or way is None:
@@ -124,9 +144,15 @@ def fit_frame(
             f"there is no driver '{driver}' with rule '{rule}'",
             f"drivers are {', '.join(DRIVERS)}; rules {', '.join(RULES)}",
         )
+    if centre is not None and setting.pose_deviation is None:
+        raise ParameterError("a centre is given for a known pose", "let the pose be fitted")
     begun = time.perf_counter()
+    if centre is not None:
+        pose = centred(setting, pose, centre)
     posterior = shell_posterior(setting, image, pose, way)
     held = np.zeros((len(starts), len(setting.free) - starts.shape[1]))
+    if centre is not None:
+        held[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
     vectors = np.hstack([held, starts])
     best = vectors[int(np.argmin(posterior.values(vectors)))]
     found = DRIVERS[driver].minimise(posterior, best, setting.spec)
@@ -136,5 +162,23 @@ def fit_frame(
         found.x, found.status, found.value, found.terms, found.n_evaluations + len(starts),
         found.trace, found.n_iterations,
     )  # fmt: skip
+    like = posterior.likelihood
+    explained = float(np.exp(-found.terms["likelihood"] / like.observations))
+    seen = _share_inside(like.window, setting.camera.size)
     seconds = time.perf_counter() - begun
-    return ShellFit(full[6:], posterior.frame.pose(full), nodes, counted, seconds)
+    there = explained >= EXPLAINED and seen >= 0.5
+    return ShellFit(full[6:], posterior.frame.pose(full), nodes, counted, seconds, explained, there)
+
+
+def _shift(
+    setting: ShellSetting, pose: Pose, centre: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """Translation (3,), mm, that brings a shape's visible lips to a centre in the picture."""
+    return centred(setting, pose, centre, weights, rounds=1).translation - pose.translation
+
+
+def _share_inside(window: Window, size: tuple[int, int]) -> float:
+    """Share of a window that lies in the picture."""
+    across = min(window.x + window.width, size[0]) - max(window.x, 0.0)
+    down = min(window.y + window.height, size[1]) - max(window.y, 0.0)
+    return max(0.0, across) * max(0.0, down) / (window.width * window.height)

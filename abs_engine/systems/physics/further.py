@@ -57,10 +57,13 @@ def further_trained(lips: TrainedLips, shapes: list[Settled]) -> TrainedLips:
     seen = np.stack([s.nodes for s in shapes]) - old.rest
     displacements = np.concatenate([lips.training.displacements, seen])
     new = learn(old.rest, displacements, len(old.modes))
+    # How much of each old mode is in a new one tells its share of the errors of observation
+    shared = (new.matrix.T @ old.matrix) ** 2
+    noise = shared @ old.noise_variances if len(old.noise_variances) else old.noise_variances
     told = f"{old.source}; and {len(shapes)} shapes found in video"
     physics = replace(
         new, noise=old.noise, person=old.person, speaker=old.speaker, source=told,
-        noise_variances=old.noise_variances,
+        noise_variances=noise,
     )  # fmt: skip
     return replace(
         lips,

@@ -34,9 +34,10 @@ th { font-weight: normal; color: #555 } tr.missed td:last-child { color: #b00020
 code { font-size: 90% }
 """
 DRIVERS = {
-    "forces": "forces, exact sum over the visible pixels",
-    "forces_one_sample": "forces, one sample for each facet (paper)",
-    "gradient": "gradient in parameter space",
+    "forces": "forces at the borders of classes: the whole derivative of eq. 7 (ours)",
+    "forces_exact": "forces of eq. 11, exact sum over the visible pixels",
+    "forces_one_sample": "forces of eq. 12, one sample for each facet (paper)",
+    "gradient": "gradient in parameter space, by differences",
     "simplex": "Nelder-Mead simplex",
 }
 _COLUMNS: dict[str, tuple[str, Unit | None]] = {
@@ -45,7 +46,7 @@ _COLUMNS: dict[str, tuple[str, Unit | None]] = {
     "iterations": ("iterations", "count"),
     "seconds": ("seconds a frame", None),
     "posterior": ("\N{MINUS SIGN}log posterior", None),
-    "converged": ("converged in 15", "share"),
+    "converged": ("converged within 15", "share"),
 }
 _FORMATS = {"seconds": "{:.3f}", "posterior": "{:.1f}"}
 

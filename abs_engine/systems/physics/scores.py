@@ -73,14 +73,23 @@ RECONSTRUCTION = tuple(
     Goal(f"table1.{p.key}", f"reconstruction from {p.label}", "error", p.paper, paper=True)
     for p in TABLE_1
 )
-ITERATIONS = Goal("iterations_to_converge", "iterations to converge", "count", 15, paper=True)
+ITERATIONS = Goal(
+    "iterations_to_converge",
+    "iterations to converge from the blob, by forces",
+    "count",
+    15,
+    paper=True,
+)
 KNOWN = Goal("pose.known", "lip error, pose known, all cameras", "mm", 1.0)
+WORST = Goal("pose.worst", "the same, the worst person and camera", "mm", 1.0)
 FRONTAL = Goal("pose.frontal", "lip error, pose known, frontal camera", "mm", 0.8)
 POSES = (
     KNOWN,
+    WORST,
     FRONTAL,
-    Goal("pose.blob", "lip error, pose placed by the lip blob", "mm", None),
+    Goal("pose.blob", "lip error by forces, place in the picture by the lip blob", "mm", None),
     Goal("pose.estimated", "lip error, pose estimated, moving head", "mm", 1.5),
+    Goal("pose.estimated_worst", "the same, the worst person", "mm", 1.5),
 )
 GRID = (
     Goal("grid.closure_precision", "GRID closures, precision", "share", 0.9, True),
