@@ -23,12 +23,15 @@ def add_reproduce(command: ArgumentParser) -> None:
     """Add what is typed after `reproduce`, but for the renderer."""
     add = command.add_argument
     add("paper", choices=sorted(PAPERS),
-        help="000: 3D lips by learned physics (Basu, Oliver and Pentland 1998)")  # fmt: skip
+        help="000: 3D lips by learned physics (Basu, Oliver and Pentland 1998); 001: talking "
+        "faces by articulatory parameters and appearance (Odisio and Bailly 2003)")  # fmt: skip
     add("-o", "--output", type=Path, metavar="DIR",
         help="report folder, must not exist; by default runs/reproduce-000, "
-        "runs/reproduce-000-2, ...")  # fmt: skip
+        "runs/reproduce-000-2, ... or the same with 001")  # fmt: skip
     add("--quick", action="store_true", help="one person and few frames: some minutes")
     add("--seed", type=int, default=0, help="of filming and learning (default: 0)")
+    add("--person", metavar="NAME", default="clara",
+        help="of 001: whose face, of the bundled people (default: clara)")  # fmt: skip
 
 
 def reproduce(chosen: Namespace) -> int:
@@ -56,7 +59,22 @@ def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: 
     return score_lines(make(folder, renderer, quick=chosen.quick, seed=chosen.seed, tell=tell))
 
 
+def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
+    """Fill the folder; the main numbers beside the goals."""
+    from abs_engine.systems.articulatory.page import score_lines
+    from abs_engine.systems.articulatory.reproduce import reproduce as make
+    from abs_engine.systems.articulatory.sentences_parts import PARTS
+
+    return score_lines(
+        make(
+            folder, renderer, quick=chosen.quick, seed=chosen.seed, person=chosen.person, tell=tell,
+            parts=PARTS,
+        )
+    )  # fmt: skip
+
+
 PAPERS: dict[str, Callable[[Namespace, Path, Renderer, Tell], list[str]]] = {
     "000": _lips_by_physics,
+    "001": _talking_faces,
 }
 """By the paper's number: what fills a new folder, and returns lines for a terminal."""

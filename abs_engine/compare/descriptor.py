@@ -91,6 +91,23 @@ class TextureError:
         """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
         return self._parts(vectors)[0]
 
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """What is squared and summed to epsilon at one parameter vector, (3 H W + 2,).
+
+        A pixel that is not drawn leaves nothing; those that are missing are charged together.
+        """
+        many = self.candidates(x[None])
+        drawn = self.renderer.draw(self.scene, many, self.camera, self.window)[0]
+        where = drawn.covered
+        ours = (drawn.rgb + 1.0) / (drawn.rgb.sum(axis=2, keepdims=True) + 3.0)
+        differ = np.where(where[..., None], ours - self.term.normalised, 0.0).ravel()
+        count = int(where.sum())
+        lost = max(self.drawn - count, 0)
+        charged = np.array([self.wrong * lost / (count + lost)])
+        share = with_penalty(charged, many.weights, self.penalty, self.wrong)[1]
+        rest = np.sqrt(np.concatenate([charged, share]))
+        return np.concatenate([differ / np.sqrt(3.0 * (count + lost)), rest])
+
     def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         many = self.candidates(vectors)
         sums = self.renderer.measure(self.scene, many, self.camera, self.window, self.term)

@@ -74,6 +74,15 @@ class LocalError:
         """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
         return self._parts(vectors)[0]
 
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """What is squared and summed to epsilon at one parameter vector, (8 N + 1,)."""
+        found, shown, weights = self._found(x[None])
+        differ = (found[0] - self.model.at(weights[0])) * self.inverse
+        hidden = np.broadcast_to(np.sqrt(self.wrong)[:, None], differ.shape)
+        data = np.where(shown[0][:, None], differ, hidden) / np.sqrt(differ.size)
+        share = with_penalty(np.zeros(1), weights, self.penalty, float(self.wrong.mean()))[1]
+        return np.asarray(np.append(data, np.sqrt(share)), np.float64)
+
     def seen(self, x: FloatArray) -> NDArray[np.bool_]:
         """Which points (N,) a parameter vector (n,) shows."""
         shown: NDArray[np.bool_] = self._found(x[None])[1][0]

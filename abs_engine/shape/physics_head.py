@@ -50,7 +50,7 @@ def physics_shape(
     wanted = np.vstack([physics.mean[None], physics.deviations[:, None, None] * physics.modes])
     wanted = wanted.reshape(len(wanted), -1) * weight
     normal = moved @ moved.T + _RIDGE**2 * np.eye(len(units))
-    weights = np.linalg.solve(normal, moved @ wanted.T).T  # (1 + P, N)
+    weights = np.asarray(np.linalg.solve(normal, moved @ wanted.T).T, np.float64)  # (1 + P, N)
     heads = np.tensordot(weights, units, 1)
     return LinearShape(
         np.asarray(neutral + heads[0], np.float32), np.asarray(heads[1:], np.float32),

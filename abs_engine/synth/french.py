@@ -12,10 +12,8 @@ from dataclasses import dataclass
 from abs_engine.synth.speech import Utterance, parse_phonemes
 
 BILABIALS = ("p", "b", "m")
-PHONEMES = (
-    "p b t d k g f v s z S Z m n J N l R j w H "
-    "i e E a O o u y 2 9 @ E~ A~ O~ 9~"
-).split()  # fmt: skip
+_ALL = "p b t d k g f v s z S Z m n J N l R j w H i e E a O o u y 2 9 @ E~ A~ O~ 9~"
+PHONEMES = tuple(_ALL.split())
 """Of French, in X-SAMPA; a and A are one, as with most speakers; N is that of 'parking'."""
 _EDGE = 0.5  # seconds of rest before and after a sentence
 
@@ -50,8 +48,8 @@ class Sentence:
 
 
 _TEXT = """
-massue : La massue du berger pesait plus lourd que son panier de pommes.
-  la masy dy bERZe p@zE ply luR k@ sO~ panje d@ pOm
+massue : Sa massue de bois pendait au mur, tout près de la porte.
+  sa masy d@ bwa pA~dE o myR _ tu pRE d@ la pORt
 bouquet : Papa a posé un beau bouquet blanc sur le buffet de la chambre.
   papa a poze 9~ bo bukE blA~ syR l@ byfE d@ la SA~bR
 marché : Ma mère mange une pomme mûre au milieu du marché.
@@ -220,3 +218,9 @@ SENTENCES = _read(_TEXT)
 """All 77; the first has the word that the paper's figure 8 shows."""
 QUICK = SENTENCES[:2]
 """For a quick look."""
+PRACTICE = Sentence(
+    "berger",
+    "La massue du berger pesait plus lourd que son panier de pommes.",
+    "la masy dy bERZe p@zE ply luR k@ sO~ panje d@ pOm",
+)
+"""None of the 77: settings are chosen on it."""

@@ -7,7 +7,7 @@ own renderer does not have.
 from __future__ import annotations
 
 from collections.abc import Sequence as Several
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +18,18 @@ from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import Pose
 from abs_engine.synth.corpus import SpokenCorpus
-from abs_engine.synth.make import Progress
+from abs_engine.synth.look import Look
+from abs_engine.synth.make import Crew, Order, Progress, make
+from abs_engine.synth.people import Person, dots, paint
 from abs_engine.synth.sequence import Sequence, portrait, wander
-from abs_engine.synth.studio import film
+from abs_engine.synth.studio import plan_of
 from abs_engine.truth import load_truth
 
 FloatArray = NDArray[np.float64]
 SIZE = (320, 240)
+BEADS = 230
+"""Coloured beads on the face, as the paper's speaker wears a few hundred (figure 1); none lie on
+the lips."""
 COMMAND = "abs-engine reproduce 001"
 _LONG = 600.0  # seconds of head motion of which each picture shows a moment
 
@@ -63,6 +68,7 @@ def film_visemes(
     folder: Path,
     *,
     size: tuple[int, int] = SIZE,
+    beads: int = 0,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> VisemePictures:
@@ -78,6 +84,8 @@ def film_visemes(
         Gets the data set; must not exist.
     size : tuple of int
         Width and height of the pictures.
+    beads : int
+        How many are on the face; see `BEADS`.
     seed : int
         Of the head's motion and the sensor's noise.
     progress : callable, optional
@@ -101,13 +109,13 @@ def film_visemes(
     rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng)
     names = spoken.corpus.visemes
     nothing = np.zeros(len(names), np.bool_)
-    act = Sequence(
-        person, "visemes", 25.0, spoken.weights, rotations, shifts, names, nothing
-    )
-    film(
-        speaker, act, camera, folder, seed=seed, lossless=True, labels=(), command=COMMAND,
-        progress=progress,
-    )  # fmt: skip
+    act = Sequence(person, "visemes", 25.0, spoken.weights, rotations, shifts, names, nothing)
+    plan = plan_of(speaker, act, camera, Look(), seed, COMMAND)
+    if beads:
+        worn = Person(person, person, beads=beads)
+        plan = replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
+    order, crew = Order(COMMAND, seed, (), keep_frames=True), Crew(filming=progress)
+    make([plan], 1, folder, speaker, order, crew)
     return read_visemes(folder, names)
 
 
@@ -127,13 +135,16 @@ def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:
             f"{len(truth)} pictures for {len(visemes)} visemes", "film the same corpus"
         )
     count = range(len(truth))
+    heads = np.stack([truth.vertices(t) for t in count])
     return VisemePictures(
-        tuple(visemes), np.stack(list(truth.pictures())), np.stack([truth.vertices(t) for t in count]),
+        tuple(visemes), np.stack(list(truth.pictures())), heads,
         tuple(truth.pose(t) for t in count), truth.camera,
     )  # fmt: skip
 
 
-def split(count: int, seed: int = 0, share: float = 0.8) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def split(
+    count: int, seed: int = 0, share: float = 0.8
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Indices of a random share of so many visemes, and those of the others, ascending."""
     order = np.random.default_rng([seed, 2]).permutation(count)
     cut = round(share * count)

@@ -1,8 +1,8 @@
-"""Finding a talking face in a picture: epsilon(p) of a model, and its smallest value (section 4)."""
+"""Finding a talking face in a picture: epsilon(p) of a model, and where it is least (section 4)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -64,6 +64,10 @@ class Problem:
     def __call__(self, x: FloatArray) -> Evaluation:
         """Epsilon at parameters (P,) or (6 + P,)."""
         return self.error(self.whole(x))
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """What is squared and summed to epsilon, (M,), for solvers of least squares."""
+        return np.asarray(self.error.residuals(self.whole(x)), np.float64)
 
     def whole(self, x: FloatArray) -> FloatArray:
         """All 6 + P parameters."""
@@ -165,8 +169,8 @@ def problem(
         )  # fmt: skip
     else:
         error = local_error(
-            face.local(name), shape.outer, picture, camera, window, candidates, renderer,
-            shape.penalty, whiten=True,
+            face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
+            candidates, renderer, shape.penalty, whiten=True,
         )  # fmt: skip
     return Problem(error, frame, shape.spec if pose_known else full_spec(shape), pose_known)
 

@@ -8,11 +8,12 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from abs_engine.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.appearance.choose import N_POINTS, choose_points
 from abs_engine.appearance.local import LocalModel, learn_local
-from abs_engine.appearance.region import facets_around, part
+from abs_engine.appearance.region import part
 from abs_engine.appearance.sight import Sighting
 from abs_engine.appearance.texture import TextureModel, learn_texture
 from abs_engine.assets import Speaker
@@ -33,12 +34,15 @@ MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
 """Appearance models, in the order of figure 6."""
 SPACING = 4.0
 """mm between the points of local appearance, at least."""
+FINEST = 1.0
+"""Drawn pixels per mm of local appearance, at most: its filters are to reach 2 mm and more, or a
+fit that starts far away does not come home."""
 STEP = 0.5
 """First step of a parameter, standard deviations, at a solver's step 1."""
 BEYOND = 2.0
 """sd beyond the corpus' range to which a fit may go; the penalty holds it back earlier."""
 _UPPER = {"eyeBlink": 1.0, "brow": 0.25}
-_STILL = 0.5  # mm
+_STILL, _NEAR = 0.5, 6.0  # mm
 _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
 
 
@@ -142,22 +146,27 @@ def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str
 def _marks(speaker: Speaker) -> NDArray[np.int64]:
     """Vertices of face and lips that blinks and brows leave where they are."""
     listed = np.union1d(speaker.points["face"], speaker.points["lips"])
-    moved = np.zeros(len(listed))
+    return np.asarray(listed[_still(speaker)[listed]], np.int64)
+
+
+def _still(speaker: Speaker) -> NDArray[np.bool_]:
+    """Which vertices (V,) blinks and brows leave where they are."""
+    moved = np.zeros(len(speaker.vertices))
     for unit, offsets in zip(speaker.unit_names, speaker.units, strict=True):
         weight = max((w for name, w in _UPPER.items() if unit.startswith(name)), default=0.0)
         if weight:
-            away = weight * np.linalg.norm(offsets[listed].astype(np.float64), axis=1)
-            moved = np.maximum(moved, away)
-    return np.asarray(listed[moved < _STILL], np.int64)
+            moved = np.maximum(moved, weight * np.linalg.norm(offsets.astype(np.float64), axis=1))
+    return np.asarray(moved < _STILL)
 
 
 def _facets(speaker: Speaker, marks: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Facets of skin around the marks, and all of the lips."""
+    """Facets of skin between the marks, which lie 4 mm apart, and all of the lips."""
     lips = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
-    marked = np.zeros(len(speaker.vertices), np.bool_)
-    marked[marks] = True
-    near = marked[speaker.faces].any(axis=1) & (speaker.facet_class == speaker.class_id("skin"))
-    return np.asarray(near | np.isin(speaker.facet_class, lips))
+    place = speaker.vertices.astype(np.float64)
+    near = cKDTree(place[marks]).query(place)[0] < _NEAR
+    within = (near & _still(speaker))[speaker.faces].all(axis=1)
+    skin = speaker.facet_class == speaker.class_id("skin")
+    return np.asarray((within & skin) | np.isin(speaker.facet_class, lips))
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +179,8 @@ class TalkingFace:
     tex_lin, tex_cst : TextureModel
     la_lin, la_cst : LocalModel
         Their points are vertices of ``shape.outer``.
+    la_scale : float
+        Drawn pixels per image pixel at which local appearance was learned and is compared.
     """
 
     shape: FaceShape
@@ -177,6 +188,7 @@ class TalkingFace:
     tex_cst: TextureModel
     la_lin: LocalModel
     la_cst: LocalModel
+    la_scale: float = 1.0
 
     def texture(self, name: str) -> TextureModel:
         """A texture model by its name.
@@ -187,7 +199,9 @@ class TalkingFace:
             If there is no such model.
         """
         if name not in TEXTURES:
-            raise ParameterError(f"there is no texture '{name}'", f"choose of {', '.join(TEXTURES)}")
+            raise ParameterError(
+                f"there is no texture '{name}'", f"choose of {', '.join(TEXTURES)}"
+            )
         return self.tex_lin if name == "tex_lin" else self.tex_cst
 
     def local(self, name: str) -> LocalModel:
@@ -258,11 +272,13 @@ def learn_face(
     textured = shape.scene
     atlas = lay_atlas(textured, fitting_size(textured, camera, seen[0].pose), renderer)
     tex = learn_texture(seen, textured, atlas, camera, renderer)
-    every = learn_local(seen, textured, shape.marks, camera, renderer)
+    depth = float(seen[0].pose.apply(shape.pivot)[2])
+    scale = min(1.0, FINEST * depth / float(camera.matrix[0, 0]))
+    every = learn_local(seen, textured, shape.marks, camera, renderer, scale=scale)
     places = textured.mean[shape.marks].astype(np.float64)
     chosen = choose_points(every, count, places, SPACING, whiten=True)
     local = every.only(chosen).within(shape.kept)
-    return TalkingFace(shape, tex, tex.constant(), local, local.constant())
+    return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)
 
 
 def learned_from(face: TalkingFace, **models: TextureModel | LocalModel) -> TalkingFace:

@@ -1,4 +1,4 @@
-"""Sentences spoken by a bundled person and filmed by the studio, with what is true of each frame."""
+"""Sentences of a bundled person, filmed by the studio, with what is true of each frame."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from abs_engine.geometry import Pose
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.corpus.subtle import subtle
 from abs_engine.synth.french import Sentence
+from abs_engine.synth.look import Look
+from abs_engine.synth.people import Person, dots, paint
 from abs_engine.synth.plan import ClipPlan
 from abs_engine.synth.sequence import Sequence, deform, expression, portrait, wander
 from abs_engine.synth.speech import Utterance, articulate
-from abs_engine.synth.studio import Look, plan_of
+from abs_engine.synth.studio import plan_of
 from abs_engine.synth.take import Take
 from abs_engine.truth.codec import CLOSED_BELOW
 
@@ -57,6 +59,10 @@ class Filmed:
         """Return the number of frames, T."""
         return len(self.pictures)
 
+    def without_pictures(self) -> Filmed:
+        """The same, with black pictures of a pixel, to be kept."""
+        return replace(self, pictures=np.zeros((len(self), 1, 1, 3), np.uint8))
+
     @property
     def closed(self) -> NDArray[np.bool_]:
         """Frames (T,) in which the lips touch all along."""
@@ -72,7 +78,7 @@ def speak(speaker: Speaker, neutral: NDArray[np.floating], utterance: Utterance)
 
 
 def plan_sentence(
-    speaker: Speaker, person: str, sentence: Sentence, camera: Camera, seed: int
+    speaker: Speaker, person: str, sentence: Sentence, camera: Camera, seed: int, beads: int = 0
 ) -> ClipPlan:
     """A sentence before a camera: small head motion, blinks and brows; lamps, shading, noise.
 
@@ -86,6 +92,8 @@ def plan_sentence(
         The head is placed so that the face fills most of its picture's height.
     seed : int
         Of the head's motion, the blinks and the noise.
+    beads : int
+        On the face, as `filmed.film_visemes` has them.
 
     Raises
     ------
@@ -102,7 +110,14 @@ def plan_sentence(
     act = Sequence(
         person, sentence.text, RATE, weights, rotations, shifts, ("",) * len(times), nothing
     )
-    return plan_of(speaker, act, camera, Look(), int(rng.integers(2**31)))
+    plan = plan_of(speaker, act, camera, Look(), int(rng.integers(2**31)))
+    return with_beads(speaker, plan, beads) if beads else plan
+
+
+def with_beads(speaker: Speaker, plan: ClipPlan, beads: int) -> ClipPlan:
+    """A plan whose person wears so many coloured beads."""
+    worn = Person(plan.person, plan.person, beads=beads)
+    return replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
 
 
 def film_plan(
@@ -145,20 +160,36 @@ def film_sentence(
     vertices: NDArray[np.integer],
     *,
     seed: int = 0,
+    beads: int = 0,
     frames: int | None = None,
 ) -> Filmed:
     """Film a sentence from the front; parameters and errors as `plan_sentence`, `film_plan`.
 
     `frames` films only so many, from the start.
     """
-    plan = plan_sentence(speaker, person, sentence, camera, seed)
+    plan = plan_sentence(speaker, person, sentence, camera, seed, beads)
     return film_plan(speaker, plan if frames is None else cut(plan, frames), sentence, vertices)
 
 
 def cut(plan: ClipPlan, frames: int) -> ClipPlan:
-    """The first frames of a plan whose camera stands still."""
+    """The first frames of a plan, all that belongs to them cut alike."""
+    first = slice(frames)
+    views = tuple(
+        replace(
+            v, gain=v.gain[first], blur=v.blur[first], rotations=v.rotations[first],
+            translations=v.translations[first],
+        )
+        for v in plan.views
+    )  # fmt: skip
+    props = tuple(
+        replace(
+            p, rotations=p.rotations[first], translations=p.translations[first],
+            present=p.present[first],
+        )
+        for p in plan.props
+    )  # fmt: skip
     return replace(
-        plan, weights=plan.weights[:frames], rotations=plan.rotations[:frames],
-        translations=plan.translations[:frames], phonemes=plan.phonemes[:frames],
-        lights=plan.lights[:frames],
+        plan, weights=plan.weights[first], rotations=plan.rotations[first],
+        translations=plan.translations[first], phonemes=plan.phonemes[first],
+        lights=plan.lights[first], views=views, props=props,
     )  # fmt: skip

@@ -24,7 +24,8 @@ VOWELS, CONSONANTS = "vowels", "consonants"
 PAPER_GROUPS = {
     VOWELS: (("i", "e", "ɛ"), ("a",)),
     CONSONANTS: (
-        ("p", "b", "m"), ("f", "v"), ("t", "d", "n"), ("ʁ", "l"), ("s", "z", "k", "ɡ"), ("ʃ", "ʒ"),
+        ("p", "b", "m"), ("f", "v"), ("t", "d", "n"), ("ʁ", "l"),
+        ("s", "z", "k", "\u0261"), ("ʃ", "ʒ"),
     ),
 }  # fmt: skip
 """What section 5.1 names: unrounded vowels in two, consonants in six. It prints the uvular and the
