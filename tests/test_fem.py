@@ -199,6 +199,8 @@ class TestReach:
             reach(self.SHELL, np.array([1, 1, 2]), self.GOALS)
         with pytest.raises(ParameterError, match="no degree of freedom 999"):
             reach(self.SHELL, np.array([1, 2, 999]), self.GOALS)
+        with pytest.raises(ParameterError, match="no degree of freedom -1"):
+            reach(self.SHELL, np.array([1, 2, -1]), self.GOALS)
         with pytest.raises(ParameterError, match="for this shell"):
             reach(self.SHELL, sparse.eye(3), self.GOALS)
         with pytest.raises(ParameterError, match="least 'work'"):
@@ -225,6 +227,26 @@ def test_what_is_no_shell_is_refused():
         ThinShell(vertices, np.array([[0, 1, 2]]), np.zeros(3))
     with pytest.raises(ParameterError, match="springs"):
         ThinShell(vertices, np.array([[0, 1, 2]]), np.zeros(2))
+
+
+@pytest.mark.parametrize("faces", [[[0, 1, 3]], [[0, 1, -1]], [[0, 1]], np.zeros((0, 3), int)])
+def test_faces_that_make_no_shell_are_refused(faces):
+    with pytest.raises(ParameterError, match=r"corners \[|faces of shape"):
+        ThinShell(np.eye(3), np.array(faces), np.ones(3))
+
+
+def test_what_is_not_finite_is_refused():
+    shell = strip(4, 2, 4, 2, edge(0))
+    forces = np.zeros_like(shell.vertices)
+    forces[3, 1] = np.nan
+    with pytest.raises(ParameterError, match="forces are not finite"):
+        shell.displacement(forces)
+    with pytest.raises(ParameterError, match="forces are not finite"):
+        shell.displacement(np.zeros((3, 3)))
+    with pytest.raises(ParameterError, match="goal is not finite"):
+        reach(shell, np.array([6, 7]), np.array([[0.1, np.nan]]))
+    with pytest.raises(ParameterError, match="node or a spring"):
+        ThinShell(np.eye(3) * np.nan, np.array([[0, 1, 2]]), np.ones(3))
 
 
 @pytest.mark.parametrize("wrong", [{"young": 0.0}, {"poisson": 0.5}, {"thickness": -1.0}])

@@ -125,6 +125,15 @@ class TestReconstruct:
         with pytest.raises(ParameterError, match="3 values for 8"):
             reconstruct(PHYSICS, self.DOFS, np.zeros(3), 1.0)
 
+    def test_what_is_not_finite_or_not_of_the_shell_is_refused(self):
+        with pytest.raises(ParameterError, match="not finite"):
+            reconstruct(PHYSICS, self.DOFS, np.full(8, np.nan), 1.0)
+        for wrong in (-1, 3 * N):
+            with pytest.raises(ParameterError, match=f"no degree of freedom {wrong}"):
+                reconstruct(PHYSICS, np.array([0, wrong]), np.zeros(2), 1.0)
+        with pytest.raises(ParameterError, match="do not fit"):
+            reconstruct(PHYSICS, sparse.eye(5).tocsr(), np.zeros(5), 1.0)
+
 
 def test_it_comes_back_from_a_file(tmp_path):
     told = replace(PHYSICS, noise=0.1, person="mei", speaker="0f", source="a session")
@@ -153,6 +162,10 @@ def test_too_little_motion_is_refused():
         learn(REST, motion(40), 4)
     with pytest.raises(ParameterError, match="span 0"):
         learn(REST, np.zeros((5, N, 3)), 1)
+    with pytest.raises(ParameterError, match="span 0"):
+        learn(REST, np.repeat(motion(1), 30, axis=0), 1)
+    with pytest.raises(ParameterError, match="no frames"):
+        learn(REST, np.zeros((0, N, 3)), 1)
 
 
 def test_what_is_not_finite_is_named():

@@ -205,6 +205,16 @@ def test_observations_come_back(tmp_path: Path):
         write_observations(path, some())
 
 
+def test_a_place_that_was_not_found_is_no_place():
+    found = np.ones((5, 20), bool)
+    found[2, 4] = False
+    seen = replace(some(), points=expected(), found=found)
+    assert np.isfinite(seen.points).all()
+    assert seen.complete(LIPS17).tolist() == [True, True, False, True, True]
+    assert np.isnan(seen.of(LIPS17)[2, 4]).all()
+    assert np.isfinite(seen.of(LIPS17)).sum() == 3 * (5 * 17 - 1)
+
+
 def test_broken_observations_are_named(tmp_path: Path):
     path = write_observations(tmp_path / "o.npz", some())
     with np.load(path) as archive:

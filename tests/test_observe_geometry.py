@@ -87,6 +87,25 @@ def test_views_along_one_line_are_named():
         triangulate([View(CAMERA)], pixels[:1])
 
 
+def test_a_mistaken_point_does_not_hide_views_along_one_line():
+    near = Pose(np.eye(3), np.array([-5.0, 0, 0]))
+    pixels = np.stack([CAMERA.project(POINTS), CAMERA.project(near.apply(POINTS))])
+    pixels[1, 0, 3] += [150.0, 0]
+    with pytest.raises(DegenerateViewsError, match="leaves depth open"):
+        triangulate([View(CAMERA), View(CAMERA, near)], pixels)
+
+
+def test_a_point_whose_depth_is_open_has_no_place():
+    views, pixels = two_views()
+    far = np.array([0.0, 0, 9000])
+    pixels[:, 1, 2] = CAMERA.project(far[None])[0], CAMERA.project(SECOND.apply(far[None]))[0]
+    sight = views[0].directions(pixels[0, 1, 2][None]), views[1].directions(pixels[1, 1, 2][None])
+    assert np.degrees(np.arccos((sight[0] * sight[1]).sum())) < 3
+    made = triangulate(views, pixels)
+    assert np.isnan(made.points[1, 2]).all()
+    assert made.known.sum() == made.known.size - 1
+
+
 RIGID = np.array([[0.0, 0, 0], [60, 0, 0], [0, 80, 0], [10, 20, 40]])
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,11 +74,41 @@ def test_the_noise_of_the_dots_is_found():
 
 def test_test_frames_are_not_learned_from():
     points = SEEN.points.copy()
-    points[140:] += 5.0
+    points[140:] += 2.0
     again = train(replace(SEEN, points=points), SPEAKER, "clara", shell=SHELL)
     np.testing.assert_array_equal(again.physics.modes, TRAINED.physics.modes)
     np.testing.assert_array_equal(again.physics.mean, TRAINED.physics.mean)
     assert again.physics.noise == TRAINED.physics.noise
+
+
+def test_a_place_that_was_not_found_is_not_learned_from():
+    points, found = SEEN.points.copy(), SEEN.found.copy()
+    points[7, 3], found[7, 3] = 0.0, False
+    done = train(replace(SEEN, points=points, found=found), SPEAKER, "clara", shell=SHELL)
+    assert done.left_out.tolist() == [7]
+
+
+def test_frames_in_which_a_dot_jumps_are_left_out_and_named():
+    points = SEEN.points.copy()
+    points[[20, 21], 3, 0] += 60.0
+    points[145, 9] += 6.0
+    done = train(replace(SEEN, points=points), SPEAKER, "clara", shell=SHELL)
+    assert done.jumped.tolist() == [20, 21, 145]
+    assert len(done.left_out) == len(TRAINED.jumped) == 0
+    assert not set(done.used) & {20, 21}
+    assert done.physics.noise == pytest.approx(0.1, rel=0.15)
+    points[:20, 5] += 60.0
+    with pytest.raises(TooFewPointsError, match="in 127 of 150 frames, without 23 in which one"):
+        train(replace(SEEN, points=points), SPEAKER, "clara", shell=SHELL)
+
+
+def test_frames_with_uncertain_dots_are_named():
+    uncertain = SEEN.uncertain.copy()
+    uncertain[[5, 144], 2] = True
+    uncertain[9, 16] = True  # the nose, which is not learned from
+    done = train(replace(SEEN, uncertain=uncertain), SPEAKER, "clara", shell=SHELL)
+    assert done.uncertain.tolist() == [5, 144]
+    assert len(done.used) == 140
 
 
 def test_frames_with_lost_dots_are_left_out_and_named():
@@ -92,27 +125,58 @@ class TestWhoseHead:
         assert TRAINED.physics.person == "clara"
         assert "head of clara" in TRAINED.physics.source
 
-    def test_the_average_head_is_scaled_turned_and_shifted_onto_the_dots(self):
+    def test_dots_are_scaled_turned_and_shifted_onto_the_average_head(self):
         """Of somebody who is the average one, larger, tilted and elsewhere, nothing is left."""
         turn = Rotation.from_rotvec([0.1, -0.2, 0.05]).as_matrix()
         shift = np.array([3.0, -8, 5])
         still = observed_motion(SPEAKER, Motion("clara", np.zeros((2, 52)), 30, "")).of(LIPS16)
         average = still - SPEAKER.named("clara")[None, _dots()] + SPEAKER.vertices[_dots()]
-        laid = correspond(SPEAKER, SHELL, 1.2 * average @ turn.T + shift)
+        seen = 1.2 * average @ turn.T + shift
+        laid = correspond(SPEAKER, SHELL, seen)
         assert laid.scale == pytest.approx(1.2, abs=1e-4)
         assert laid.misfit < 1e-3
         assert laid.person == ""
-        np.testing.assert_allclose(
-            laid.rest, 1.2 * SHELL.nodes(SPEAKER.vertices) @ turn.T + shift, atol=0.01
-        )
+        np.testing.assert_array_equal(laid.rest, SHELL.nodes(SPEAKER.vertices))
+        np.testing.assert_allclose(laid.brought(seen), average, atol=0.01)
+        assert np.abs(laid.goals(seen)).max() < 0.01
+
+    def test_modes_are_in_the_heads_axes_and_size_however_the_dots_were(self):
+        turn = Rotation.from_rotvec([0.1, -0.2, 0.05]).as_matrix()
+        turned = replace(SEEN, points=1.1 * SEEN.points @ turn.T + [100.0, 0, 0])
+        plain, other = (train(s, SPEAKER, shell=SHELL).physics for s in (SEEN, turned))
+        np.testing.assert_allclose(other.modes, plain.modes, atol=1e-6)
+        np.testing.assert_allclose(other.mean, plain.mean, atol=1e-6)
+        np.testing.assert_allclose(other.variances, plain.variances, rtol=1e-6)
+
+    def test_dots_of_another_head_frame_or_unit_are_refused(self):
+        def moved(points: np.ndarray) -> Observations:
+            return replace(SEEN, points=points)
+
+        side = Rotation.from_rotvec([0, 0.7, 0]).as_matrix()
+        astray = SEEN.points.copy()
+        astray[:, 2, 2] += 60.0
+        astray[:, 6, 2] += 60.0
+        cases = [
+            (SEEN, "kofi", "25 mm RMS from those on the head of kofi"),
+            (moved(SEEN.points + np.array([100.0, 0, 0])), "clara", "100 mm RMS"),
+            (moved(SEEN.points @ side.T), "clara", "turned by 4"),
+            (moved(SEEN.points @ side.T), None, "x left, y up, z out of the face"),
+            (moved(SEEN.points / 1000), "clara", "are they in mm"),
+            (moved(SEEN.points / 1000), None, "are they in mm"),
+            (moved(astray), None, "check their names"),
+        ]
+        for seen, person, told in cases:
+            with pytest.raises(ParameterError, match=told):
+                train(seen, SPEAKER, person, shell=SHELL)
 
     def test_what_is_left_of_somebody_else_goes_into_the_mean(self):
         done = train(SEEN, SPEAKER, shell=SHELL)
         assert "average head" in done.physics.source
         truth = SHELL.nodes(MOTION.vertices(SPEAKER))
         moved = np.concatenate([done.displacements, done.test])
-        assert rms((done.physics.rest + moved - truth)[:, LIPS]) < 2.0
-        assert rms((done.physics.rest - SHELL.nodes(SPEAKER.vertices))[LIPS]) > 1.0
+        near = done.correspondence.brought(truth)
+        assert rms((done.physics.rest + moved - near)[:, LIPS]) < 2.0
+        np.testing.assert_array_equal(done.physics.rest, SHELL.nodes(SPEAKER.vertices))
 
     def test_similarity_of_a_mirrored_cloud_does_not_mirror(self):
         points = np.random.default_rng(0).normal(size=(16, 3))
@@ -207,6 +271,35 @@ class TestCommand:
         assert model.person == "clara"
         assert model.held > 0.992
         assert main(command) == 2  # it is there already
+
+    def test_it_names_dots_that_jump_or_are_uncertain(self, tmp_path: Path, capsys):
+        points, uncertain = SEEN.points.copy(), SEEN.uncertain.copy()
+        points[20, 3, 0] += 60.0
+        uncertain[5, 2] = True
+        write_observations(tmp_path / "dots.npz", replace(SEEN, points=points, uncertain=uncertain))
+        out = tmp_path / "lips.npz"
+        assert main(["train", str(tmp_path / "dots.npz"), "-o", str(out)]) == 0
+        said = capsys.readouterr().out
+        assert "1 more left out, as dots jump: 20" in said
+        assert "1 of these frames have uncertain dots; a person should look at them: 5" in said
+
+    @pytest.mark.parametrize("unbuffered", ["", "1"])
+    def test_who_stops_reading_gets_no_traceback_and_the_model(
+        self, tmp_path: Path, unbuffered: str
+    ):
+        write_observations(tmp_path / "dots.npz", SEEN)
+        reader, writer = os.pipe()
+        os.close(reader)
+        words = ["train", str(tmp_path / "dots.npz"), "-o", str(tmp_path / "lips.npz")]
+        code = "import sys; from abs_engine.cli import main; sys.exit(main(sys.argv[1:]))"
+        done = subprocess.run(
+            [sys.executable, "-c", code, *words], stdout=writer, stderr=subprocess.PIPE,
+            text=True, check=False, env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+        )  # fmt: skip
+        os.close(writer)
+        assert done.stderr == ""
+        assert done.returncode == 141
+        assert (tmp_path / "lips.npz").exists()
 
     def test_bad_input_is_one_line_and_leaves_nothing(self, tmp_path: Path, capsys):
         write_observations(tmp_path / "dots.npz", lost(SEEN, list(range(20))))

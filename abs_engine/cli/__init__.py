@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 from abs_engine.cli.parser import build_parser
 from abs_engine.errors import AbsEngineError
 
-BAD_INPUT, INTERRUPTED = 2, 130
+BAD_INPUT, INTERRUPTED, NOT_READ = 2, 130, 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,8 +28,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         0; 2 when the input or the machine is at fault, with one line on stderr; 130 when
-        interrupted.
+        interrupted; 141, without a word, when what reads stdout (such as `head`) has closed it.
     """
+    try:
+        try:
+            return _run(arguments)
+        finally:
+            print(
+                end="", flush=True
+            )  # so that a closed pipe shows here, not as the interpreter ends
+    except BrokenPipeError:
+        if not _nobody_reads():
+            raise
+        _let_stdout_go()
+        return NOT_READ
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     parser = build_parser()
     chosen = parser.parse_args(arguments)
     if chosen.command is None:
@@ -50,6 +66,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         what = str(stop) or "nothing was left behind"
         print(f"abs-engine: interrupted; {what}", file=sys.stderr)
         return INTERRUPTED
+
+
+def _nobody_reads() -> bool:
+    """Whether stdout is the pipe that broke, not that to a process of our own."""
+    try:
+        print(flush=True)  # not empty, which an unbuffered stdout would not try to write
+    except BrokenPipeError:
+        return True
+    return False
+
+
+def _let_stdout_go() -> None:
+    """Send to nowhere what the interpreter still wants to write as it ends."""
+    with suppress(OSError, ValueError):  # a stdout without a file has nothing to send
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextmanager

@@ -43,9 +43,9 @@ def train(chosen: Namespace) -> int:
     observations = read_observations(chosen.observations)
     speaker = load_speaker(chosen.speaker)
     done = learn(observations, speaker, chosen.person, n_modes=chosen.modes, n_train=chosen.train)
-    print("\n".join(report_lines(done)))
-    done.physics.save(chosen.output)
-    print(f"wrote {chosen.output}")
+    lines = report_lines(done)
+    done.physics.save(chosen.output)  # first: whoever reads the lines may stop at any of them
+    print("\n".join([*lines, f"wrote {chosen.output}"]))
     return 0
 
 
@@ -57,11 +57,16 @@ def report_lines(done: Training) -> list[str]:
     lines = [
         f"correspondence: {done.correspondence.how}",
         f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
-        f"{len(done.left_out)} left out{_named(done.left_out)}",
+        f"{len(done.left_out)} left out{_named(done.left_out, ', as dots were lost')}",
         f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
         "variance held by the first modes: "
         + "  ".join(f"{k}: {share:.2%}" for k, share in enumerate(physics.shares, 1)),
     ]
+    if len(done.jumped):
+        lines.insert(2, f"{len(done.jumped)} more left out{_named(done.jumped, ', as dots jump')}")
+    if len(done.uncertain):
+        told = _named(done.uncertain, "; a person should look at them")
+        lines.insert(2, f"{len(done.uncertain)} of these frames have uncertain dots{told}")
     if len(done.tested) == 0:
         return lines
     lines.append(
@@ -75,9 +80,9 @@ def report_lines(done: Training) -> list[str]:
     return lines
 
 
-def _named(frames: np.ndarray[tuple[int], np.dtype[np.int64]]) -> str:
-    """Frames in brackets, the first of them if they are many."""
+def _named(frames: np.ndarray[tuple[int], np.dtype[np.int64]], why: str) -> str:
+    """Why, and which frames, the first of them if they are many; nothing if there are none."""
     if len(frames) == 0:
         return ""
     more = ", ..." if len(frames) > _MOST_NAMED else ""
-    return f", as dots were lost: {', '.join(map(str, frames[:_MOST_NAMED]))}{more}"
+    return f"{why}: {', '.join(map(str, frames[:_MOST_NAMED]))}{more}"

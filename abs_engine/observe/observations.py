@@ -117,7 +117,13 @@ class Observations:
                 f"{len(lacking)} of {len(names)} points were not observed: {lacking[0]}, ...",
                 "observe all of them, or ask for fewer",
             )
-        return self.points[:, [self.names.index(name) for name in names]]
+        at = [self.names.index(name) for name in names]
+        return np.where(self.found[:, at, None], self.points[:, at], np.nan)
+
+    def doubtful(self, names: Sequence[str]) -> NDArray[np.bool_]:
+        """In which frames (T,) one of the named points was found, but is uncertain."""
+        at = [self.names.index(name) for name in names]
+        return np.asarray((self.uncertain & self.found)[:, at].any(axis=1))
 
     def complete(self, names: Sequence[str]) -> NDArray[np.bool_]:
         """In which frames (T,) all the named points were found."""

@@ -27,7 +27,8 @@ class Triangulated:
     Parameters
     ----------
     points : (..., 3) float64, mm, world frame
-        NaN where fewer than two views saw the point, or it came out behind a camera.
+        NaN where fewer than two views saw the point, the lines of sight cross under less than
+        `NARROWEST`, or it came out behind a camera.
     error : (...) float64, px
         Root mean square distance, over the views, of the seen from the reprojected point.
     """
@@ -58,7 +59,8 @@ def triangulate(views: Sequence[View], pixels: FloatArray) -> Triangulated:
     ParameterError
         If there are fewer than two views, or pixels for another number.
     DegenerateViewsError
-        If the lines of sight of every point are so nearly parallel that depth is left open.
+        If the lines of sight of half of the points or more are so nearly parallel that depth is
+        left open.
     """
     pixels = np.asarray(pixels, np.float64)
     if len(views) < 2 or pixels.shape[0] != len(views) or pixels.shape[-1] != 2:
@@ -72,7 +74,7 @@ def triangulate(views: Sequence[View], pixels: FloatArray) -> Triangulated:
     error = np.full(flat.shape[1], np.nan)
     use = np.flatnonzero(seen.sum(axis=0) >= 2)
     if len(use):
-        _check_angle(views, flat[:, use])
+        use = use[_crossing(views, flat[:, use])]
         start = _linear(views, flat[:, use], seen[:, use])
         place, error[use] = _refine(views, flat[:, use], seen[:, use], start)
         points[use] = place
@@ -93,14 +95,17 @@ def crossing_angles(views: Sequence[View], pixels: FloatArray) -> FloatArray:
     return widest
 
 
-def _check_angle(views: Sequence[View], pixels: FloatArray) -> None:
-    widest = float(crossing_angles(views, pixels).max())
-    if widest < NARROWEST:
+def _crossing(views: Sequence[View], pixels: FloatArray) -> NDArray[np.bool_]:
+    """Which points (N,) have lines of sight that cross widely enough."""
+    angles = crossing_angles(views, pixels)
+    middle = float(np.median(angles))  # a point that was mistaken may be seen under any angle
+    if middle < NARROWEST:
         raise DegenerateViewsError(
-            f"the views look along nearly the same lines (at most {np.degrees(widest):.1f} "
-            "degrees apart), which leaves depth open",
+            f"the views look along nearly the same lines (half of the points within "
+            f"{np.degrees(middle):.1f} degrees), which leaves depth open",
             "place the cameras or the mirror farther apart",
         )
+    return np.asarray(angles >= NARROWEST)
 
 
 def _linear(views: Sequence[View], pixels: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:

@@ -89,7 +89,8 @@ class ThinShell:
     Raises
     ------
     ParameterError
-        If a triangle has no area, or the arrays do not fit together.
+        If a triangle has no area or no such node, the arrays do not fit together, or one holds
+        what is not finite.
     """
 
     vertices: FloatArray
@@ -103,6 +104,17 @@ class ThinShell:
             raise ParameterError(
                 f"{np.shape(self.springs)} springs do not fit {np.shape(self.vertices)} vertices",
                 "give one for each node",
+            )
+        if not (np.isfinite(self.vertices).all() and np.isfinite(self.springs).all()):
+            raise ParameterError("a node or a spring of the shell is not finite", "leave it out")
+        faces = np.asarray(self.faces)
+        if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
+            raise ParameterError(f"faces of shape {faces.shape} make no shell", "give (M, 3)")
+        wrong = np.flatnonzero(((faces < 0) | (faces >= n)).any(axis=1))
+        if len(wrong):
+            raise ParameterError(
+                f"triangle {wrong[0]} has corners {faces[wrong[0]].tolist()}, the shell {n} nodes",
+                f"give 0 to {n - 1}",
             )
         flat = np.flatnonzero(self.areas <= 1e-12 * max(1.0, float(self.areas.max())))
         if len(flat):
@@ -184,8 +196,12 @@ class ThinShell:
         Raises
         ------
         ParameterError
-            If the shell is not held: K is singular.
+            If the forces do not fit or are not finite, or the shell is not held: K is singular.
         """
+        if np.size(forces) != np.size(self.vertices) or not np.isfinite(forces).all():
+            raise ParameterError(
+                "the forces are not finite, or not for the shell's nodes", "give one for each node"
+            )
         return self._solve(np.reshape(forces, (-1, 1))).reshape(-1, 3)
 
     def compliance_rows(self, dofs: NDArray[np.integer] | sparse.spmatrix) -> FloatArray:
@@ -216,9 +232,10 @@ class ThinShell:
             rows = sparse.csr_matrix(dofs)
         else:
             at = np.asarray(dofs, np.int64)
-            if at.size and not (at.min() >= 0 and at.max() < size):
+            wrong = at[(at < 0) | (at >= size)]
+            if wrong.size:
                 raise ParameterError(
-                    f"the shell has no degree of freedom {at.max()}", f"give 0 to {size - 1}"
+                    f"the shell has no degree of freedom {wrong[0]}", f"give 0 to {size - 1}"
                 )
             rows = sparse.csr_matrix(
                 (np.ones(len(at)), (np.arange(len(at)), at)), shape=(len(at), size)
@@ -270,8 +287,8 @@ def reach(
     Raises
     ------
     ParameterError
-        If goals depend on one another (such as one degree of freedom named twice), do not fit,
-        or the shell is not held.
+        If goals depend on one another (such as one degree of freedom named twice), do not fit
+        or are not finite, or the shell is not held.
 
     Notes
     -----
@@ -287,6 +304,8 @@ def reach(
             f"{goals.shape[-1]} goals for {different} different degrees of freedom",
             "give one goal for each",
         )
+    if not np.isfinite(goals).all():
+        raise ParameterError("a goal is not finite", "leave out frames in which a point was lost")
     if least not in ("force", "energy"):
         raise ParameterError(f"nothing is known of least '{least}'", "choose force or energy")
     p = shell.compliance_rows(picked)

@@ -21,6 +21,7 @@ from abs_engine.files import write_new
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2
+_STILL = 1e-12  # mm^2: variance of a mode that is rounding, not motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +134,18 @@ def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> Lea
     Raises
     ------
     ParameterError
-        If the frames span fewer modes, or hold what is not finite.
+        If there are none, they span fewer modes, or hold what is not finite.
     """
+    if (
+        np.ndim(displacements) != 3
+        or np.shape(displacements)[1:] != np.shape(rest)
+        or (len(displacements) == 0)
+    ):
+        raise ParameterError(
+            f"displacements of shape {np.shape(displacements)} are no frames of a shell with "
+            f"{len(rest)} nodes",
+            "give (T, N, 3) of one frame or more",
+        )
     data = np.asarray(displacements, np.float64).reshape(len(displacements), -1)
     if not np.isfinite(data).all():
         bad = int(np.flatnonzero(~np.isfinite(data).all(axis=1))[0])
@@ -142,7 +153,7 @@ def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> Lea
     mean = data.mean(axis=0)
     _, scale, vectors = np.linalg.svd(data - mean, full_matrices=False)
     values = scale**2 / max(1, len(data) - 1)
-    rank = int((values > 1e-12 * max(values[0], 1e-300)).sum()) if values[0] > 0 else 0
+    rank = int((values > max(1e-12 * values[0], _STILL)).sum())
     if not 0 < n_modes <= rank:
         raise ParameterError(
             f"{n_modes} modes asked for, {len(data)} frames span {rank}", "record more motion"

@@ -80,7 +80,8 @@ def reconstruct(
     Raises
     ------
     ParameterError
-        If nothing is observed, it does not fit, or the noise is not positive.
+        If nothing is observed, it does not fit, is not finite or of no degree of freedom, or the
+        noise is not positive.
 
     Notes
     -----
@@ -93,6 +94,8 @@ def reconstruct(
         raise ParameterError(
             f"{observed.shape[-1]} values for {len(seen)} coordinates", "give one for each"
         )
+    if not np.isfinite(observed).all():
+        raise ParameterError("an observed value is not finite", "leave its coordinate out")
     away = observed - _picked(rows, np.ravel(physics.rest + physics.mean)[:, None])[:, 0]
     return Posterior(physics, away @ (seen @ covariance) / variance, covariance)
 
@@ -105,7 +108,7 @@ def expected_posterior(
     Raises
     ------
     ParameterError
-        If nothing is observed or the noise is not positive.
+        If nothing is observed, what is observed does not fit, or the noise is not positive.
     """
     covariance = _posterior(physics, rows, noise)[1]
     return Posterior(physics, np.zeros(len(covariance)), covariance)
@@ -127,6 +130,18 @@ def _posterior(
 
 def _picked(rows: Rows, columns: FloatArray) -> FloatArray:
     """Rows of a matrix (3N, P), or weighted sums of them, (n, P)."""
+    size = len(columns)
     if sparse.issparse(rows):
+        if rows.shape[1] != size:
+            raise ParameterError(
+                f"weights for {rows.shape[1]} degrees of freedom do not fit {size}",
+                "make them for this shell",
+            )
         return np.asarray(rows @ columns, np.float64)
-    return np.asarray(columns[np.asarray(rows, np.int64)], np.float64)
+    at = np.asarray(rows, np.int64)
+    wrong = at[(at < 0) | (at >= size)]
+    if wrong.size:
+        raise ParameterError(
+            f"the physics has no degree of freedom {wrong[0]}", f"give 0 to {size - 1}"
+        )
+    return np.asarray(columns[at], np.float64)

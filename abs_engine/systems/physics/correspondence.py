@@ -9,12 +9,20 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.assets import Speaker
+from abs_engine.errors import ParameterError
 from abs_engine.observe.marks import LIPS16
 from abs_engine.shape.dots import ShellPoints, nearest_points
 from abs_engine.shape.lip_shell import LipShell
 from abs_engine.synth.people import Person, dots
 
 FloatArray = NDArray[np.float64]
+
+FARTHEST = 12.0
+"""mm RMS that mean dots may be from where they are on the head at rest: 4 of a person who speaks,
+8 and more of most others."""
+SCALES = (0.7, 1.4)
+"""Size of a mouth, for that of the head; the bundled people who speak have 1.0 to 1.3."""
+_STEEPEST = 30.0  # degrees: 17 of the bundled people, whose lips slope differently
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +34,7 @@ class Correspondence:
     points : ShellPoints
         Of `marks.LIPS16`, in their order: a table that is the same for everybody.
     rest : (N, 3) float64, mm, head frame
-        The shell's nodes at rest.
+        The shell's nodes at rest: of the known person's head, or of the average one.
     home : (16, 3) float64, mm, head frame
         Where the dots are while the shell is at rest. They lie up to 1 mm off the shell, whose
         facets are larger than the head's; the displacement goal of a dot is how far it is from
@@ -34,11 +42,15 @@ class Correspondence:
     person : str
         The person whose head it is; empty where the average head was laid on the dots.
     scale : float
-        By which the average head was scaled; 1 where the person is known.
+        How large the mouth is for the average head's; 1 where the person is known.
+    turn : (3, 3) float64
+        Rotation from the average head's axes to those of the dots; none where the person is known.
+    shift : (3,) float64, mm
+        Where the average head's origin is among the dots.
     misfit : float, mm
-        Root mean square distance of the mean dots from `home`. Of a known person it is how the
-        mouth is held on average, otherwise also how the person differs from the average one: both
-        are part of the mean displacement.
+        Root mean square distance of the mean dots, brought to the head, from `home`. Of a known
+        person it is how the mouth is held on average, otherwise also how the person differs from
+        the average one: both are part of the mean displacement.
     """
 
     points: ShellPoints
@@ -46,6 +58,8 @@ class Correspondence:
     home: FloatArray
     person: str
     scale: float
+    turn: FloatArray
+    shift: FloatArray
     misfit: float
 
     @property
@@ -54,17 +68,21 @@ class Correspondence:
         if self.person:
             return f"the head of {self.person}; mean dots {self.misfit:.2f} mm from rest"
         return (
-            f"the average head laid on the mean dots, {self.scale:.3f} times its size; "
-            f"they are {self.misfit:.2f} mm from its own"
+            f"the mean dots laid on the average head, {self.scale:.3f} times its size and "
+            f"{_degrees(self.turn):.1f} degrees turned; they are {self.misfit:.2f} mm from its own"
         )
 
+    def brought(self, dots: FloatArray) -> FloatArray:
+        """Dots (..., 16, 3), mm, in the axes and the size of the head that the shell rests on."""
+        return np.asarray((np.asarray(dots, np.float64) - self.shift) @ self.turn / self.scale)
+
     def goals(self, dots: FloatArray) -> FloatArray:
-        """Displacement goals U_g (..., 48), mm, of dots (..., 16, 3)."""
-        away = np.asarray(dots, np.float64) - self.home
+        """Displacement goals U_g (..., 48), mm, of dots (..., 16, 3) as they were observed."""
+        away = self.brought(dots) - self.home
         return away.reshape(*away.shape[:-2], -1)
 
     def seen(self, nodes: FloatArray) -> FloatArray:
-        """The dots (..., 16, 3) of a shell with nodes (..., N, 3), mm."""
+        """The dots (..., 16, 3), as `brought`, of a shell with nodes (..., N, 3), mm."""
         return np.asarray(self.home + self.points.at(nodes - self.rest))
 
 
@@ -97,24 +115,62 @@ def correspond(
     seen : (T, 16, 3) float64, mm, head frame
         The dots of `marks.LIPS16` in frames in which all were seen.
     person : str, optional
-        One of the speaker's people. By default the average head is scaled, turned and shifted as
-        a whole until its dots are nearest to the mean ones.
+        One of the speaker's people. By default the dots are scaled, turned and shifted as a
+        whole until the mean ones are nearest to those of the average head: the modes are learned
+        in that head's axes and size, in which they are used.
 
     Raises
     ------
     ParameterError
-        If there is no such person.
+        If there is no such person, or the dots are another's, in another frame or another unit.
     """
     points, at = shell_points(speaker, shell), dot_vertices(speaker)[: len(LIPS16)]
     mean = np.asarray(seen, np.float64).mean(axis=0)
     if person is not None:
         head = speaker.named(person).astype(np.float64)
-        misfit = _rms(mean - head[at])
-        return Correspondence(points, shell.nodes(head), head[at], person, 1.0, misfit)
-    average = speaker.vertices.astype(np.float64)
-    scale, turn, shift = similarity(average[at], mean)
-    rest, home = (scale * p @ turn.T + shift for p in (shell.nodes(average), average[at]))
-    return Correspondence(points, rest, home, "", scale, _rms(mean - home))
+        scale, turn, shift = 1.0, np.eye(3), np.zeros(3)
+        _check_frame(*similarity(head[at], mean)[:2])
+    else:
+        head = speaker.vertices.astype(np.float64)
+        scale, turn, shift = similarity(head[at], mean)
+        _check_frame(scale, turn)
+    misfit = _rms((mean - shift) @ turn / scale - head[at])
+    _check_misfit(misfit, person)
+    rest = shell.nodes(head)
+    return Correspondence(points, rest, head[at], person or "", scale, turn, shift, misfit)
+
+
+def _check_frame(scale: float, turn: FloatArray) -> None:
+    low, high = SCALES
+    if not low <= scale <= high:
+        raise ParameterError(
+            f"the dots make a mouth of {scale:.2g} times the head's size, not {low:g} to {high:g}",
+            "are they in mm? give them so",
+        )
+    if _degrees(turn) > _STEEPEST:
+        raise ParameterError(
+            f"the dots are turned by {_degrees(turn):.0f} degrees from the head frame",
+            "turn the points into the head frame: x left, y up, z out of the face",
+        )
+
+
+def _check_misfit(misfit: float, person: str | None) -> None:
+    if misfit <= FARTHEST:
+        return
+    if person is None:
+        raise ParameterError(
+            f"the mean dots are {misfit:.0f} mm RMS from any place on the average head",
+            f"check their names and order, at most {FARTHEST:g} mm make lips",
+        )
+    raise ParameterError(
+        f"the mean dots are {misfit:.0f} mm RMS from those on the head of {person}",
+        "name who wore them and give them in that head's frame (observe --reference), or name "
+        "nobody",
+    )
+
+
+def _degrees(turn: FloatArray) -> float:
+    return float(np.degrees(Rotation.from_matrix(turn).magnitude()))
 
 
 def similarity(points: FloatArray, wanted: FloatArray) -> tuple[float, FloatArray, FloatArray]:

@@ -20,6 +20,9 @@ from abs_engine.systems.physics.correspondence import Correspondence, correspond
 FloatArray = NDArray[np.float64]
 MODES, TRAINED = 10, 140
 """Section 4.2: ten modes of the first 140 frames."""
+JUMP = 5.0
+"""mm that a dot may be off the modes of the dots in any case."""
+_ROUNDS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +36,10 @@ class Training:
     correspondence : Correspondence
     used, tested, left_out : (...,) int
         Frames that were learned from, complete ones after them, and those with lost dots.
+    jumped : (...,) int
+        Complete frames that were left out as well, see `jumps`.
+    uncertain : (...,) int
+        Those of the used and tested frames in which a dot is uncertain.
     displacements : (T, N, 3) float64, mm
         Minimum-strain displacements (eq. 2) of the used frames.
     test : (m, N, 3) float64, mm
@@ -45,6 +52,8 @@ class Training:
     used: NDArray[np.int64]
     tested: NDArray[np.int64]
     left_out: NDArray[np.int64]
+    jumped: NDArray[np.int64]
+    uncertain: NDArray[np.int64]
     displacements: FloatArray
     test: FloatArray
 
@@ -77,20 +86,22 @@ def train(
     Returns
     -------
     Training
-        Frames in which a dot was lost are left out, and named in it.
+        Frames in which a dot was lost or jumps are left out, and named in it.
 
     Raises
     ------
     TooFewPointsError
         If dots were not observed at all, or lost in so many frames that too few are left.
     ParameterError
-        If the frames do not span so many modes, or there is no such person.
+        If the frames do not span so many modes, there is no such person, or the dots are not his.
     """
     shell = cut_lip_shell(speaker) if shell is None else shell
     dots = observations.of(LIPS16)
     whole = observations.complete(LIPS16)
     frames = np.flatnonzero(whole)
-    _check(len(frames), observations.frames, n_modes, n_train)
+    wild = jumps(dots[frames])
+    frames, jumped = frames[~wild], frames[wild]
+    _check(len(frames), len(jumped), observations.frames, n_modes, n_train)
     used, tested = frames[:n_train], frames[n_train:]
     laid = correspond(speaker, shell, dots[used], person)
     goals, rows = laid.goals(dots[frames]), laid.points.rows(len(shell))
@@ -106,8 +117,50 @@ def train(
         speaker=checksum(speaker),
         source=f"{observations.source}; {laid.how}",
     )
-    left_out = np.flatnonzero(~whole)
-    return Training(physics, shell, laid, used, tested, left_out, moved[:n_train], moved[n_train:])
+    uncertain = frames[observations.doubtful(LIPS16)[frames]]
+    return Training(
+        physics, shell, laid, used, tested, np.flatnonzero(~whole), jumped, uncertain,
+        moved[:n_train], moved[n_train:],
+    )  # fmt: skip
+
+
+def jumps(dots: FloatArray) -> NDArray[np.bool_]:
+    """In which frames (T,) a dot is where the other frames say that it cannot be.
+
+    Parameters
+    ----------
+    dots : (T, K, 3) float64, mm
+
+    Notes
+    -----
+    A dot jumps where it is more than `JUMP` mm, and eight robust standard deviations, off ten modes
+    of the dots. The modes are of the half of the frames nearest to the median at first, then of all
+    that do not jump, until these stay the same.
+    """
+    count = len(dots)
+    modes = min(MODES, count // 4)
+    if modes == 0:
+        return np.zeros(count, np.bool_)
+    flat = dots.reshape(count, -1)
+    middle = np.median(flat, axis=0)
+    off = _farthest(flat - middle)
+    kept = off <= np.median(off)
+    for _ in range(_ROUNDS):
+        mean = flat[kept].mean(axis=0)
+        basis = np.linalg.svd(flat[kept] - mean, full_matrices=False)[2][:modes]
+        away = flat - mean
+        off = _farthest(away - away @ basis.T @ basis)
+        centre = np.median(off)
+        spread = 1.4826 * np.median(np.abs(off - centre))
+        before, kept = kept, off <= max(centre + 8 * spread, JUMP)
+        if (kept == before).all():
+            break
+    return np.asarray(~kept)
+
+
+def _farthest(away: FloatArray) -> FloatArray:
+    """Distance (T,) of the dot that is farthest, of (T, 3 K)."""
+    return np.asarray(np.linalg.norm(away.reshape(len(away), -1, 3), axis=2).max(axis=1))
 
 
 def checksum(speaker: Speaker) -> str:
@@ -132,7 +185,7 @@ def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
         )
 
 
-def _check(complete: int, frames: int, n_modes: int, n_train: int) -> None:
+def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) -> None:
     if not 0 < n_modes < n_train:
         raise ParameterError(
             f"{n_modes} modes cannot be learned from {n_train} frames",
@@ -141,7 +194,8 @@ def _check(complete: int, frames: int, n_modes: int, n_train: int) -> None:
     if complete < n_train:
         raise TooFewPointsError(
             f"all {len(LIPS16)} dots were found in {complete} of {frames} frames, "
-            f"{n_train} are to be learned from",
+            + (f"without {jumped} in which one jumps, " if jumped else "")
+            + f"{n_train} are to be learned from",
             "correct the lost dots, or learn from fewer",
         )
 
