@@ -24,6 +24,7 @@ from abs_engine.evaluate.check.footage import time_findings
 from abs_engine.evaluate.check.ids import shift
 from abs_engine.evaluate.check.motion import vector_findings
 from abs_engine.evaluate.check.sight import look
+from abs_engine.evaluate.check.speech import contact_findings
 from abs_engine.geometry import Pose
 from abs_engine.truth import Phoneme, load_clip, load_dataset, write_sums
 from abs_engine.truth.camera_file import camera_json, load_placed_camera
@@ -537,3 +538,28 @@ def test_phonemes_are_tuples(clean):
     first = load_dataset(clean).clip("talk").intervals[0]
     assert isinstance(first, Phoneme)
     assert first.start < first.end
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "closed", "found"),
+    [
+        (1.2, 1.4, 1, False),
+        (1.2, 1.4, 2, False),  # the nearest frame may belong to an f or v
+        (1.2, 1.4, 3, True),
+        (4.3, 4.4, 3, True),
+        (4.6, 4.7, 3, False),  # after the last frame, and not near
+        (2.9, 3.2, 3, False),
+        (2.9, 3.2, 2, True),
+    ],
+)
+def test_a_closure_between_two_frames_is_held_against_those_beside_it(
+    clean, start, end, closed, found
+):
+    clip = load_dataset(clean).clip("talk")
+    lips = np.arange(FRAMES) == closed
+    said = Phoneme("p", start / clip.rate, end / clip.rate)
+    labels = tuple("p" if start <= f < end else "a" for f in range(FRAMES))
+    gap = np.where(lips, -1.0, 3.0)
+    clip = replace(clip, intervals=(said,), phonemes=labels, closed=lips, gap=gap)
+    findings = [f for f in contact_findings(clip, [], "talk") if "do not meet" in str(f)]
+    assert bool(findings) == found

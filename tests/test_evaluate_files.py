@@ -116,12 +116,43 @@ def test_a_long_file_with_the_columns_of_two_dimensions_alone(truth, reference, 
     assert scores["failure_share"] == 0
 
 
-def test_points_that_are_never_given_together_are_named(truth, reference, tmp_path):
+@pytest.mark.parametrize("unit", ["px", "mm"])
+def test_points_that_one_frame_lacks_count_in_the_others(truth, reference, tmp_path, unit):
+    heading, rows = long_rows(truth, unit)
+    rows = [row for row in rows if not (row[0] == 0 and row[2] >= 48)]
+    for row in rows:
+        row[heading.index("x")] += 30.0 * (row[2] >= 48)
+    estimate = read_landmarks(write_csv(tmp_path / "a.csv", heading, rows), reference)
+    clip_scores = measure(estimate, truth, truth.landmarks["landmark_68"])
+    scores = {key: score.value for key, score in summary([clip_scores]).items()}
+    key = {"px": "landmarks_rms_px", "mm": "landmarks_rms_camera_mm"}[unit]
+    wanted = 30 * np.sqrt(20 / 68 * (FRAMES - 1) / FRAMES)
+    assert scores[key] == pytest.approx(wanted, abs=1e-6)
+    assert scores["failure_share"] == 1
+    assert scores["landmarks_given"] == pytest.approx(1 - 20 / 68 / FRAMES)
+    assert scores["lips_given"] == pytest.approx(1 - 1 / FRAMES)
+    assert "1 of 60 tracked frames lack points" in clip_scores.notes[0]
+    assert "(48, 49, 50, 51, 52, 53, 54, 55 and 12 more)" in clip_scores.notes[0]
+
+
+@pytest.mark.parametrize("unit", ["px", "mm"])
+def test_a_frame_without_lips_or_most_points_failed(truth, reference, tmp_path, unit):
+    heading, rows = long_rows(truth, unit)
+    lacks = {3: [50], 5: range(35), 7: range(34)}  # one of the lips; most; half
+    rows = [row for row in rows if row[2] not in lacks.get(row[0], ())]
+    scores = landmarks_of(write_csv(tmp_path / "a.csv", heading, rows), truth, reference)
+    assert scores["failure_share"] == pytest.approx(2 / FRAMES)
+    assert scores["landmarks_rms_px"] == pytest.approx(0, abs=1e-9)
+
+
+def test_points_that_are_never_given_say_nothing_of_failure(truth, reference, tmp_path):
     heading, rows = long_rows(truth, "mm")
-    kept = [row for row in rows if (row[2] < 40) == (row[0] != 3)]
-    kept = [row for row in kept if (row[0], row[2]) != (3, 50)]
-    with pytest.raises(InputFileError, match=r"frame 3, .* points 0, 1, 2, 3, 4 and 36 more"):
-        read_landmarks(write_csv(tmp_path / "a.csv", heading, kept), reference)
+    rows = [row for row in rows if row[2] < 60]
+    estimate = read_landmarks(write_csv(tmp_path / "a.csv", heading, rows), reference)
+    clip_scores = measure(estimate, truth, truth.landmarks["landmark_68"])
+    scores = {key: score.value for key, score in summary([clip_scores]).items()}
+    assert (scores["failure_share"], scores["landmarks_given"]) == (0, 1)
+    assert clip_scores.notes == ()
 
 
 def test_a_long_file_in_head_coordinates(truth, reference, tmp_path):
@@ -344,6 +375,23 @@ def test_the_command_scores_one_run_where_it_lies(truth, dataset, tmp_path, caps
     assert (run / "evaluation" / "truth_curves.png").stat().st_size > 1000
     assert main(["evaluate", str(run), "--truth", str(dataset)]) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("moved", "said"), [(9.0, "every frame failed: is this"), (300.0, "is this the clip and cam")]
+)
+def test_the_command_warns_of_what_another_view_scores(
+    truth, dataset, tmp_path, caplog, moved, said
+):
+    pixels, points = true_landmarks(truth)
+    heading, rows = wide_rows(truth, pixels + 100.0, points + moved)
+    path = write_csv(tmp_path / "a.csv", heading, rows)
+    out = tmp_path / "out"
+    assert main(["evaluate", str(path), "--truth", str(dataset), "-o", str(out)]) == 0
+    assert said in caplog.text
+    told = json.loads((out / "scores.json").read_text())
+    assert said in told["notes"]["a"][0]
+    assert told["views"] == ["clip/camera"]
 
 
 def test_the_command_pools_clips(truth, dataset, tmp_path):

@@ -72,6 +72,18 @@ def test_another_frame_rate(truth, dataset, tmp_path):
         check_clip(run, {"rate": np.array(30.0)}, seen)
 
 
+def test_the_view_is_found_by_the_video_or_named(truth, dataset, tmp_path, capsys):
+    run = run_of(tmp_path / "run", truth, b"other pictures")
+    assert evaluate(run, dataset, tmp_path / "found") == 0
+    assert json.loads((tmp_path / "found/scores.json").read_text())["views"] == ["other/camera"]
+    old = write_run(tmp_path / "old", truth)
+    assert evaluate(old, dataset, tmp_path / "open") == 2
+    assert "choose with --clip and --camera" in capsys.readouterr().err
+    words = ["evaluate", str(old), "--truth", str(dataset), "-o", str(tmp_path / "named")]
+    assert main([*words, "--clip", "other", "--camera", "camera"]) == 0
+    assert json.loads((tmp_path / "named/scores.json").read_text())["views"] == ["other/camera"]
+
+
 @pytest.mark.parametrize("told", [None, "{", "[]", '{"settings": {}}'])
 def test_an_old_run_is_taken_at_its_word(truth, dataset, tmp_path, caplog, told):
     run = write_run(tmp_path / "run", truth)

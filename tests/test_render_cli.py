@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from pathlib import Path
 
 import cv2
@@ -13,6 +15,8 @@ from abs_engine.assets import load_speaker
 from abs_engine.cli import main
 from abs_engine.systems.inspect.palette import CLASS_COLOURS, colours_of
 from abs_engine.systems.inspect.request import CHOICES
+from abs_engine.truth import write_sums
+from abs_engine.truth.sums import digest
 from abs_engine.video import probe, read_frames
 
 
@@ -180,6 +184,38 @@ def test_the_error_of_a_run_is_what_it_was_made_with(render, place):
         colour = colours_of("viridis")[round(5 / 10 * 255)]
         hue = face / face.sum(axis=1, keepdims=True)
         assert np.abs(hue - colour / colour.sum()).max() < 0.03
+
+
+@pytest.fixture(scope="module")
+def several(tmp_path_factory) -> Path:
+    """Two clips, and a run of the second."""
+    folder = tmp_path_factory.mktemp("several")
+    data = write_dataset(folder / "data")
+    write_video(data / "clip/front/video.mp4")
+    shutil.copytree(data / "clip", data / "other")
+    with (data / "other/front/video.mp4").open("ab") as file:
+        file.write(b"more")
+    record = json.loads((data / "dataset.json").read_text())
+    record["clips"].append({**record["clips"][0], "name": "other"})
+    (data / "dataset.json").write_text(json.dumps(record))
+    write_sums(data)
+    write_run(folder / "run")
+    told = {"video": "x.mp4", "video_sha256": digest(data / "other/front/video.mp4")}
+    (folder / "run/run.json").write_text(json.dumps({"settings": told}))
+    return folder
+
+
+def test_a_run_is_drawn_beside_the_clip_that_was_tracked(render, fails, several):
+    run, data = several / "run", several / "data"
+    for kind, more in (("error", ("--size", 60, 70)), ("overlay", ("--frame", 2))):
+        words = kind, run, "--truth", data, *more
+        found = render(*words, name=f"{kind}.png")
+        named = render(*words, "--clip", "other", "--camera", "front", name=f"{kind}2.png")
+        assert (found == named).all()
+    of_other = fails("error", run, "--truth", data / "clip", "--frame", 2)
+    assert "is of other/front/video.mp4 of the same dataset" in of_other
+    assert "choose with --clip and --camera" in fails("ids", "--truth", data)
+    assert "give --truth" in fails("error", run, "--clip", "other")
 
 
 def test_an_array_is_painted(render, tmp_path):

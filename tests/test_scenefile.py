@@ -18,6 +18,8 @@ from abs_engine.errors import AbsEngineError, InputFileError, ModelFormatError, 
 from abs_engine.synth import studio
 from abs_engine.synth.cameras import check_view, lens, stand
 from abs_engine.synth.cast import Cast, person_of
+from abs_engine.synth.contact import widest_gap
+from abs_engine.synth.finish import clip_entry
 from abs_engine.synth.look import Light, LightKey
 from abs_engine.synth.motion import head_poses, keyed, ramp
 from abs_engine.synth.optics import Sensor
@@ -37,7 +39,8 @@ from abs_engine.synth.scenefile import (
     scene_text,
     sentence_scene,
 )
-from abs_engine.truth.codec import HAND, OTHER
+from abs_engine.synth.sequence import deform
+from abs_engine.truth.codec import CLOSED_BELOW, HAND, OTHER
 
 NOTHING = {"person": None, "size": None, "frames": None, "seed": None, "lossless": False}
 HEAD = 'format = "abs_engine.scene"\nversion = 1\n'
@@ -325,6 +328,39 @@ def test_speech_sentences_recordings_and_repetition(speaker, tmp_path):
     np.testing.assert_array_equal(held.weights[-1], held.weights[-10])
 
 
+def test_speech_that_is_cut_is_told_of(speaker, caplog):
+    cut = plan(speaker, "[[clip]]\nname = 'talk'\nsay = '_(0.1) m(0.1) i(0.1) p a _'\nframes = 8\n")
+    assert caplog.messages == ["clip 'talk': the last 2 of 4 sounds lie after its last frame"]
+    assert cut.sentence == "_(0.1) m(0.1) i(0.1) p a _ (cut: without the last 2 of 4 sounds)"
+    assert clip_entry(cut).sentence == cut.sentence  # which the card shows
+    assert [label for label, _, _ in cut.intervals] == ["_", "m", "i"]
+    assert max(start for _, start, _ in cut.intervals) <= 7 / 25
+    caplog.clear()
+    whole = plan(speaker, "[[clip]]\nsay = '_ m A: p a _'\nframes = 40\n")
+    assert whole.sentence == "_ m A: p a _"
+    assert not caplog.messages
+
+
+def test_a_closure_shorter_than_a_frame_is_told_of(speaker, caplog):
+    say = "_(0.03) a(0.1) p(0.01) a(0.1) m(0.1) b(0.01) a(0.1) _"
+    made = plan(speaker, f"[[clip]]\nsay = '{say}'\n")
+    assert "p" not in made.phonemes
+    assert caplog.messages == [
+        "clip 'clip-1': 2 of 3 p, b, m are shorter than a frame, and no frame is labelled with them"
+    ]
+
+
+def test_visemes_squeezed_into_few_frames_close_the_lips(speaker):
+    made = plan(speaker, "[[clip]]\nsentence = 'closures'\nframes = 8\n")
+    ends = [(start, end) for label, start, end in made.intervals if label in "pbm"]
+    between = [(a, b) for a, b in ends if np.ceil(a * 25) == np.ceil(b * 25)]
+    assert len(between) >= 4
+    for a, b in between:
+        frame = int(np.abs(np.arange(len(made)) - 25 * (a + b) / 2).argmin())
+        moved = made.neutral + deform(speaker, made.weights[frame])
+        assert widest_gap(speaker, moved) < CLOSED_BELOW
+
+
 def test_people_by_chance_and_by_hand(speaker):
     entry = SpeakerEntry("x", random=3, skin="very_dark", beads=5)
     person = person_of(entry, speaker)
@@ -411,3 +447,10 @@ def test_a_word_that_is_nothing_is_answered_with_scenes_too():
     with pytest.raises(ParameterError, match="--seed does not go with a scene"):
         request_of(Namespace(**{**NOTHING, "what": "short", "seed": 3}))
     assert request_of(Namespace(**{**NOTHING, "what": "demo"})).scene.clip[0].sentence == "demo"
+
+
+def test_the_help_names_every_shipped_scene(capsys):
+    with pytest.raises(SystemExit):
+        main(["synth", "--help"])
+    told = capsys.readouterr().out
+    assert [path.name for path in SCENES if path.name not in told] == []

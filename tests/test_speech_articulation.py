@@ -21,6 +21,7 @@ from abs_engine.synth.speech.contact import ContactSolver
 from abs_engine.synth.speech.dominance import Score, blend
 from abs_engine.synth.speech.lips import Lips, tooth_gap
 from abs_engine.synth.speech.targets import ARTICULATORS, goals
+from abs_engine.truth.card import card_text
 from abs_engine.truth.codec import CLOSED_BELOW
 
 PEOPLE = ("clara", "kofi", "mei", "walter", "amara", "ravi")
@@ -322,3 +323,10 @@ def test_a_closure_shorter_than_a_frame_takes_a_frame_from_its_neighbours():
     assert held.sum() == 1
     assert "p" not in speech.phonemes
     assert gap("ravi", speech.weights[held][0]) < CLOSED_BELOW
+
+
+def test_the_card_says_what_is_measured():
+    card = card_text({"clips": [], "command": "", "seed": 0, "engine": "", "labels": ()})
+    assert f"gap along them is below {TOUCHING:g} mm" in card
+    assert "need not touch" not in card
+    assert "the lips meet at some time of each interval" in card

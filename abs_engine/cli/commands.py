@@ -101,7 +101,8 @@ def evaluate(chosen: Namespace) -> int:
     from abs_engine.systems.evaluation import evaluate as score
 
     folder = chosen.output or default_folder(chosen.results)
-    done = score(chosen.results, chosen.truth, folder, seed=chosen.seed)
+    view = chosen.clip, chosen.camera
+    done = score(chosen.results, chosen.truth, folder, seed=chosen.seed, view=view)
     print("\n".join(done.lines()))
     print(f"wrote {done.folder}")
     return 0

@@ -104,8 +104,9 @@ def _demo(command: argparse.ArgumentParser) -> None:
 def _synth(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "what", metavar="SCENE",
-        help="a scene file, NAME.toml (shipped: short.toml, speech.toml, ten_thousand.toml); or "
-        "demo, wolves, vowels, closures, or viseme symbols in quotes: '_ m a p i _'",
+        help="a scene file, NAME.toml (shipped: short.toml, speech.toml, ten_thousand.toml, and "
+        "reference.toml, which has every key); or demo, "
+        "wolves, vowels, closures, or viseme symbols in quotes: '_ m a p i _'",
     )  # fmt: skip
     _output(command, "DIR", "folder of the data set; if interrupted, the same command goes on")
     command.add_argument(
@@ -160,6 +161,8 @@ def _evaluate(command: argparse.ArgumentParser) -> None:
         help="what 'synth -o' made, or DATASET/CLIP/CAMERA; one for all, or one for each RUN, "
         "which are then pooled as clips, too",
     )  # fmt: skip
+    command.add_argument("--clip", metavar="NAME", help="of the dataset, where it has several")
+    command.add_argument("--camera", metavar="NAME", help="of the clip, where it has several")
     command.add_argument(
         "-o", "--output", type=Path, metavar="DIR",
         help="folder of the scores, must not exist (default: RUN/evaluation)",

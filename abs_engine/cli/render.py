@@ -35,7 +35,9 @@ def add_render(command: argparse.ArgumentParser) -> None:
     add("kind", nargs="?", choices=tuple(KINDS), default="portrait", metavar="KIND",
         help="what is drawn, see below (default: portrait)")  # fmt: skip
     add("run_folder", nargs="?", type=Path, metavar="RUN", help="what 'track -o' made")
-    add("--truth", type=Path, metavar="DIR", help="a dataset's clip and camera")
+    add("--truth", type=Path, metavar="DIR", help="a dataset, or its clip and camera")
+    add("--clip", metavar="NAME", help="of the dataset, where it has several")
+    add("--camera", metavar="NAME", help="of the clip, where it has several")
     add("--frame", type=int, metavar="N",
         help="of the run or the dataset (default: all as MP4, 20 as PNG)")  # fmt: skip
     add("--person", default="clara", help="who is drawn (default: clara)")
@@ -83,8 +85,8 @@ def request_of(chosen: Namespace) -> Request:
 
 
 _AS_TYPED = (
-    *("truth", "frame", "person", "speaker", "palette", "crop", "turn", "views", "weight"),
-    *("modes", "columns", "style", "video", "values", "largest"),
+    *("truth", "clip", "camera", "frame", "person", "speaker", "palette", "crop", "turn"),
+    *("views", "weight", "modes", "columns", "style", "video", "values", "largest"),
 )
 
 

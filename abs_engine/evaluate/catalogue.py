@@ -39,7 +39,7 @@ TRACKS = {
 }
 WHICH = {
     "lip_points": ", of the points of the lips that a run of this engine gives",
-    "landmarks": ", of those of the 68 points that the system gives in every frame",
+    "landmarks": ", in each frame of those of the 68 points that the system gives there",
     "lip_landmarks": ", of points 48 to 67",
 }
 """Points of a track that its name does not tell."""
@@ -122,8 +122,18 @@ METRICS: tuple[Metric, ...] = (
         "lost, or RMS error of the lip landmarks 48 to 67 above 5 mm, in head coordinates, or in "
         "the camera's where the system gives no head pose; where it gives no 3D, their mean error "
         "in the picture above 0.08 of the distance of the eyes (Shen et al. 2015). Of a system "
-        "that lacks some of these landmarks, the error of the points that it gives",
+        "that lacks some of these landmarks, the error of the points that it gives. A frame that "
+        "lacks a lip landmark, or more than half of the landmarks, that the system gives in other "
+        "frames failed, too",
     ),
+    Metric(
+        "landmarks_given",
+        "68 landmarks given",
+        "share",
+        "mean over tracked frames of the share that is given, of those landmarks that the system "
+        "gives in any frame",
+    ),
+    Metric("lips_given", "lip landmarks given", "share", "the same for points 48 to 67"),
     *(metric for track, name in TRACKS.items() for metric in _points(track, name)),
     Metric(
         "landmarks_rms_px",

@@ -43,7 +43,7 @@ class PointTrack:
     ----------
     vertex : (N,) int, indices of the truth's vertices
     points : (T, N, 3) float64, mm
-        NaN in lost frames.
+        NaN in lost frames, and for points that a frame does not give.
     space : {"head", "camera"}
         The frame of reference.
     """

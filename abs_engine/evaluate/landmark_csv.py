@@ -11,7 +11,8 @@ camera coordinates, and ``pose_Tx`` ... ``pose_Rz`` (mm, radians; R = Rx Ry Rz, 
 face that looks into the camera). px, or mm, or both.
 
 Frames count from 0 or from 1. Every frame of the clip is there; a lost one has empty cells, or
-success 0.
+success 0. A point that is given in some frames only is scored in these; see `given` for what it
+means for the others.
 """
 
 from __future__ import annotations
@@ -228,7 +229,7 @@ def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
     closed = closed_in_picture(found.pixels, rest)
     by: ClosedBy = "picture"
     if has_mm:
-        given = _always_given(path, found.points, tracked)
+        given = np.isfinite(found.points).all(axis=2).any(axis=0)
         track = PointTrack(clip.landmark_68[given], found.points[:, given], found.space)
         tracks["landmarks"] = track
         curves = landmark_curves(found.points, None if found.space == "head" else rest)
@@ -246,29 +247,6 @@ def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
         curves=curves,
         curves_on="axes" if found.space == "head" else "rest",
     )
-
-
-def _always_given(path: Path, points: FloatArray, tracked: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Points (68,) that are given in every tracked frame.
-
-    Raises
-    ------
-    InputFileError
-        If there are none.
-    """
-    known = np.asarray(np.isfinite(points).all(axis=2))
-    given = np.asarray(known[tracked].all(axis=0))
-    if not given.any():
-        frames = np.flatnonzero(tracked)
-        worst = int(frames[known[frames].sum(axis=1).argmin()])
-        missing = [str(k) for k in np.flatnonzero(~known[worst])]
-        more = f" and {len(missing) - 5} more" if missing[5:] else ""
-        raise InputFileError(
-            f"{path} gives no point in every frame: frame {worst}, counted from 0, lacks the "
-            f"points {', '.join(missing[:5])}{more}",
-            "give the same points in all frames, and none in lost ones",
-        )
-    return given
 
 
 def _any_point(points: FloatArray) -> NDArray[np.bool_]:

@@ -19,6 +19,7 @@ from abs_engine.evaluate.catalogue import METRICS
 from abs_engine.evaluate.closing import Closures, closures
 from abs_engine.evaluate.complete import complete
 from abs_engine.evaluate.estimate import Estimate, within
+from abs_engine.evaluate.given import given_landmarks
 from abs_engine.evaluate.measures import (
     closure_means,
     curve_means,
@@ -59,6 +60,8 @@ class ClipScores:
     numbers : mapping of str to float
     closures : two (T,) bool, optional
         Frames that are called closed, and those that are, see `closing.closures`.
+    notes : tuple of str
+        What a reader of the scores should know.
     """
 
     name: str
@@ -66,6 +69,7 @@ class ClipScores:
     means: dict[str, Mean]
     numbers: dict[str, float]
     closures: Closures | None = None
+    notes: tuple[str, ...] = ()
 
 
 def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) -> ClipScores:
@@ -89,14 +93,19 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
     means: dict[str, Mean] = {}
     errors: dict[str, FloatArray] = {}
     for name, track in said.tracks.items():
-        if np.isfinite(track.points).all(axis=(1, 2)).any():
+        if np.isfinite(track.points).all(axis=2).any():
             found, squared = track_means(name, track, said, truth)
             means |= found
             errors[name] = np.sqrt(squared)
     if said.pixels is not None and landmark_68 is not None:
         found, errors["pixels"] = pixel_means(said.pixels, truth, landmark_68)
         means |= found
-    means["failure_share"] = Mean.share(_failed(said, errors), seen)
+    given = given_landmarks(said, estimate.pixels is not None, landmark_68)
+    failed = _failed(said, errors)
+    if given is not None:
+        means |= given.means()
+        failed = failed | given.failed
+    means["failure_share"] = Mean.share(failed, seen)
     means |= pose_means(said, truth)
     numbers = {
         "frames": float(seen.sum()),
@@ -115,7 +124,8 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
     closed = closures(said, truth, true_curves["aperture"], landmark_68)
     if closed is not None:
         means |= closure_means(closed[0], closed[1] & seen, truth.rate)
-    return ClipScores(estimate.name, truth.rate, means, numbers, closed)
+    notes = () if given is None else given.notes()
+    return ClipScores(estimate.name, truth.rate, means, numbers, closed, notes)
 
 
 def in_picture(truth: Truth, landmark_68: NDArray[Any] | None) -> NDArray[np.bool_]:

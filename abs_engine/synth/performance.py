@@ -22,6 +22,7 @@ from abs_engine.synth.speech import (
     read_livelink,
     read_textgrid,
 )
+from abs_engine.synth.speech.phonemes import PAUSE
 
 FloatArray = NDArray[np.float64]
 _log = logging.getLogger(__name__)
@@ -35,7 +36,7 @@ class Performance:
     Parameters
     ----------
     text : str
-        What is said, as the scene file has it.
+        What is said, as the scene file has it, and whether it is cut.
     weights : (T, 52) float64
     phonemes : tuple of str
         One for each frame.
@@ -88,7 +89,8 @@ def perform(
         raise ParameterError(f"{where}: {error.problem}", error.remedy) from error
     said = repeated(said, entry.repeat, rate)
     if entry.frames is not None:
-        said = fitted(said, entry.frames, rate)
+        said = _cut(said, entry.frames, rate, where)
+    _warn_of_short(said, rate, where)
     if entry.blinks and entry.arkit is None:
         times = np.arange(len(said.weights)) / rate
         said = replace(said, weights=said.weights + expression(times, speaker.unit_names, rng))
@@ -138,6 +140,34 @@ def _warn_of_words(text: str, entry: ClipEntry) -> None:
         )  # fmt: skip
 
 
+def _cut(said: Performance, frames: int, rate: float, where: str) -> Performance:
+    """The same with a number of frames; warns of speech that is lost, and the text tells of it."""
+    made = fitted(said, frames, rate)
+    before, after = _sounds(said), _sounds(made)
+    lost = f"the last {before - after} of {before} sounds"
+    if after < before:
+        _log.warning("%s: %s lie after its last frame", where, lost)
+        return replace(made, text=f"{said.text} (cut: without {lost})")
+    if not said.intervals and frames < len(said.weights):
+        return replace(made, text=f"{said.text} (cut)")
+    return made
+
+
+def _sounds(said: Performance) -> int:
+    return sum(label != PAUSE.label for label, _, _ in said.intervals)
+
+
+def _warn_of_short(said: Performance, rate: float, where: str) -> None:
+    """Say how many p, b and m no frame is labelled with, as they fall between two frames."""
+    closures = [(a, b) for label, a, b in said.intervals if label[0] in "pbm"]
+    short = sum(bool(np.ceil(a * rate) >= np.ceil(b * rate)) for a, b in closures)
+    if short:
+        _log.warning(
+            "%s: %d of %d p, b, m are shorter than a frame, and no frame is labelled with them",
+            where, short, len(closures),
+        )  # fmt: skip
+
+
 def _spoken(text: str, speech: Speech) -> Performance:
     intervals = tuple((i.label, float(i.start), float(i.end)) for i in speech.intervals)
     return Performance(text, speech.weights, tuple(speech.phonemes), intervals, speech.head)
@@ -162,10 +192,14 @@ def repeated(said: Performance, times: int, rate: float) -> Performance:
 
 
 def fitted(said: Performance, frames: int, rate: float) -> Performance:
-    """The same cut to a number of frames, or held at its end."""
+    """The same cut to a number of frames, or held at its end.
+
+    What begins after the last frame of a cut is left out: none of it is filmed.
+    """
     take = np.minimum(np.arange(frames), len(said.weights) - 1)
     length = frames / rate
-    cut = [(a, b, min(c, length)) for a, b, c in said.intervals if b < length]
+    last = (frames - 1) / rate + 1e-9 if frames < len(said.weights) else length
+    cut = [(a, b, min(c, length)) for a, b, c in said.intervals if b < last]
     return replace(
         said,
         weights=said.weights[take],

@@ -142,6 +142,7 @@ def utter(
     """What a sentence of visemes is in face units of a person; parameters and errors as `say`.
 
     In f the lower lip of the person with `neutral` vertices (V, 3), mm, goes to the upper teeth.
+    In p, b and m that fall between two frames the lips are closed in the nearest.
     """
     if rate <= 0 or (frames is not None and frames < 1):
         raise ParameterError("rate and length must be positive", "give at least one frame")
@@ -156,6 +157,10 @@ def utter(
         (v.name, a, b) for v, a, b in zip(visemes, starts, ends.tolist(), strict=True)
     )
     weights = articulate(visemes, spoken, speaker.unit_names)
+    for viseme, start, end in zip(visemes, starts, ends.tolist(), strict=True):
+        if viseme.name in "pbm" and np.ceil(start * rate) >= np.ceil(end * rate):
+            nearest = np.abs(times - (start + end) / 2).argmin()
+            weights[nearest] = viseme.weights(speaker.unit_names)
     return Talk(weights, _nearest(visemes, spoken), intervals)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,14 +24,20 @@ from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, sum
 from abs_engine.evaluate.truth_report import report
 from abs_engine.files import NewFolder
 from abs_engine.release import engine_version
+from abs_engine.systems.report_views import found_truth
 from abs_engine.systems.same_clip import check_clip
 from abs_engine.track.mesh import MESH, load_mesh
 from abs_engine.track.record import load_run
-from abs_engine.truth import Truth, load_truth
+from abs_engine.truth import Truth
 
 SCORES, TABLE = "scores.json", "scores.csv"
 MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1
 POOLED = "all clips"
+FAR_MM = 50.0
+"""RMS error above which a file is most likely of another view."""
+
+View = tuple[str | None, str | None]
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -54,7 +61,12 @@ class Evaluation:
 
 
 def evaluate(
-    results: Sequence[Path], truths: Sequence[Path], folder: Path, *, seed: int = 0
+    results: Sequence[Path],
+    truths: Sequence[Path],
+    folder: Path,
+    *,
+    seed: int = 0,
+    view: View = (None, None),
 ) -> Evaluation:
     """Score results and write the scores.
 
@@ -69,6 +81,9 @@ def evaluate(
         Must not exist.
     seed : int
         Of the confidence intervals.
+    view : two of str, optional
+        Names of clip and camera that the truths leave open. Where several fit, it is the view
+        whose very video was tracked.
 
     Raises
     ------
@@ -89,12 +104,19 @@ def evaluate(
     speaker = load_speaker()
     systems: dict[str, dict[str, Score]] = {}
     clips: list[ClipScores] = []
+    views: list[str] = []
+    notes: dict[str, list[str]] = {}
     with NewFolder(folder) as made:
-        for name, path, truth in _loaded(results, truths):
+        for name, path, truth in _loaded(results, truths, view):
             marks = landmarks_of(truth, speaker)
             estimate = read_result(path, truth, speaker, marks)
             clips.append(measure(replace(estimate, name=name), truth, marks))
             systems[name] = summary(clips[-1:], seed=seed)
+            views.append("/".join(truth.folder.parts[-2:]))
+            told = (*clips[-1].notes, *(() if path.is_dir() else _doubts(systems[name])))
+            for note in told:
+                _log.warning("%s: %s", path, note)
+            notes |= {name: list(told)} if told else {}
             _save_map(made.work / f"error_map_{_file_name(name)}.npz", estimate, truth)
             if len(results) == 1 and path.is_dir():
                 report(load_run(path), truth, made.work, clips[-1].closures)
@@ -105,6 +127,8 @@ def evaluate(
             "seed": seed,
             "confidence": 0.95,
             "truths": [str(path) for path in truths],
+            "views": views,
+            "notes": notes,
         }
         (made.work / SCORES).write_text(score_table.as_json(systems, facts), encoding="utf-8")
         (made.work / TABLE).write_text(score_table.as_csv(systems), encoding="utf-8")
@@ -206,10 +230,23 @@ def _check_result(path: Path) -> None:
         raise InputFileError(f"{path} does not exist", "give a run's folder or a CSV file")
 
 
-def _loaded(results: Sequence[Path], truths: Sequence[Path]) -> Iterator[tuple[str, Path, Truth]]:
+def _doubts(scores: Mapping[str, Score]) -> tuple[str, ...]:
+    """A question, if a file's numbers are such as those of another view would be."""
+    failed = scores["failure_share"].value
+    far = [s.value for key, s in scores.items() if key.endswith(("_rms_head_mm", "_rms_camera_mm"))]
+    if failed == 1:
+        return ("every frame failed: is this the clip and camera?",)
+    if max(far, default=0.0) > FAR_MM:
+        return (f"it is {max(far):.0f} mm (RMS) from the truth: is this the clip and camera?",)
+    return ()
+
+
+def _loaded(
+    results: Sequence[Path], truths: Sequence[Path], view: View
+) -> Iterator[tuple[str, Path, Truth]]:
     """Name, path and truth of each result; a truth that serves all is read once."""
     names: list[str] = []
-    shared = load_truth(truths[0]) if len(truths) == 1 else None
+    shared = found_truth(truths[0], *view, results) if len(truths) == 1 else None
     for k, path in enumerate(map(Path, results)):
         name = path.resolve().name if path.is_dir() else path.stem
         if name in (*names, POOLED):
@@ -217,7 +254,7 @@ def _loaded(results: Sequence[Path], truths: Sequence[Path]) -> Iterator[tuple[s
         while name in (*names, POOLED):
             name += "'"
         names.append(name)
-        yield name, path, shared if shared is not None else load_truth(truths[k])
+        yield name, path, shared if shared is not None else found_truth(truths[k], *view, [path])
 
 
 def _save_map(path: Path, estimate: Estimate, truth: Truth) -> None:

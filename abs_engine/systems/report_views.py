@@ -1,4 +1,4 @@
-"""Which clip and camera of a dataset a report is about."""
+"""Which clip and camera of a dataset a report, a score or a picture is about."""
 
 from __future__ import annotations
 
@@ -69,12 +69,34 @@ def shown_view(
     fitting = known[:1] or fitting
     if len(fitting) > 1:
         raise ParameterError(
-            f"{path} holds {len(fitting)} views, and a report shows one: {_named(fitting)}",
+            f"{path} holds {len(fitting)} views, and one is needed: {_named(fitting)}",
             "choose with --clip and --camera",
         )
     truth = load_truth(root / fitting[0][0] / fitting[0][1])
     others = tuple("/".join(view) for view in dataset.views if view != fitting[0])
     return ShownView(truth, "/".join(fitting[0]), others)
+
+
+def found_truth(
+    path: Path, clip: str | None = None, camera: str | None = None, results: Sequence[Path] = ()
+) -> Truth:
+    """The truth of the view that is asked for; if several fit, of that which was tracked.
+
+    Parameters as of `shown_view`. Whether the results are of the one view that fits is left to
+    `same_clip.check_clip`.
+
+    Raises
+    ------
+    InputFileError
+        If there is no dataset.
+    ParameterError
+        If no view or several fit.
+    """
+    root, given = dataset_root(path)
+    fitting = _fitting(read_record(root), given, clip, camera)
+    if len(fitting) == 1:
+        return load_truth(root / fitting[0][0] / fitting[0][1])
+    return shown_view(path, clip, camera, results).truth
 
 
 def dataset_root(path: Path) -> tuple[Path, tuple[str, ...]]:

@@ -114,8 +114,11 @@ be used without condition.
 
 - One head topology; skin without subsurface scattering, no hair on the head, no shadows cast.
 - What is said follows a model of coarticulation, not a recording, unless the table says otherwise.
-- Tongue and teeth are drawn, but the tongue's motion is coarse. In f and v the lower lip comes
-  within 1 mm of the upper teeth and need not touch them.
+- In p, b and m the lips meet at some time of each interval, not in each frame that is labelled
+  with it. One shorter than a frame may have no frame in `phonemes`; they meet in a frame beside it.
+- Tongue and teeth are drawn, but the tongue's motion is coarse. In f and v the lower lip goes to
+  the upper front teeth: in the middle of each, the median of the gap along them is below 0.25 mm,
+  unless a closure beside it needs that frame.
 - Labels describe the mesh. Shoulders, background and what covers the head have no facet ids.
 """
 

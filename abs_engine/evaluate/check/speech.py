@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.truth import Clip
+from abs_engine.truth import Clip, Phoneme
 from abs_engine.truth.codec import CLOSED_BELOW
 from abs_engine.truth.lip_gap import lip_edges, widest_gap
 
@@ -64,7 +65,19 @@ def contact_findings(clip: Clip, frames: Iterable[int], name: str) -> Iterator[F
             continue
         first, last = np.ceil(said.start * clip.rate), np.ceil(said.end * clip.rate)
         inside = np.arange(max(int(first), 0), min(int(last), len(clip)))
-        inside = inside[labels[inside] == said.label]
+        inside = inside[labels[inside] == said.label] if first < last else _beside(clip, said)
         if len(inside) and not clip.closed[inside].any():
             how = f"'{said.label}' at {said.start:.2f} s, gap {clip.gap[inside].min():.2f} mm"
             yield Finding(name, "the lips do not meet in a p, b or m", how, int(inside[0]))
+
+
+def _beside(clip: Clip, said: Phoneme) -> NDArray[np.int64]:
+    """The frames before and after a phoneme that has none.
+
+    None, if not even the nearest lies within half a frame of it. The closure may be in the farther
+    one: the nearest may belong to an f or v.
+    """
+    after = int(np.ceil(said.start * clip.rate))
+    frames = np.array([f for f in (after - 1, after) if 0 <= f < len(clip)], np.int64)
+    away = np.maximum(said.start * clip.rate - frames, frames - said.end * clip.rate)
+    return frames if (away <= 0.5).any() else frames[:0]

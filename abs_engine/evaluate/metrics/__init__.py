@@ -1,7 +1,8 @@
 """Numbers that say how far a track is from the truth, each with its definition and source.
 
-Lengths in mm. Points are (T, N, 3): T frames of N points. A frame in which an estimate is not
-finite was not tracked; it is left out of every mean, and counted as a failure.
+Lengths in mm. Points are (T, N, 3): T frames of N points. A point that is not finite was not given
+in that frame, and each frame is scored by the points given. A frame without any was not tracked; it
+is left out of every mean, and counted as a failure.
 """
 
 from abs_engine.evaluate.metrics.bootstrap import Mean, block_length, confidence

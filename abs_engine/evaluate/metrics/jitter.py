@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.errors import ParameterError
+from abs_engine.evaluate.metrics.given import mean_of_given
 
 FloatArray = NDArray[np.float64]
 
@@ -14,7 +15,8 @@ def acceleration_error(estimated: ArrayLike, truth: ArrayLike, rate: float) -> F
     """Mean over points of the size of the error's second difference, (T,) mm/s^2.
 
     The acceleration error of Kanazawa et al., Learning 3D human dynamics from video, CVPR (2019),
-    here in mm/s^2. NaN in the first and the last frame and beside lost frames.
+    here in mm/s^2. NaN in the first and the last frame and beside lost frames;
+    a point counts where it is given in three frames in a row.
 
     Parameters
     ----------
@@ -23,7 +25,7 @@ def acceleration_error(estimated: ArrayLike, truth: ArrayLike, rate: float) -> F
         Frames per second.
     """
     second = _second_difference(estimated, truth)
-    return np.asarray(np.linalg.norm(second, axis=2).mean(axis=1) * rate**2)
+    return mean_of_given(np.linalg.norm(second, axis=2)) * rate**2
 
 
 def noise_level(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
@@ -34,7 +36,7 @@ def noise_level(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
     Steinmetz, Biometrika 73 (1986), for equal steps: (1, -2, 1) / sqrt(6). NaN as in
     `acceleration_error`.
     """
-    return np.asarray((_second_difference(estimated, truth) ** 2).sum(axis=2).mean(axis=1) / 6.0)
+    return mean_of_given((_second_difference(estimated, truth) ** 2).sum(axis=2)) / 6.0
 
 
 def _second_difference(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.errors import ParameterError
+from abs_engine.evaluate.metrics.given import mean_of_given
 
 FloatArray = NDArray[np.float64]
 OUTER_CORNERS = 36, 45
@@ -29,7 +30,7 @@ def pixel_error(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
     ParameterError
         If the shapes differ.
     """
-    return _mean_of_given(_distance(estimated, truth) ** 2)
+    return mean_of_given(_distance(estimated, truth) ** 2)
 
 
 def normalised_error(estimated: ArrayLike, truth: ArrayLike, scale: ArrayLike) -> FloatArray:
@@ -49,7 +50,7 @@ def normalised_error(estimated: ArrayLike, truth: ArrayLike, scale: ArrayLike) -
     ParameterError
         If the shapes differ.
     """
-    return np.asarray(_mean_of_given(_distance(estimated, truth)) / np.asarray(scale, np.float64))
+    return np.asarray(mean_of_given(_distance(estimated, truth)) / np.asarray(scale, np.float64))
 
 
 def _distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
@@ -60,11 +61,3 @@ def _distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
             "give (T, N, 2) of the same frames and the same points",
         )
     return np.asarray(np.linalg.norm(found - true, axis=2))
-
-
-def _mean_of_given(values: FloatArray) -> FloatArray:
-    """Mean (T,) over what is finite in (T, N)."""
-    given = np.isfinite(values)
-    count = given.sum(axis=1)
-    total = np.where(given, values, 0.0).sum(axis=1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

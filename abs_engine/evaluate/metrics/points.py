@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.errors import ParameterError
+from abs_engine.evaluate.metrics.given import mean_of_given
 from abs_engine.geometry import rotations
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +21,7 @@ class PointError:
     Parameters
     ----------
     overall : float
-        sqrt of the mean, over all points of all tracked frames, of the squared distance.
+        sqrt of the mean, over tracked frames, of the mean squared distance of the points given.
     per_frame : (T,) float64
         The same over the points of one frame; NaN where the frame was not tracked.
     """
@@ -49,25 +50,23 @@ def lip_rms_mm(estimated: ArrayLike, truth: ArrayLike) -> PointError:
         If the shapes differ, or no frame was tracked.
     """
     found, true = _points(estimated, truth)
-    squared = ((found - true) ** 2).sum(axis=2).mean(axis=1)
-    return PointError(float(np.sqrt(squared[_tracked(found)].mean())), np.sqrt(squared))
+    squared = mean_of_given(((found - true) ** 2).sum(axis=2))
+    return PointError(float(np.sqrt(squared[np.isfinite(squared)].mean())), np.sqrt(squared))
 
 
 def squared_distance(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
-    """Mean over points of the squared distance, (T,) mm^2; NaN where a frame was not tracked.
+    """Mean over the points given of the squared distance, (T,) mm^2; NaN where there are none.
 
     The square root of its mean over frames is the root mean square (RMS) error of `lip_rms_mm`.
     """
     found, true = _points(estimated, truth)
-    return np.asarray(((found - true) ** 2).sum(axis=2).mean(axis=1))
+    return mean_of_given(((found - true) ** 2).sum(axis=2))
 
 
 def vertex_rms(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
-    """RMS distance of each point over the tracked frames, (N,) mm: the error map of a clip."""
+    """RMS distance of each point over the frames that give it, (N,) mm: a clip's error map."""
     found, true = _points(estimated, truth)
-    chosen = _tracked(found)
-    squared = ((found[chosen] - true[chosen]) ** 2).sum(axis=2)
-    return np.asarray(np.sqrt(squared.mean(axis=0)))
+    return np.asarray(np.sqrt(mean_of_given(((found - true) ** 2).sum(axis=2).T)))
 
 
 def without_constant_offset(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:
@@ -96,8 +95,8 @@ def without_constant_offset(estimated: ArrayLike, truth: ArrayLike) -> FloatArra
     The rotation is Kabsch's (1976), by singular value decomposition; it never mirrors.
     """
     found, true = _points(estimated, truth)
-    chosen = _tracked(found)
-    a, b = found[chosen].reshape(-1, 3), true[chosen].reshape(-1, 3)
+    given = np.isfinite(found).all(axis=2)
+    a, b = found[given], true[given]
     centre_a, centre_b = a.mean(axis=0), b.mean(axis=0)
     u, _, vt = np.linalg.svd((a - centre_a).T @ (b - centre_b))
     mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
@@ -137,10 +136,6 @@ def _points(estimated: ArrayLike, truth: ArrayLike) -> tuple[FloatArray, FloatAr
             f"points of shapes {found.shape} and {true.shape} cannot be compared",
             "give (T, N, 3) of the same frames and the same points",
         )
-    if not _tracked(found).any():
+    if not np.isfinite(found).all(axis=2).any():
         raise ParameterError("no frame was tracked", "look at the overlay of the run")
     return found, true
-
-
-def _tracked(points: FloatArray) -> NDArray[np.bool_]:
-    return np.asarray(np.isfinite(points).all(axis=(1, 2)))

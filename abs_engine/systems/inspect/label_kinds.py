@@ -80,7 +80,7 @@ def _label_source(
     if request.truth is not None and request.run is not None:
         raise ParameterError("labels are those of a run or of a dataset", "give only one of them")
     if request.truth is not None:
-        return TruthSource(open_truth(request.truth, speaker, request.kind))
+        return TruthSource(open_truth(request, request.truth, speaker, request.kind))
     if request.run is not None:
         return RunSource(renderer, load_run_head(request.run, speaker))
     if request.kind in ("albedo", "flow"):

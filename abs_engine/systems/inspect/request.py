@@ -12,21 +12,22 @@ from abs_engine.errors import ParameterError
 
 _BODY = ("person", "units", "speaker", "size")
 _LOOK = (*_BODY, "palette", "crop")
-_LABEL = (*_BODY, "turn", "crop", "views", "run", "truth", "frame")
+_TRUTH = ("truth", "clip", "camera")
+_LABEL = (*_BODY, "turn", "crop", "views", "run", *_TRUTH, "frame")
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "portrait": (*_LOOK, "turn", "views"),
     "postures": (*_LOOK, "turn", "rows", "weight"),
     "nomogram": (*_LOOK, "turn", "rows", "modes", "columns", "run"),
     "turntable": (*_LOOK, "views"),
-    "overlay": ("run", "speaker", "video", "truth", "style", "palette", "frame"),
+    "overlay": ("run", "speaker", "video", *_TRUTH, "style", "palette", "frame"),
     "ids": _LABEL,
     "classes": _LABEL,
     "depth": (*_LABEL, "limits"),
     "normals": _LABEL,
-    "albedo": ("truth", "speaker", "frame"),
-    "flow": ("truth", "speaker", "frame", "largest"),
-    "error": (*_BODY, "values", "run", "truth", "frame", "largest", "views"),
+    "albedo": (*_TRUTH, "speaker", "frame"),
+    "flow": (*_TRUTH, "speaker", "frame", "largest"),
+    "error": (*_BODY, "values", "run", *_TRUTH, "frame", "largest", "views"),
 }
 """Which choices each kind of picture takes, besides file and renderer."""
 
@@ -53,6 +54,8 @@ class Request:
     output : Path
         A new ``.png`` or ``.mp4``.
     run, truth, video, values, speaker : Path, optional
+    clip, camera : str, optional
+        Names that the truth's path leaves open.
     person : str
     units : mapping of str to float
         Posture, weights of face units by name.
@@ -90,6 +93,8 @@ class Request:
     output: Path
     run: Path | None = None
     truth: Path | None = None
+    clip: str | None = None
+    camera: str | None = None
     video: Path | None = None
     values: Path | None = None
     speaker: Path | None = None
@@ -119,6 +124,8 @@ class Request:
         if self.units and "units" not in CHOICES[self.kind]:
             self._refuse("units")
         self._check_head()
+        if self.truth is None and (self.clip is not None or self.camera is not None):
+            raise ParameterError("without a dataset there is no clip or camera", "give --truth")
         if not np.isfinite([self.turn, self.weight]).all():
             raise ParameterError("an angle or a weight is NaN or infinite", "give a number")
         if self.size is not None and not (16 <= min(self.size) <= max(self.size) <= LARGEST):

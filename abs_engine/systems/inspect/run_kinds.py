@@ -32,6 +32,7 @@ from abs_engine.systems.inspect.runs import RunHead, load_run_head, run_pictures
 from abs_engine.systems.inspect.sheets import RATE, turn_angles
 from abs_engine.systems.inspect.sources import check_pair, open_truth
 from abs_engine.systems.inspect.view import views_of
+from abs_engine.systems.same_clip import check_clip
 
 
 def draw_overlay(
@@ -42,7 +43,7 @@ def draw_overlay(
     palette = request.palette or "classes"
     enlarged = film or request.frame is not None
     painter = OverlayPainter(renderer, run, request.style, palette, enlarged)
-    truth = None if request.truth is None else open_truth(request.truth, run.speaker)
+    truth = None if request.truth is None else open_truth(request, request.truth, run.speaker)
     if truth is not None:
         check_pair(run, truth)
     video = find_video(run, request.video, None if truth is None else truth.video)
@@ -102,9 +103,10 @@ def _run_errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
     run = _run(request)
     if request.truth is None:
         raise ParameterError("a run alone has no error", "give its dataset with --truth")
-    truth = open_truth(request.truth, run.speaker)
+    truth = open_truth(request, request.truth, run.speaker)
     check_pair(run, truth)
     check_run(run.arrays, len(truth), len(truth.neutral))
+    check_clip(run.folder, run.arrays, truth)
     rest = Body(run.speaker, truth.neutral.astype(np.float64))
     if request.frame is None:
         found = np.asarray(run.arrays["found"], bool)

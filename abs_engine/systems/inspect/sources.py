@@ -14,9 +14,11 @@ from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.scene import Renderer
 from abs_engine.systems.inspect.body import Body, check_same_mesh
 from abs_engine.systems.inspect.labels import LabelFrame, drawn_labels
+from abs_engine.systems.inspect.request import Request
 from abs_engine.systems.inspect.runs import RunHead
 from abs_engine.systems.inspect.view import View
-from abs_engine.truth import Truth, load_truth
+from abs_engine.systems.report_views import found_truth
+from abs_engine.truth import Truth
 
 
 class LabelSource(Protocol):
@@ -133,17 +135,20 @@ class TruthSource:
         )
 
 
-def open_truth(folder: Path, speaker: Speaker, kind: str | None = None) -> Truth:
+def open_truth(request: Request, folder: Path, speaker: Speaker, kind: str | None = None) -> Truth:
     """Read a dataset of the speaker, and see that it has a kind of label.
+
+    Of several views that fit, the one that the request's run tracked.
 
     Raises
     ------
     InputFileError
         If it cannot be read, or does not hold such labels.
     ParameterError
-        If it was filmed with another speaker.
+        If it was filmed with another speaker, or holds several views that fit.
     """
-    truth = load_truth(folder)
+    runs = [] if request.run is None else [request.run]
+    truth = found_truth(folder, request.clip, request.camera, runs)
     check_same_mesh(speaker, truth.faces, f"the dataset {folder}")
     stored = "ids" if kind == "classes" else kind
     if stored is not None and not truth.has(stored):
