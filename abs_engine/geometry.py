@@ -136,6 +136,11 @@ class Pose:
         """Map head-frame points (..., 3) in mm to the camera frame."""
         return np.asarray(points @ self.rotation.T + self.translation)
 
+    def angle_to(self, other: Pose) -> float:
+        """Angle between the two rotations, radians, 0 to pi."""
+        cosine = (np.trace(self.rotation.T @ other.rotation) - 1) / 2
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
 
 FACING: FloatArray = np.diag([1.0, -1.0, -1.0])
 """Head frame to camera frame for a face that looks into the camera: half a turn about x."""

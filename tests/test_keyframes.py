@@ -12,7 +12,7 @@ from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.track import align, prepare
-from abs_engine.track.align import align_texture, realign_texture, texture_error
+from abs_engine.track.align import KnownHead
 from abs_engine.track.keyframes import APART, MOST, SEEN_WELL, Keyframes
 from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox
 from abs_engine.track.prepare import HeadMotion
@@ -22,7 +22,7 @@ CAMERA = Camera.ideal((480, 360))
 SMALL = Camera.ideal((320, 240))
 RENDERER = CpuRenderer()
 HEAD = head_of("clara")
-PARTS = HEAD.head, HEAD.rigid, SMALL, RENDERER
+KNOWN = KnownHead(HEAD.head, HEAD.rigid, SMALL, RENDERER)
 
 
 def turned(yaw: float) -> Pose:
@@ -130,10 +130,10 @@ def test_a_picture_without_the_head_is_not_followed_and_the_place_is_kept():
 def test_a_known_head_that_has_turned_is_found_from_where_it_was(yaw):
     """The face is also swung sideways, up to 36 mm, as heads turn about their necks."""
     image = picture(yaw, SMALL)
-    found = realign_texture(image, turned(0), *PARTS)
+    found = KNOWN.realign(image, turned(0))
     assert angle(found, turned(yaw)) < 2
     np.testing.assert_allclose(found.translation, turned(yaw).translation, atol=8)
-    stayed, there = (texture_error(image, p, *PARTS) for p in (turned(0), found))
+    stayed, there = (KNOWN.error(image, p) for p in (turned(0), found))
     assert there < 0.3 * stayed
 
 
@@ -141,7 +141,7 @@ def test_a_known_head_that_has_turned_is_found_from_where_it_was(yaw):
 def motion(monkeypatch) -> HeadMotion:
     """Follows a face that the user has boxed and that the detector never finds."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: None)
-    monkeypatch.setattr(HeadMotion, "_aligned", lambda _self, _image, _pose: turned(0))
+    monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: turned(0))
     return HeadMotion(HEAD, SMALL, RENDERER, boxed())
 
 
@@ -189,7 +189,7 @@ def in_warm_light(image: np.ndarray) -> np.ndarray:
 def test_a_colour_cast_hardly_moves_the_aligned_pose():
     guess = seen_at([0.02, 0.03, 0], [6, 14, 600])
     plain = picture(0, SMALL)
-    poses = [realign_texture(image, guess, *PARTS) for image in (plain, in_warm_light(plain))]
+    poses = [KNOWN.realign(image, guess) for image in (plain, in_warm_light(plain))]
     assert angle(*poses) < 2
     moved = np.abs(poses[1].apply(HEAD.pivot) - poses[0].apply(HEAD.pivot))
     assert (moved < [2, 2, 12]).all()
@@ -197,15 +197,15 @@ def test_a_colour_cast_hardly_moves_the_aligned_pose():
 
 def test_a_colour_cast_is_taken_off_before_the_comparison(monkeypatch):
     plain = picture(0, SMALL)
-    seen = [texture_error(image, turned(0), *PARTS) for image in (plain, in_warm_light(plain))]
+    seen = [KNOWN.error(image, turned(0)) for image in (plain, in_warm_light(plain))]
     assert seen[1] < 1.2 * seen[0]
     monkeypatch.setattr(align, "_balanced", lambda patch, _scene: patch)
-    assert texture_error(in_warm_light(plain), turned(0), *PARTS) > 5 * seen[0]
+    assert KNOWN.error(in_warm_light(plain), turned(0)) > 5 * seen[0]
 
 
 def test_a_head_is_aligned_from_a_rough_place_in_coloured_light():
     guess = seen_at([0, 0, 0], [4, 6, 650])
-    found = align_texture(in_warm_light(picture(0, SMALL)), guess, *PARTS)
+    found = KNOWN.align(in_warm_light(picture(0, SMALL)), guess)
     assert angle(found, turned(0)) < 2
     away = found.apply(HEAD.pivot) - turned(0).apply(HEAD.pivot)
     assert np.abs(away[:2]).max() < 2

@@ -13,6 +13,7 @@ from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError, ModelFormatError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.track import prepare
+from abs_engine.track.align import KnownHead
 from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox
 from abs_engine.track.model import build_mouth_model
 from abs_engine.track.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
@@ -57,7 +58,7 @@ def clara():
 def motion(clara, monkeypatch):
     """Follows a face that the user has boxed and that the detector never finds."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: None)
-    monkeypatch.setattr(HeadMotion, "_aligned", lambda _self, _image, _pose: START)
+    monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: START)
     size = CAMERA.matrix[0, 0] * BOX_WIDTH_MM / 650
     return HeadMotion(clara, CAMERA, CpuRenderer(), FaceBox(160 - size / 2, 120 - size / 2, size))
 
@@ -76,7 +77,7 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
     """Too far for its points to be followed; the old reference keeps the head's size."""
     camera = Camera.ideal((640, 240))
     left, right = (seen_at([0, 0, 0], [x, 10, 1300]) for x in (-200, 200))
-    monkeypatch.setattr(HeadMotion, "_aligned", lambda _self, _image, _pose: left)
+    monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: left)
     pictures = [picture_of(clara.head, pose, camera) for pose in (left, right)]
     shown = [pictures[0], np.full_like(pictures[0], 90), pictures[1]]
     wide = replace(motion, camera=camera, colours=colours_of(clara, left, camera))

@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
 from abs_engine.objective import Evaluation, Objective
 from abs_engine.optimise.base import Solution
+from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 from abs_engine.params import ParamSpec
 
 Vector = NDArray[np.float64]
@@ -123,11 +123,7 @@ def _climb(
     cost: int,
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
-    if start.shape != (len(spec),) or not np.isfinite(start).all():
-        raise ParameterError(
-            f"the start has shape {start.shape} or is not finite", f"give {len(spec)} numbers"
-        )
-    x = spec.clip(start)
+    x = checked_start(start, spec)
     best = objective(x)
     trace, spent, stride = [best.value], 1, 1.0
     for iteration in range(1, limit + 1):
@@ -144,12 +140,12 @@ def _climb(
             else:
                 stride *= _SHORTER
         if found is None:
-            return _ended(x, "converged", best, spent, trace, iteration)
+            return _ended(x, CONVERGED, best, spent, trace, iteration)
         gain, x, best = best.value - found.value, there, found
         stride *= _LONGER
         if gain < tolerance:
-            return _ended(x, "converged", best, spent, trace, iteration)
-    return _ended(x, "evaluation limit", best, spent, trace, limit)
+            return _ended(x, CONVERGED, best, spent, trace, iteration)
+    return _ended(x, LIMIT, best, spent, trace, limit)
 
 
 def _ended(

@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 from abs_engine.errors import ParameterError
 from abs_engine.objective import Objective
 from abs_engine.optimise.base import Solution
-from abs_engine.optimise.history import (
-    CONVERGED,
-    LIMIT,
-    History,
-    LimitReachedError,
-    checked_start,
-)
+from abs_engine.optimise.by_nlopt import run
+from abs_engine.optimise.history import History, checked_start
 from abs_engine.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
@@ -75,14 +70,4 @@ class DerivativeFree:
         solver.set_upper_bounds((spec.upper - first) / unit)
         solver.set_initial_step(np.ones(len(spec)))
         solver.set_ftol_abs(self.tolerance)
-        try:
-            solver.optimize(np.zeros(len(spec)))
-        except LimitReachedError:
-            return history.solution(LIMIT)
-        except nlopt.RoundoffLimited:
-            return history.solution(CONVERGED)
-        except RuntimeError as error:
-            if not len(history):
-                raise
-            return history.solution(f"failed: {error}")
-        return history.solution(CONVERGED)
+        return run(solver, np.zeros(len(spec)), history)

@@ -1,4 +1,4 @@
-"""Nelder-Mead's downhill simplex, by NLopt; the only user of nlopt."""
+"""Nelder-Mead's downhill simplex, by NLopt."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import nlopt
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation, Objective
+from abs_engine.objective import Objective
 from abs_engine.optimise.base import Solution
+from abs_engine.optimise.by_nlopt import run
+from abs_engine.optimise.history import History, checked_start
 from abs_engine.params import ParamSpec
 
 
@@ -49,50 +50,11 @@ class Simplex:
         ParameterError
             If `start` is not finite or has another length than `spec`.
         """
-        if start.shape != (len(spec),) or not np.isfinite(start).all():
-            raise ParameterError(
-                f"the start has shape {start.shape} or is not finite", f"give {len(spec)} numbers"
-            )
-        record = _Record(objective)
+        first, history = checked_start(start, spec), History(objective, self.limit)
         solver = nlopt.opt(nlopt.LN_NELDERMEAD, len(spec))
-        solver.set_min_objective(record)
+        solver.set_min_objective(lambda x, _gradient: history(x))
         solver.set_lower_bounds(spec.lower)
         solver.set_upper_bounds(spec.upper)
         solver.set_initial_step(step * spec.scale)
         solver.set_ftol_abs(self.tolerance)
-        solver.set_maxeval(self.limit)
-        try:
-            solver.optimize(spec.clip(start))
-            reached = solver.last_optimize_result() == nlopt.MAXEVAL_REACHED
-            status = "evaluation limit" if reached else "converged"
-        except nlopt.RoundoffLimited:
-            status = "converged"
-        except RuntimeError as error:
-            if record.best is None:
-                raise
-            status = f"failed: {error}"
-        return record.solution(status)
-
-
-class _Record:
-    """Calls the objective and remembers the best value and the trace."""
-
-    def __init__(self, objective: Objective) -> None:
-        self._objective = objective
-        self._trace: list[float] = []
-        self._x: NDArray[np.float64] | None = None
-        self.best: Evaluation | None = None
-
-    def __call__(self, x: NDArray[np.float64], _gradient: NDArray[np.float64]) -> float:
-        evaluation = self._objective(x)
-        self._trace.append(evaluation.value)
-        if self.best is None or evaluation.value < self.best.value:
-            self.best, self._x = evaluation, x.copy()
-        return evaluation.value
-
-    def solution(self, status: str) -> Solution:
-        """The best of what was seen."""
-        if self.best is None or self._x is None:
-            raise ParameterError("the objective was never evaluated", "raise the evaluation limit")
-        trace = np.array(self._trace)
-        return Solution(self._x, status, self.best.value, self.best.terms, len(trace), trace)
+        return run(solver, first, history)

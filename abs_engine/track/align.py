@@ -8,11 +8,13 @@ fitted. This is the texture comparison of Odisio and Bailly (section 4) over the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.region import part
 from abs_engine.camera import Camera, Window
 from abs_engine.geometry import Pose, rotations
 from abs_engine.objective import Evaluation
@@ -21,6 +23,7 @@ from abs_engine.scene import ColourError, Renderer, Scene
 from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
 DRAWN_FACE = 112.0  # drawn pixels across the rigid face
 STARTS = 10  # from which a simplex goes down
 CHROMA_NOISE = 0.01  # standard deviation of normalised colour, per pixel
@@ -59,88 +62,67 @@ class _TextureError:
         return Evaluation(value, {"texture": value})
 
 
-def align_texture(
-    image: NDArray[np.uint8],
-    pose: Pose,
-    head: Scene,
-    rigid: NDArray[np.bool_],
-    camera: Camera,
-    renderer: Renderer,
-) -> Pose:
-    """Refine the pose of a known head in one frame.
+@dataclass(frozen=True, eq=False)
+class KnownHead:
+    """A head whose looks are known, compared with pictures over its rigid facets.
 
     Parameters
     ----------
-    image : (H, W, 3) uint8 RGB
-    pose : Pose
-        A first guess, right to about a fifth of the distance.
     head : Scene
         The person's head with the person's texture, without modes.
     rigid : (F,) bool
         The facets that are compared.
     camera : Camera
     renderer : Renderer
-
-    Returns
-    -------
-    Pose
     """
-    error = _error(image, pose, head, rigid, camera, renderer)
-    places = product(COARSE_PITCH, COARSE_HEIGHT, COARSE_DEPTH)
-    grid = np.array([[pitch, 0, 0, 0, y, z] for pitch, y, z in places], np.float64)
-    return _lowest(error, grid[_valleys(error.values(grid))])
 
+    head: Scene
+    rigid: NDArray[np.bool_]
+    camera: Camera
+    renderer: Renderer
 
-def realign_texture(
-    image: NDArray[np.uint8],
-    pose: Pose,
-    head: Scene,
-    rigid: NDArray[np.bool_],
-    camera: Camera,
-    renderer: Renderer,
-) -> Pose:
-    """The pose of a known head that was at `pose` a moment ago and may have turned since.
+    @cached_property
+    def face(self) -> Scene:
+        """The facets that are compared."""
+        return part(self.head, self.rigid)[0]
 
-    Parameters and result as `align_texture`'s.
-    """
-    error = _error(image, pose, head, rigid, camera, renderer)
-    places = np.array(list(product(NEAR_PITCH, NEAR_YAW, NEAR_DEPTH, NEAR_SWING)))
-    pitch, yaw, depth, swing = places.T
-    turn = np.stack([pitch, yaw, 0 * yaw], axis=1)
-    arm = pose.rotation @ error.frame.pivot
-    moved = swing[:, None] * (rotations(turn) @ arm - arm)
-    moved[:, 2] += depth
-    grid = np.hstack([turn, moved])
-    near = grid[np.argsort(error.values(grid))[:NEAR_STARTS]]
-    there = error.frame.pose(near[0])  # in a window about it, as the old one may cut it off
-    return _lowest(_error(image, there, head, rigid, camera, renderer), near - near[0])
+    def align(self, image: Image, pose: Pose) -> Pose:
+        """Refine a first guess of the pose, right to about a fifth of the distance.
 
+        Parameters
+        ----------
+        image : (H, W, 3) uint8 RGB
+        pose : Pose
+        """
+        error = self._error(image, pose)
+        places = product(COARSE_PITCH, COARSE_HEIGHT, COARSE_DEPTH)
+        grid = np.array([[pitch, 0, 0, 0, y, z] for pitch, y, z in places], np.float64)
+        return _lowest(error, grid[_valleys(error.values(grid))])
 
-def texture_error(
-    image: NDArray[np.uint8],
-    pose: Pose,
-    head: Scene,
-    rigid: NDArray[np.bool_],
-    camera: Camera,
-    renderer: Renderer,
-) -> float:
-    """How badly a known head at `pose` explains an image: in units of the colour's noise."""
-    return float(_error(image, pose, head, rigid, camera, renderer).values(np.zeros((1, 6)))[0])
+    def realign(self, image: Image, pose: Pose) -> Pose:
+        """The pose of a head that was at `pose` a moment ago and may have turned since."""
+        error = self._error(image, pose)
+        places = np.array(list(product(NEAR_PITCH, NEAR_YAW, NEAR_DEPTH, NEAR_SWING)))
+        pitch, yaw, depth, swing = places.T
+        turn = np.stack([pitch, yaw, 0 * yaw], axis=1)
+        arm = pose.rotation @ error.frame.pivot
+        moved = swing[:, None] * (rotations(turn) @ arm - arm)
+        moved[:, 2] += depth
+        grid = np.hstack([turn, moved])
+        near = grid[np.argsort(error.values(grid))[:NEAR_STARTS]]
+        there = error.frame.pose(near[0])  # in a window about it, as the old one may cut it off
+        return _lowest(self._error(image, there), near - near[0])
 
+    def error(self, image: Image, pose: Pose) -> float:
+        """How badly the head at `pose` explains an image: in units of the colour's noise."""
+        return float(self._error(image, pose).values(np.zeros((1, 6)))[0])
 
-def _error(
-    image: NDArray[np.uint8],
-    pose: Pose,
-    head: Scene,
-    rigid: NDArray[np.bool_],
-    camera: Camera,
-    renderer: Renderer,
-) -> _TextureError:
-    scene = _only(head, rigid)
-    centre = scene.mean.astype(np.float64).mean(axis=0)
-    window = _face_window(scene, pose, camera)
-    term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), scene))
-    return _TextureError(renderer, scene, camera, window, term, PoseFrame(pose, centre))
+    def _error(self, image: Image, pose: Pose) -> _TextureError:
+        centre = self.face.mean.astype(np.float64).mean(axis=0)
+        window = _face_window(self.face, pose, self.camera)
+        term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), self.face))
+        frame = PoseFrame(pose, centre)
+        return _TextureError(self.renderer, self.face, self.camera, window, term, frame)
 
 
 def _balanced(patch: NDArray[np.float32], scene: Scene) -> NDArray[np.float32]:
@@ -181,18 +163,6 @@ def _valleys(values: FloatArray) -> NDArray[np.int64]:
         if len(chosen) == STARTS:
             break
     return np.asarray(np.ravel_multi_index(tuple(np.array(chosen).T), shape), np.int64)
-
-
-def _only(scene: Scene, facets: NDArray[np.bool_]) -> Scene:
-    kept, faces = np.unique(scene.faces[facets], return_inverse=True)
-    return Scene(
-        scene.mean[kept],
-        scene.modes[:, kept],
-        faces.reshape(-1, 3).astype(np.int32),
-        scene.uv[kept],
-        scene.facet_class[facets],
-        scene.texture,
-    )
 
 
 def _face_window(scene: Scene, pose: Pose, camera: Camera) -> Window:

@@ -83,7 +83,7 @@ class Keyframes:
         """References, the one in use or a much nearer one first, then by how near they face."""
         if self._state is None:
             return [self._current]
-        away = np.array([_angle(r.pose, self._state.pose) for r in self.references])
+        away = np.array([r.pose.angle_to(self._state.pose) for r in self.references])
         away[self._current] -= NEARER
         return [int(k) for k in np.argsort(away, kind="stable")]
 
@@ -95,7 +95,7 @@ class Keyframes:
 
     def _extend(self, image: Image, state: RigidState) -> None:
         """Take this frame as a reference, too, if the head faces where none does."""
-        apart = min(_angle(r.pose, state.pose) for r in self.references)
+        apart = min(r.pose.angle_to(state.pose) for r in self.references)
         least = APART if state.seen >= SEEN_BADLY else 0.5 * APART
         if state.seen >= SEEN_WELL or apart < least or len(self.references) >= MOST:
             return
@@ -103,9 +103,3 @@ class Keyframes:
         if len(new.points) < 2 * LEAST_POINTS:
             return
         self.add(new)
-
-
-def _angle(one: Pose, other: Pose) -> float:
-    """Angle between two rotations, radians."""
-    cosine = (np.trace(one.rotation.T @ other.rotation) - 1) / 2
-    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

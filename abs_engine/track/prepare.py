@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
-from abs_engine.track.align import align_texture, realign_texture, texture_error
+from abs_engine.track.align import KnownHead
 from abs_engine.track.blobs import LipBlob
 from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
@@ -105,16 +106,22 @@ class HeadMotion:
         new = follow(reference, image, self.camera, guess)
         return new if new is not None and new.seen >= LEAST_SEEN else None
 
+    @cached_property
+    def _known(self) -> KnownHead | None:
+        """The head with its looks; None if they are another person's."""
+        model = self.model
+        if not model.known:
+            return None
+        return KnownHead(model.head, model.rigid, self.camera, self.renderer)
+
     def _turned(self, image: Image, last: Pose | None, error: float) -> RigidReference | None:
         """A known head that has turned too fast to be followed; None where it is not seen.
 
         `error` is that of its texture where it was found.
         """
-        if last is None or not self.model.known:
+        if last is None or self._known is None:
             return None
-        model = self.model
-        parts = model.head, model.rigid, self.camera, self.renderer
-        pose = realign_texture(image, last, *parts)
+        pose = self._known.realign(image, last)
         if not self._explains(image, pose, error):
             return None
         found = self._taken(image, pose)
@@ -132,10 +139,7 @@ class HeadMotion:
 
     def _error(self, image: Image, pose: Pose) -> float:
         """How badly a known head's texture explains the image."""
-        if not self.model.known:
-            return 0.0
-        model = self.model
-        return texture_error(image, pose, model.head, model.rigid, self.camera, self.renderer)
+        return 0.0 if self._known is None else self._known.error(image, pose)
 
     def _found(self, image: Image, box: FaceBox | None) -> RigidReference | None:
         """A reference from the face in an image; None without a face, or one without texture."""
@@ -147,20 +151,15 @@ class HeadMotion:
 
     def _reference(self, image: Image, found: FaceBox) -> RigidReference:
         """The head in a first frame: by its box, and by its texture where that is known."""
-        model = self.model
-        pose = first_pose(found, self.camera, model.pivot)
-        if model.known:
-            pose = self._aligned(image, pose)
+        pose = first_pose(found, self.camera, self.model.pivot)
+        if self._known is not None:
+            pose = self._known.align(image, pose)
         return self._taken(image, pose)
 
     def _taken(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which the head's pose is known."""
         model = self.model
         return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
-
-    def _aligned(self, image: Image, pose: Pose) -> Pose:
-        model = self.model
-        return align_texture(image, pose, model.head, model.rigid, self.camera, self.renderer)
 
 
 def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list[CalibrationFrame]:

@@ -20,6 +20,7 @@ from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
 from abs_engine.shape.lip_model import COLOUR_OF, LIPS, LipModel
 from abs_engine.shape.lip_shell import COLUMNS
+from abs_engine.track.fit import IN_SHADE, SMOOTHING, zone
 from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
@@ -27,10 +28,8 @@ Image = NDArray[np.uint8]
 DRAWN_MOUTH = 92.0  # drawn pixels across the mouth
 FINEST = 2.0  # drawn pixels for one of the picture, at most
 SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two
-SMOOTHING = 0.03  # width of the Hamming window of the score, in mouth widths
 PULL = 0.06  # likewise of the forces: how far a boundary is felt
 FIRST_STRIDE = 2.0  # mm that the node which moves most is first pushed by
-IN_SHADE = 0.25  # share of the dark's probability that lips get: the line between them
 Rule = Literal["whole", "exact", "sample"]
 RULES: tuple[Rule, ...] = ("whole", "exact", "sample")
 """How forces are found: eq. 12's one sample for a facet; eq. 11 exactly; or the whole derivative of
@@ -94,14 +93,6 @@ def shell_window(setting: ShellSetting, pose: Pose) -> Window:
     centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, 0.08 * across]
     x, y = np.rint(centre - 0.5 * size)
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
-
-
-def zone(window: Window) -> NDArray[np.bool_]:
-    """The ellipse that fills a window, (H, W): pixels outside of it are not compared."""
-    width, height = window.drawn
-    x = (np.arange(width) + 0.5) / width * 2 - 1
-    y = (np.arange(height) + 0.5) / height * 2 - 1
-    return np.asarray(x[None] ** 2 + y[:, None] ** 2 < 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.sight import rotation_angle
 from abs_engine.geometry import Pose
 from abs_engine.truth import Clip, Truth
 from abs_engine.truth.dataset import ClipEntry
@@ -96,7 +95,7 @@ def vector_findings(
             name, "rotations are not in radians", f"a vector of length {size[at]:.1f}", at
         )
         return
-    turns = [rotation_angle(a, b) for a, b in pairwise(poses)]
+    turns = [a.angle_to(b) for a, b in pairwise(poses)]
     if turns and max(turns) > TURN / rate:
         at = int(np.argmax(turns))
         how = f"{np.degrees(turns[at]):.3g} degrees from one frame to the next"

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
 from abs_engine.truth import Truth
 
 FloatArray = NDArray[np.float64]
@@ -207,9 +206,3 @@ def _edges(image: FloatArray, pixel: FloatArray) -> tuple[FloatArray, FloatArray
     behind = (image[..., 2] <= 0).any(axis=1) | ~np.isfinite(outside).all(axis=1)
     far = np.where(behind[:, None], 1e6, outside)
     return np.nan_to_num(normal), far
-
-
-def rotation_angle(first: Pose, second: Pose) -> float:
-    """Angle between two rotations, radians."""
-    turned = first.rotation.T @ second.rotation
-    return float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))

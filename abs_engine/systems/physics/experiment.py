@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.assets import Speaker
 from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
 from abs_engine.shape.lip_model import LipModel, lip_model
 from abs_engine.shape.lip_shell import COLUMNS
@@ -190,9 +189,3 @@ def converged(errors: Sequence[FrameError]) -> float:
         for e in errors
     ]
     return float(np.mean(ended))
-
-
-def direction_error(found: Pose, true: Pose) -> float:
-    """Angle between two head rotations, radians."""
-    cosine = (np.trace(found.rotation.T @ true.rotation) - 1) / 2
-    return float(np.arccos(np.clip(cosine, -1, 1)))
