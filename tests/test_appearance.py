@@ -14,6 +14,7 @@ from abs_engine.appearance.learn import (
     PLACES,
     SKIN_COMPONENTS,
     learn_classes,
+    typical_classes,
 )
 from abs_engine.appearance.mixture import Mixture, fit_mixture, single
 from abs_engine.errors import (
@@ -320,3 +321,38 @@ def test_too_few_labelled_pixels_are_named(name):
     with pytest.raises(TooFewPixelsError, match=f"only 0 pixels show {name}"):
         train_classes(few)
     assert len(train_classes({**pixels, name: pixels[name][:LEAST_PIXELS]}).mixtures) == 4
+
+
+SMILE = {"skin": (196, 148, 122), "lips": (190, 112, 112), "teeth": (205, 178, 158)}
+
+
+def smile(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A mouth that shows more teeth than lips, and the class of every pixel."""
+    label = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    cv2.ellipse(label, (60, 46), (40, 17), 0, 0, 360, 1, -1)
+    cv2.ellipse(label, (60, 46), (36, 11), 0, 0, 360, TEETH, -1)
+    colours = np.array([SMILE.get(c, (0, 0, 0)) for c in CLASSES], float)[label]
+    noise = np.random.default_rng(seed).normal(0, 4, (*label.shape, 3))
+    return np.uint8(np.clip(np.rint(colours + noise), 0, 255)), label
+
+
+def test_teeth_are_not_learned_as_lips_where_a_closed_mouth_is_expected():
+    picture, label = smile(2)
+    closed = np.where(label == TEETH, 1, label)
+    maps = learn_classes([picture], [expected(closed, 9.0)]).probabilities(picture)
+    lips = CLASSES.index("lips")
+    assert maps[lips][label == lips].mean() > 0.6
+    assert maps[lips][label == TEETH].mean() < 0.2
+
+
+@pytest.mark.parametrize("light", [(1.0, 1.0, 1.0), (1.1, 0.95, 0.7), (0.5, 0.45, 0.45)])
+def test_typical_classes_find_lips_by_the_skin_alone(light):
+    """In daylight, in warm light and in the dark; where the mouth is expected it is not."""
+    picture, label = smile(3)
+    picture = np.uint8(np.clip(picture * np.array(light), 0, 255))
+    elsewhere = np.roll(expected(label, 6.0), (25, -20), axis=(1, 2))
+    maps = typical_classes([picture], [elsewhere]).probabilities(picture)
+    lips = CLASSES.index("lips")
+    assert maps[lips][label == lips].mean() > 0.6
+    assert maps[lips][label == 0].mean() < 0.1
+    assert maps[lips][label == TEETH].mean() < 0.3

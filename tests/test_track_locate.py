@@ -9,7 +9,7 @@ from runs import noise
 
 from abs_engine.camera import Camera
 from abs_engine.track.locate import BOX_WIDTH_MM, MOUTH_WIDTH, FaceBox, find_face, first_pose
-from abs_engine.track.person import MOUTH_REACH
+from abs_engine.track.place import MOUTH_REACH
 
 DISTORTED = Camera(Camera.ideal((640, 480)).matrix, (640, 480), np.array([-0.2, 0.05]))
 

@@ -12,7 +12,8 @@ from runs import toy_setting
 from abs_engine.errors import TooFewPixelsError
 from abs_engine.geometry import FACING, Pose
 from abs_engine.track import restart
-from abs_engine.track.person import Calibration, CalibrationFrame, shifted
+from abs_engine.track.person import Calibration
+from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.restart import GOOD_SCORE, STARTS, calibrate_well
 
 SETTING = toy_setting()

@@ -118,7 +118,7 @@ def prepare_lips(
     tell("finding and following the face")
     frames = choose_frames(motion.poses(read_frames(video)), str(video))
     tell("fitting the mouth" if colours else "learning the clip's colours, fitting the mouth")
-    calibration = calibrate_well(model, frames, camera, renderer, colours)
+    calibration = calibrate_well(model, frames, camera, renderer, colours, placed=box is not None)
     setting = _setting(model, calibration, camera, renderer, info)
     usual = usual_mouth(setting, frames)
     motion = replace(motion, colours=calibration.classes, rate=info.rate)

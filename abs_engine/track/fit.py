@@ -31,14 +31,19 @@ LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line s
 Prior = GaussianPrior | ContactPrior
 
 
-def mouth_window(model: MouthModel, pose: Pose, camera: Camera) -> Window:
-    """The window around the mouth: 1.6 mouth widths wide and 1.25 high."""
+def mouth_window(
+    model: MouthModel, pose: Pose, camera: Camera, more: tuple[float, float] = (0.0, 0.0)
+) -> Window:
+    """The window around the mouth: 1.6 mouth widths wide and 1.25 high.
+
+    `more` mouth widths are added to its width and height, where the mouth is not yet found.
+    """
     ring = model.head.mean[model.speaker.lip_ring].astype(np.float64)
     pixels = camera.project(pose.apply(ring))
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     across = float(high[0] - low[0])
     scale = min(2.0, DRAWN_MOUTH / across)
-    size = np.ceil(np.array([1.6, 1.25]) * across * scale) / scale
+    size = np.ceil((np.array([1.6, 1.25]) + more) * across * scale) / scale
     centre = 0.5 * (low + high) + np.array([0.0, 0.08 * across])  # jaws open downwards
     x, y = np.rint(centre - 0.5 * size)
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)

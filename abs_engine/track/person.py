@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.colour import ColourClasses
-from abs_engine.appearance.learn import PLACES, learn_classes
+from abs_engine.appearance.learn import PLACES, learn_classes, typical_classes
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior
@@ -29,36 +30,21 @@ from abs_engine.track.fit import (
     mouth_window,
 )
 from abs_engine.track.model import MouthModel
+from abs_engine.track.place import CalibrationFrame, place_mouth, shifted
 from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-# what the face box leaves open: radians, mm
-SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 5.0, 8.0, 70.0])
+# what the boxes of several frames leave open: radians, mm,
+SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0])
+DEPTH_SHARE = 0.07  # and of the depth: faces are not of one size
 # what is left where the head's texture was aligned
 ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
 # mm, depths tried about the one before, in the first rounds
 DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
-# mm up and down, how far the first search for the mouth goes: a face box may be that wrong
-MOUTH_REACH = 30.0
 # what the rigid motion of the upper face leaves open in a frame
 POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
-
-
-@dataclass(frozen=True, eq=False)
-class CalibrationFrame:
-    """A frame that the person is fitted on.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    pose : Pose
-        The head's pose by its rigid motion from the reference frame.
-    """
-
-    image: Image
-    pose: Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +68,12 @@ class Calibration:
     expressions: FloatArray
 
 
-def shift_deviation(model: MouthModel) -> FloatArray:
+def shift_deviation(model: MouthModel, frames: Sequence[CalibrationFrame]) -> FloatArray:
     """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
-    return ALIGNED_DEVIATION if model.known else SHIFT_DEVIATION
-
-
-def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
-    """`pose` with the constant correction `shift` (6,)."""
-    return PoseFrame(pose, pivot).pose(shift)
+    if model.known:
+        return ALIGNED_DEVIATION
+    depth = float(np.median([f.pose.translation[2] for f in frames]))
+    return np.append(SHIFT_DEVIATION, DEPTH_SHARE * depth)
 
 
 def calibrate(
@@ -117,30 +101,21 @@ def calibrate(
     """
     vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
     person, shift = np.zeros(model.n_person), np.zeros(6)
-    windows = [mouth_window(model, f.pose, camera) for f in frames]
+    deviation = shift_deviation(model, frames)
     classes: ColourClasses | None = None
     for turn in range(rounds):
-        frames_of = [PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames]
         blur = (0.16, 0.08, 0.05, 0.04)[min(turn, 3)]
+        stand = _Stand(model, frames, camera, renderer, shift)
         weights = np.hstack([vectors[:, 6:], np.tile(person, (len(frames), 1))])
-        places = [
-            _places(model, renderer, camera, w, f.candidates(v[None, :6], b[None]), blur, turn == 0)
-            for w, f, v, b in zip(windows, frames_of, vectors, weights, strict=True)
-        ]
-        patches = [w.sample(f.image) for w, f in zip(windows, frames, strict=True)]
-        classes = known or learn_classes(patches, places)
-        maps_of = [
-            class_maps(classes, model.colour_classes, w, f.image)
-            for w, f in zip(windows, frames, strict=True)
-        ]
-        terms = [
-            likelihood_of(renderer, model.scene, camera, w, maps)
-            for w, maps in zip(windows, maps_of, strict=True)
-        ]
+        classes = known or stand.learned(vectors, weights, blur, turn == 0)
         if turn == 0 and not model.known:
-            shift = _place_mouth(model, frames, terms, shift)
+            shift = place_mouth(model, frames, classes, camera, renderer, deviation)
+            stand = replace(stand, shift=shift)
+        terms = stand.terms(classes)
         if turn < len(DEPTHS) and not model.known:
-            shift = _choose_depth(model, frames, terms, shift, person, vectors, DEPTHS[turn])
+            shift = _choose_depth(
+                model, frames, terms, shift, person, vectors, deviation, DEPTHS[turn]
+            )
         frames_of = [PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames]
         vectors = np.stack(
             [
@@ -148,42 +123,60 @@ def calibrate(
                 for t, f, v in zip(terms, frames_of, vectors, strict=True)
             ]
         )
-        joint = _PersonPosterior(model, frames, terms, vectors)
+        joint = _PersonPosterior(model, frames, terms, vectors, deviation)
         start = np.r_[shift, person]
-        solution = Simplex(tolerance=0.1, limit=500).minimise(joint, start, _person_spec(model))
+        spec = _person_spec(model, deviation)
+        solution = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec)
         shift, person = solution.x[:6], solution.x[6:]
-        windows = [mouth_window(model, shifted(f.pose, shift, model.pivot), camera) for f in frames]
     if classes is None:
         raise ValueError("calibrate needs at least one round")
     return Calibration(person, shift, classes, vectors)
 
 
-def _place_mouth(
-    model: MouthModel,
-    frames: Sequence[CalibrationFrame],
-    terms: Sequence[FacetLikelihood],
-    shift: FloatArray,
-) -> FloatArray:
-    """Coarse search of the mouth's place and size about where the face box puts it."""
-    grid = [
-        shift + np.array([0, 0, 0, dx, dy, dz])
-        for dx in (-4.0, 0.0, 4.0)
-        for dy in np.arange(-MOUTH_REACH, MOUTH_REACH + 0.1, 3.0)
-        for dz in (-120.0, -80.0, -40.0, 0.0, 40.0, 80.0)
-    ]
-    postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
-    total = np.zeros(len(grid))
-    for frame, term in zip(frames, terms, strict=True):
-        base = PoseFrame(frame.pose, model.pivot)
-        vectors = np.array(grid)
-        values = [
-            term.negative_log(base.candidates(vectors, np.tile(b, (len(grid), 1))))
-            for b in postures[[0, 2, 4]]
-        ]
-        total += np.min(values, axis=0)
-    prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
-    total += np.array([prior.negative_log(g) for g in grid])
-    return np.asarray(grid[int(np.argmin(total))])
+@dataclass(frozen=True, eq=False)
+class _Stand:
+    """Where the frames' mouths stand: what is looked at, and learned from."""
+
+    model: MouthModel
+    frames: Sequence[CalibrationFrame]
+    camera: Camera
+    renderer: Renderer
+    shift: FloatArray
+
+    @cached_property
+    def poses(self) -> list[Pose]:
+        return [shifted(f.pose, self.shift, self.model.pivot) for f in self.frames]
+
+    @cached_property
+    def windows(self) -> list[Window]:
+        return [mouth_window(self.model, pose, self.camera) for pose in self.poses]
+
+    def learned(
+        self, vectors: FloatArray, weights: FloatArray, blur: float, first: bool
+    ) -> ColourClasses:
+        """Colours by where the mouths are drawn; at first those of anybody with such skin.
+
+        Where a known head stands is known well enough to learn its colours at once.
+        """
+        model, pivot = self.model, self.model.pivot
+        places = [
+            _places(
+                model, self.renderer, self.camera, window,
+                PoseFrame(pose, pivot).candidates(v[None, :6], b[None]), blur, first,
+            )
+            for window, pose, v, b in zip(self.windows, self.poses, vectors, weights, strict=True)
+        ]  # fmt: skip
+        patches = [w.sample(f.image) for w, f in zip(self.windows, self.frames, strict=True)]
+        unknown = first and not model.known
+        return (typical_classes if unknown else learn_classes)(patches, places)
+
+    def terms(self, classes: ColourClasses) -> list[FacetLikelihood]:
+        """The frames' likelihoods with these colours."""
+        colours, made = self.model.colour_classes, []
+        for window, frame in zip(self.windows, self.frames, strict=True):
+            maps = class_maps(classes, colours, window, frame.image)
+            made.append(likelihood_of(self.renderer, self.model.scene, self.camera, window, maps))
+        return made
 
 
 def _choose_depth(
@@ -193,6 +186,7 @@ def _choose_depth(
     shift: FloatArray,
     person: FloatArray,
     vectors: FloatArray,
+    deviation: FloatArray,
     steps: Sequence[float],
 ) -> FloatArray:
     """The depth at which a few frames are explained best once their postures are fitted.
@@ -200,7 +194,7 @@ def _choose_depth(
     Depth and posture trade against each other, so fitting them by turns creeps; trying depths
     and fitting the postures at each does not.
     """
-    prior = GaussianPrior(np.zeros(6), SHIFT_DEVIATION)
+    prior = GaussianPrior(np.zeros(6), deviation)
     some = np.unique(np.linspace(0, len(frames) - 1, 6).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
@@ -234,9 +228,9 @@ def _fit_posture(
     return Simplex(tolerance=0.1, limit=limit).minimise(posterior, start, pose_spec(p))
 
 
-def _person_spec(model: MouthModel) -> ParamSpec:
+def _person_spec(model: MouthModel, shift: FloatArray) -> ParamSpec:
     names = POSE_NAMES + tuple(f"person{k + 1}" for k in range(model.n_person))
-    deviation = np.r_[shift_deviation(model), model.person_deviation]
+    deviation = np.r_[shift, model.person_deviation]
     units = POSE_UNITS + ("weight",) * model.n_person
     return ParamSpec(names, units, 0.3 * deviation, -4 * deviation, 4 * deviation)
 
@@ -249,6 +243,7 @@ class _PersonPosterior:
     frames: Sequence[CalibrationFrame]
     terms: Sequence[FacetLikelihood]
     vectors: FloatArray
+    shift: FloatArray
 
     def __call__(self, x: FloatArray) -> Evaluation:
         model = self.model
@@ -257,7 +252,7 @@ class _PersonPosterior:
             base = PoseFrame(shifted(frame.pose, x[:6], model.pivot), model.pivot)
             weights = np.r_[vector[6:], x[6:]]
             data += float(term.negative_log(base.candidates(vector[None, :6], weights[None]))[0])
-        deviation = np.r_[shift_deviation(model), model.person_deviation]
+        deviation = np.r_[self.shift, model.person_deviation]
         prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
         return Evaluation(data + prior, {"likelihood": data, "prior": prior})
 

@@ -20,7 +20,7 @@ from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
-from abs_engine.track.person import CalibrationFrame
+from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
 
 Image = NDArray[np.uint8]

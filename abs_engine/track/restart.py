@@ -14,7 +14,8 @@ from abs_engine.errors import TooFewPixelsError
 from abs_engine.scene import Renderer
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
 from abs_engine.track.model import MouthModel
-from abs_engine.track.person import Calibration, CalibrationFrame, calibrate, shifted
+from abs_engine.track.person import Calibration, calibrate
+from abs_engine.track.place import CalibrationFrame, moved, shift_of_boxes, shifted
 from abs_engine.track.pose import PoseFrame
 
 GOOD_SCORE = 0.8
@@ -31,6 +32,7 @@ def calibrate_well(
     camera: Camera,
     renderer: Renderer,
     colours: ColourClasses | None = None,
+    placed: bool = False,
 ) -> Calibration:
     """Fit the person's mouth and the colours, from several places if the first is no good.
 
@@ -42,6 +44,8 @@ def calibrate_well(
     renderer : Renderer
     colours : ColourClasses, optional
         Known ones; by default they are learned.
+    placed : bool
+        Whether somebody told where the mouth is; by default the faces that are found tell it.
 
     Returns
     -------
@@ -53,22 +57,25 @@ def calibrate_well(
     FaceNotFoundError, TooFewPixelsError
         If the frames do not show enough of skin and lips to learn from.
     """
+    told = model.known or placed
+    begin = np.zeros(6) if told else shift_of_boxes(model, frames, camera)
+    frames = moved(frames, begin, model.pivot)
     first = calibrate(model, frames, camera, renderer, known=colours)
     best, most = first, explained(model, frames, camera, renderer, first)
     if model.known or most >= GOOD_SCORE:
-        return first
+        return replace(first, shift=first.shift + begin)
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
     for down, away in STARTS:
         move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
-        moved = [replace(f, pose=shifted(f.pose, move, model.pivot)) for f in frames]
+        there = moved(frames, move, model.pivot)
         try:
-            found = calibrate(model, moved, camera, renderer, known=colours)
+            found = calibrate(model, there, camera, renderer, known=colours)
         except TooFewPixelsError:  # nothing to learn from there; the first attempt stands
             continue
-        score = explained(model, moved, camera, renderer, found)
+        score = explained(model, there, camera, renderer, found)
         if score > most:
             best, most = replace(found, shift=found.shift + move), score
-    return best
+    return replace(best, shift=best.shift + begin)
 
 
 def explained(

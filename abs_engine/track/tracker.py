@@ -31,7 +31,8 @@ from abs_engine.track.fit import (
     mouth_window,
 )
 from abs_engine.track.model import MouthModel
-from abs_engine.track.person import POSE_DEVIATION, Calibration, CalibrationFrame, shifted
+from abs_engine.track.person import POSE_DEVIATION, Calibration
+from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]

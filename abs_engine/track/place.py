@@ -1,0 +1,133 @@
+"""Where the mouth is, before anything of the person is known: by face boxes, then by colour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import ColourClasses
+from abs_engine.camera import Camera
+from abs_engine.compare.prior import GaussianPrior
+from abs_engine.geometry import Pose
+from abs_engine.scene import Renderer
+from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
+from abs_engine.track.locate import find_face, first_pose
+from abs_engine.track.model import MouthModel
+from abs_engine.track.pose import PoseFrame
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+# mm up and down, how far the mouth is searched: face boxes may be that wrong
+MOUTH_REACH = 30.0
+SEARCHED = (0.8, 1.6)
+"""Mouth widths that the searched window is wider and higher by than the one that is fitted."""
+TOGETHER = 2.0
+"""As many frames all of them count as: a place that is wrong is wrong in each."""
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationFrame:
+    """A frame that the person is fitted on.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    pose : Pose
+        The head's pose by its rigid motion from the reference frame.
+    """
+
+    image: Image
+    pose: Pose
+
+
+def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
+    """`pose` with the constant correction `shift` (6,), radians and mm."""
+    return PoseFrame(pose, pivot).pose(shift)
+
+
+def moved(
+    frames: Sequence[CalibrationFrame], shift: FloatArray, pivot: FloatArray
+) -> list[CalibrationFrame]:
+    """The frames with the constant correction `shift` (6,) of their poses."""
+    return [replace(f, pose=shifted(f.pose, shift, pivot)) for f in frames]
+
+
+def shift_of_boxes(
+    model: MouthModel, frames: Sequence[CalibrationFrame], camera: Camera
+) -> FloatArray:
+    """Where the faces of several frames put the mouth, less where the first one's did.
+
+    A box wanders by a tenth of its size from frame to frame of a face at rest; the median of
+    several does so less.
+
+    Returns
+    -------
+    (6,) float64
+        Constant correction of the poses, radians and mm; zeros where no face is found.
+    """
+    moves = []
+    for frame in frames:
+        box = find_face(frame.image)
+        if box is not None:
+            found = first_pose(box, camera, model.pivot).apply(model.pivot)
+            moves.append(found - frame.pose.apply(model.pivot))
+    middle = np.median(moves, axis=0) if moves else np.zeros(3)
+    return np.concatenate([np.zeros(3), middle])
+
+
+def place_mouth(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    classes: ColourClasses,
+    camera: Camera,
+    renderer: Renderer,
+    deviation: FloatArray,
+) -> FloatArray:
+    """Coarse search of the mouth's place and size about where the poses put it.
+
+    What the drawn mouth covers is compared with what skin would explain there: nothing is gained
+    by drawing it larger than the part of the picture that is looked at, or beside it.
+
+    Parameters
+    ----------
+    model : MouthModel
+    frames : sequence of CalibrationFrame
+    classes : ColourClasses
+    camera : Camera
+    renderer : Renderer
+    deviation : (6,) float64
+        How far the poses may be off, radians and mm.
+
+    Returns
+    -------
+    (6,) float64
+        Constant correction of the poses, radians and mm.
+    """
+    grid = np.array(
+        [
+            [0, 0, 0, dx, dy, dz * deviation[5]]
+            for dx in (-8.0, -4.0, 0.0, 4.0, 8.0)
+            for dy in np.arange(-MOUTH_REACH, MOUTH_REACH + 0.1, 3.0)
+            for dz in (-1.2, -0.6, 0.0, 0.6, 1.2)
+        ]
+    )
+    postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
+    total = np.zeros(len(grid))
+    for frame in frames:
+        base = PoseFrame(frame.pose, model.pivot)
+        window = mouth_window(model, frame.pose, camera, SEARCHED)
+        maps = class_maps(classes, model.colour_classes, window, frame.image)
+        skin = maps.maps[model.colour_classes.index("skin")]
+        term = replace(likelihood_of(renderer, model.scene, camera, window, maps), outside=skin)
+        values = [
+            term.negative_log(base.candidates(grid, np.tile(b, (len(grid), 1))))
+            for b in postures[[0, 2, 4]]
+        ]
+        total += np.min(values, axis=0)
+    prior = GaussianPrior(np.zeros(6), deviation)
+    total = total * TOGETHER / len(frames) + np.array([prior.negative_log(g) for g in grid])
+    return np.asarray(grid[int(np.argmin(total))])
