@@ -24,7 +24,7 @@ from abs_engine.geometry import Pose, rotations, vertex_normals
 from abs_engine.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.track.match import LEAST_MATCHES, Drawn, match, pose_of_matches
 from abs_engine.track.pose import PoseFrame
-from abs_engine.track.relight import gray, relit
+from abs_engine.track.relight import Gray, gray, relit, smooth
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -38,13 +38,17 @@ LEVELS: tuple[Level, ...] = (
 )  # fmt: skip
 """How finely a head is drawn, of `FINE_FACE`, and how far its details are looked for, in widths of
 the face: one step after the other."""
+SETTLING, SETTLED = 3, 1.5  # steps at most, and mm by which the last one moves a followed head
+ASTRAY = 0.15  # rad that a followed head is off by at most
 TRIED = 3  # steps from each of several starts; the others from the best only
 NEARLY = 2  # step from which a head is gone on with whose pose is nearly known
-FAR_YAW, FAR_DEPTH = (0.0, -0.4, 0.4), (1.0, 0.8, 0.65)  # rad, and times the guessed distance
+SURE = 0.7  # agreement of the head itself is higher, of anything else lower
+FAR_PITCH, FAR_YAW = (0.0, -0.2, 0.2), (0.0, -0.4, 0.4)  # rad
+FAR_DEPTH = 1.0, 0.8, 0.65  # times the guessed distance
 NEAR_YAW = -0.45, -0.15, 0.15, 0.45  # rad, about where a head was a moment ago
 NEAR_SWING = 0.0, 1.0  # the face turns about its own middle, or is swung about the head's
 NEAREST = 100.0  # mm from the camera; nothing is looked for nearer to it
-MOTIONS = 8  # of a face whose skull keeps still
+MOTIONS = 20  # of a face whose skull keeps still
 USUAL = 0.3  # standard deviation of the weight of a face unit
 
 
@@ -105,10 +109,11 @@ class KnownHead:
         pose : Pose
         """
         frame, sight = PoseFrame(pose, self._centre), pose.apply(self._centre)
-        places = product(FAR_DEPTH, FAR_YAW)
-        return self._best(
-            image, [frame.pose(np.r_[0, yaw, 0, (depth - 1) * sight]) for depth, yaw in places]
-        )
+        starts = [
+            frame.pose(np.r_[pitch, yaw, 0, (depth - 1) * sight])
+            for pitch, depth, yaw in product(FAR_PITCH, FAR_DEPTH, FAR_YAW)
+        ]
+        return self._best(image, starts)
 
     def realign(self, image: Image, pose: Pose) -> Pose:
         """The pose of a head that was at `pose` a moment ago and may have turned since."""
@@ -123,6 +128,22 @@ class KnownHead:
     def refine(self, image: Image, pose: Pose) -> Pose:
         """The pose of a head that is known to a few degrees and percent."""
         return self._steps(image, self._guess(pose), LEVELS[NEARLY:]).pose
+
+    def settle(self, image: Image, pose: Pose) -> Pose:
+        """The pose of a head that was followed to `pose`; that itself where too little agrees."""
+        found = self._guess(pose)
+        for _ in range(SETTLING):
+            last, found = found, self._step(image, found, LEVELS[-1][0] * FINE_FACE, LEVELS[-1][1])
+            if self._apart(last.pose, found.pose) < SETTLED:
+                break
+        near = found.pose.angle_to(pose) < ASTRAY
+        return found.pose if near and found.agreement >= SURE else pose
+
+    def _apart(self, one: Pose, other: Pose) -> float:
+        """RMS distance, mm, of the face at two poses."""
+        points = self.face.mean.astype(np.float64)
+        away = one.apply(points) - other.apply(points)
+        return float(np.sqrt((away**2).sum(axis=1).mean()))
 
     def error(self, image: Image, pose: Pose) -> float:
         """How badly the head at `pose` explains an image: in units of the colour's noise."""
@@ -139,9 +160,16 @@ class KnownHead:
         return _Guess(pose, np.zeros(self._moving.n_modes))
 
     def _best(self, image: Image, starts: list[Pose]) -> Pose:
-        """Some steps from each start; the others from where details then agree best."""
-        found = [self._steps(image, self._guess(pose), LEVELS[:TRIED]) for pose in starts]
-        best = max(found, key=lambda guess: guess.agreement)
+        """Some steps from each start, and the others from where details then agree best.
+
+        Starts after one that leads to the head are not tried.
+        """
+        best = self._guess(starts[0])
+        for pose in starts:
+            found = self._steps(image, self._guess(pose), LEVELS[:TRIED])
+            best = max(best, found, key=lambda guess: guess.agreement)
+            if best.agreement >= SURE:
+                break
         return self._steps(image, best, LEVELS[TRIED:]).pose
 
     def _steps(self, image: Image, guess: _Guess, levels: tuple[Level, ...]) -> _Guess:
@@ -154,8 +182,9 @@ class KnownHead:
         window = _face_window(self.face, guess.pose, self.camera, width, 2.0)
         one = Candidates.one(guess.weights, guess.pose)
         buffers = self.renderer.draw(self._moving, one, self.camera, window)[0]
-        seen = np.asarray(window.sample(image.astype(np.float32)), np.float32)
-        found = match(self._drawn(buffers, seen, guess.pose, window), gray(seen), reach)
+        seen = gray(window.sample(image.astype(np.float32)))
+        drawn = self._drawn(buffers, seen, guess.pose, window)
+        found = match(drawn, smooth(seen), reach)
         if len(found.at) < LEAST_MATCHES:
             return replace(guess, agreement=found.agreement)
         column, row = found.at.T
@@ -171,21 +200,18 @@ class KnownHead:
             return replace(guess, agreement=found.agreement)
         return _Guess(pose, weights, found.agreement)
 
-    def _drawn(
-        self, buffers: Buffers, seen: NDArray[np.float32], pose: Pose, window: Window
-    ) -> Drawn:
+    def _drawn(self, buffers: Buffers, seen: Gray, pose: Pose, window: Window) -> Drawn:
         """What was drawn as the picture's light shows it."""
         covered = buffers.covered
         wanted = covered & self.rigid[np.maximum(buffers.facet_id - 1, 0)]
         wanted &= _inside(window, self.camera)
         corners = self.head.faces[buffers.facet_id[covered] - 1]
         normals = np.einsum("nc,ncd->nd", buffers.barycentrics[covered], self._normals[corners])
-        shown = np.full_like(buffers.rgb, 128)
-        shown[covered] = relit(
-            buffers.rgb[covered], seen[covered], normals @ pose.rotation.T, wanted[covered]
-        )
+        shown, flat = np.full_like(seen, 128), gray(buffers.rgb)
+        turned = normals @ pose.rotation.T
+        shown[covered] = relit(flat[covered], seen[covered], turned, wanted[covered])
         across = float(np.ptp(_outline(self.face, pose, self.camera)[:, 0]))
-        return Drawn(gray(shown), covered, wanted, window.scale * across)
+        return Drawn(smooth(shown), covered, wanted, window.scale * across)
 
 
 def face_motions(speaker: Speaker, rigid: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -74,7 +74,7 @@ class HeadMotion:
                 if state is not None:
                     known.resume(state)
             if state is not None:
-                yield image, state.pose
+                yield image, self._settled(image, state.pose)
                 continue
             found = self._turned(image, known.pose, error)
             turned = found is not None
@@ -160,6 +160,10 @@ class HeadMotion:
     def _refined(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which a known head's pose is nearly known."""
         return self._taken(image, pose if self._known is None else self._known.refine(image, pose))
+
+    def _settled(self, image: Image, pose: Pose) -> Pose:
+        """The followed pose, freed from what the reference was off by and brows have moved."""
+        return pose if self._known is None else self._known.settle(image, pose)
 
     def _taken(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which the head's pose is known."""
