@@ -69,6 +69,17 @@ def test_only_what_is_wanted_and_wholly_drawn_is_looked_for():
     assert found.at[:, 0].max() < 95
 
 
+def test_what_patches_reach_over_is_near():
+    wanted = np.zeros(ALL.shape, bool)
+    wanted[70:90, 90:110] = True
+    one = Drawn(texture(), ALL, wanted, 150.0)
+    rows, columns = np.nonzero(one.near)
+    assert rows.min() <= 70 - one.half
+    assert columns.max() >= 109 + one.half
+    assert rows.min() > 70 - 2 * one.half
+    assert len(match(one, texture(), 0.05).at) > 3
+
+
 def test_a_stripe_is_sharply_placed_across_and_not_along():
     rows = np.arange(160, dtype=np.float32)[:, None]
     stripe = 200 - 150 * np.exp(-(((rows - 80) / 3) ** 2))

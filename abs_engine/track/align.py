@@ -205,13 +205,15 @@ class KnownHead:
         covered = buffers.covered
         wanted = covered & self.rigid[np.maximum(buffers.facet_id - 1, 0)]
         wanted &= _inside(window, self.camera)
-        corners = self.head.faces[buffers.facet_id[covered] - 1]
-        normals = np.einsum("nc,ncd->nd", buffers.barycentrics[covered], self._normals[corners])
         shown, flat = np.full_like(seen, 128), gray(buffers.rgb)
+        across = window.scale * float(np.ptp(_outline(self.face, pose, self.camera)[:, 0]))
+        drawn = Drawn(shown, covered, wanted, across)
+        near = covered & drawn.near
+        corners = self.head.faces[buffers.facet_id[near] - 1]
+        normals = np.einsum("nc,ncd->nd", buffers.barycentrics[near], self._normals[corners])
         turned = normals @ pose.rotation.T
-        shown[covered] = relit(flat[covered], seen[covered], turned, wanted[covered])
-        across = float(np.ptp(_outline(self.face, pose, self.camera)[:, 0]))
-        return Drawn(smooth(shown), covered, wanted, window.scale * across)
+        shown[near] = relit(flat[near], seen[near], turned, wanted[near])
+        return replace(drawn, gray=smooth(shown))
 
 
 def face_motions(speaker: Speaker, rigid: NDArray[np.bool_]) -> NDArray[np.float32]:

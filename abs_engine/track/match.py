@@ -78,6 +78,12 @@ class Drawn:
         """Half the side of a patch, drawn pixels."""
         return max(3, round(PATCH * self.width))
 
+    @property
+    def near(self) -> NDArray[np.bool_]:
+        """What lies in patches about what is wanted, (H, W)."""
+        side = 2 * self.half + 3
+        return cv2.dilate(self.wanted.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+
     def corners(self, edge: int) -> NDArray[np.int64]:
         """Middles (N, 2), column and row, of patches with structure, `edge` pixels inside."""
         side = 2 * self.half + 1
