@@ -9,7 +9,7 @@ from abs_engine.appearance.colour import ColourClasses
 from abs_engine.appearance.learn import learn_classes
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.geometry import FACING, Pose, vertex_normals
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates, Scene
 from abs_engine.systems.lips import lip_model
@@ -32,6 +32,29 @@ def picture_of(head: Scene, pose: Pose, camera: Camera) -> np.ndarray:
     rows = np.linspace(120, 80, buffers.rgb.shape[0])[:, None, None]
     fine = np.where(buffers.covered[..., None], buffers.rgb, rows)
     return np.uint8(np.rint(cv2.resize(fine, camera.size, interpolation=cv2.INTER_AREA)))
+
+
+def lit_picture_of(
+    head: Scene, pose: Pose, camera: Camera, lamp: tuple[float, float, float], gloss: float
+) -> np.ndarray:
+    """A picture of a head under a lamp, with white gloss of up to `gloss` grey levels.
+
+    `lamp` is the direction to it in the camera frame; right above the camera it is 0, -1, -1.
+    """
+    window = type(camera.whole)(0, 0, *camera.size, 2.0)
+    one = Candidates.one(np.zeros(head.n_modes), pose)
+    buffers = CpuRenderer().draw(head, one, camera, window)[0]
+    normals = vertex_normals(head.mean.astype(np.float64), head.faces)[head.faces]
+    shown = np.einsum("hwc,hwcd->hwd", buffers.barycentrics, normals[buffers.facet_id - 1])
+    shown = shown @ pose.rotation.T
+    to_lamp = np.array(lamp) / np.linalg.norm(lamp)
+    between = to_lamp - np.array([0, 0, 1])
+    matt = 0.35 + 0.75 * np.clip(shown @ to_lamp, 0, None)
+    shine = gloss * np.clip(shown @ (between / np.linalg.norm(between)), 0, 1) ** 24
+    fine = buffers.rgb * matt[..., None] + shine[..., None]
+    fine = np.where(buffers.covered[..., None], fine, 100)
+    small = cv2.resize(fine, camera.size, interpolation=cv2.INTER_AREA)
+    return np.uint8(np.rint(np.clip(small, 0, 255)))
 
 
 def seen_at(rotation: object, translation: object) -> Pose:

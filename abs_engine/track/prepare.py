@@ -14,7 +14,7 @@ from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
-from abs_engine.track.align import KnownHead
+from abs_engine.track.align import KnownHead, face_motions
 from abs_engine.track.blobs import LipBlob
 from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
@@ -64,7 +64,7 @@ class HeadMotion:
         the face is looked for again and a new reference is taken where it is found. Where the
         detector finds none, as in a close-up, the old reference is tried again where it was.
         """
-        known, error = Keyframes(self.camera, self._taken), 0.0
+        known, error = Keyframes(self.camera, self._refined), 0.0
         box = self.box
         lips = None if self.colours is None else LipFollower(self.colours, self.rate)
         for image in frames:
@@ -74,7 +74,7 @@ class HeadMotion:
                 if state is not None:
                     known.resume(state)
             if state is not None:
-                yield image, state.pose
+                yield image, self._settled(image, state.pose)
                 continue
             found = self._turned(image, known.pose, error)
             turned = found is not None
@@ -112,7 +112,8 @@ class HeadMotion:
         model = self.model
         if not model.known:
             return None
-        return KnownHead(model.head, model.rigid, self.camera, self.renderer)
+        motions = face_motions(model.speaker, model.rigid)
+        return KnownHead(model.head, model.rigid, self.camera, self.renderer, motions)
 
     def _turned(self, image: Image, last: Pose | None, error: float) -> RigidReference | None:
         """A known head that has turned too fast to be followed; None where it is not seen.
@@ -155,6 +156,14 @@ class HeadMotion:
         if self._known is not None:
             pose = self._known.align(image, pose)
         return self._taken(image, pose)
+
+    def _refined(self, image: Image, pose: Pose) -> RigidReference:
+        """A reference of an image in which a known head's pose is nearly known."""
+        return self._taken(image, pose if self._known is None else self._known.refine(image, pose))
+
+    def _settled(self, image: Image, pose: Pose) -> Pose:
+        """The followed pose, freed from what the reference was off by and brows have moved."""
+        return pose if self._known is None else self._known.settle(image, pose)
 
     def _taken(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which the head's pose is known."""

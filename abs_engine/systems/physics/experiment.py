@@ -161,7 +161,7 @@ def placed_by_blob(
 def pose_estimated(
     lips: TrainedLips, speaker: Speaker, view: Truth, renderer: Renderer, driver: str
 ) -> Iterator[FrameError]:
-    """Fit a moving head: its pose is followed by the skin of the upper face, then fitted along.
+    """Fit a moving head: its pose is found by details of the upper face, then fitted along.
 
     Frames in which no mouth is found are left out.
     """

@@ -1,0 +1,99 @@
+"""A drawing put into the light of a picture: what a texture lacks is a function of the normal.
+
+Under distant lamps, what a matt surface throws back varies smoothly with its normal, and nine
+spherical harmonics hold nearly all of it (Ramamoorthi and Hanrahan 2001). It multiplies the
+texture. The gloss of skin is added to it, bright on dark skin, too; seen from one side it is a
+function of the normal as well, though a steeper one: a sum of lobes.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Gray = NDArray[np.float32]
+LOBES = 70  # over half of the sphere
+LOBE_WIDTH = np.radians(12.0)  # a forehead bends less behind a brow, so gloss cannot draw one
+_ROUNDS = 3
+_MOST = 3000  # pixels that the light is found from
+_WEAK = 1e-4, 3e-3  # ridge of what multiplies and of what is added: undetermined terms stay small
+
+
+def gray(picture: NDArray[np.generic]) -> Gray:
+    """Luminance (H, W) float32 of RGB (H, W, 3)."""
+    return np.asarray(cv2.cvtColor(np.asarray(picture, np.float32), cv2.COLOR_RGB2GRAY))
+
+
+def smooth(picture: Gray) -> Gray:
+    """A picture with a little less noise: a Gaussian of one pixel."""
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.0), np.float32)
+
+
+def relit(
+    drawn: NDArray[np.floating],
+    seen: NDArray[np.floating],
+    normals: FloatArray,
+    compared: NDArray[np.bool_],
+) -> FloatArray:
+    """Drawn pixels as the light of a picture would show them.
+
+    Parameters
+    ----------
+    drawn : (N,), 0 to 255
+        Luminance of the texture.
+    seen : (N,), 0 to 255
+        The picture at the same pixels.
+    normals : (N, 3) float64
+        Unit normals there, camera frame.
+    compared : (N,) bool
+        Pixels that the light is found from. What is not as drawn there, such as a shut eye, counts
+        little.
+
+    Returns
+    -------
+    (N,) float64
+        ``drawn`` itself where too few pixels are compared.
+    """
+    chosen = np.flatnonzero(compared)
+    chosen = chosen[:: 1 + len(chosen) // _MOST]
+    matt = np.asarray(drawn, np.float64)[:, None] / 255 * _harmonics(normals)
+    gloss = _lobes(normals)
+    terms = np.hstack([matt, np.ones((len(matt), 1)), gloss])
+    if len(chosen) < terms.shape[1]:
+        return np.asarray(drawn, np.float64)
+    weak = np.r_[np.full(matt.shape[1], _WEAK[0]), np.full(1 + gloss.shape[1], _WEAK[1])]
+    light = _robust(terms[chosen], np.asarray(seen, np.float64)[chosen], weak)
+    return np.clip(terms @ light, 0, 255)
+
+
+def _harmonics(normals: FloatArray) -> FloatArray:
+    """Real spherical harmonics up to the second order, without their factors, (N, 9)."""
+    x, y, z = normals.T
+    terms = [np.ones_like(x), x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1]
+    return np.stack(terms, axis=1)
+
+
+def _lobes(normals: FloatArray) -> FloatArray:
+    """How near each normal (N, 3) is to directions spread over what faces the camera, (N, L)."""
+    k = np.arange(2 * LOBES) + 0.5  # a spiral of golden angles (Vogel 1979) round the sphere
+    away, turn = k / LOBES - 1, np.pi * (1 + np.sqrt(5)) * k
+    radius = np.sqrt(1 - away**2)
+    centres = np.stack([radius * np.cos(turn), radius * np.sin(turn), away], axis=1)
+    facing = centres[away < 0.25]  # z points away from the camera
+    near = (normals @ facing.T - 1) / LOBE_WIDTH**2
+    return np.asarray(np.exp(near.astype(np.float32)), np.float64)
+
+
+def _robust(terms: FloatArray, values: FloatArray, weak: FloatArray) -> FloatArray:
+    """Ridge regression in which outliers count less (Cauchy weights)."""
+    weights = np.ones(len(values))
+    ridge = np.diag(len(values) * weak)
+    for _ in range(_ROUNDS):
+        weighted = terms * weights[:, None]
+        found = np.linalg.solve(weighted.T @ terms + ridge, weighted.T @ values)
+        away = values - terms @ found
+        usual = 3 * np.median(np.abs(away)) + 0.5
+        weights = 1 / (1 + (away / usual) ** 2)
+    return np.asarray(found)
