@@ -242,20 +242,38 @@ def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generi
     ModelFormatError
         If format or version differ.
     """
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            data = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    data = read_arrays(path)
+    check_format(path, data, kind, version)
+    return data
+
+
+def check_format(
+    path: Path, data: Mapping[str, NDArray[np.generic]], kind: str, version: int
+) -> None:
+    """Raise `ModelFormatError` unless the arrays of a file are of a kind and a version."""
     found = str(data.get("format", "unknown")), int(data.get("version", 0))
     if found != (kind, version):
         raise ModelFormatError(
             f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
             "make it again with this release",
         )
-    return data
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Read an `.npz` of any making; nothing in it may be pickled.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    """
+    if not path.is_file():
+        raise InputFileError(f"{path} does not exist", "check the path")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
 
 
 def read_image(path: Path) -> NDArray[np.uint8]:

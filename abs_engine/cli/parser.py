@@ -25,6 +25,16 @@ CSV files, a line of column names first:
 Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
 Numbers in brackets are 95 % confidence intervals.
 """
+TRACK_FORMATS = """\
+Head poses are a run's or filmed truth's (the folder), or a file of them:
+  CSV   a line of names, then a line for each frame: head_rx head_ry head_rz (rotation vector,
+        radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
+  NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
+        run; NaN where not known
+x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
+(x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
+taken as they are with --person, else as a first guess; frames without one are not tracked.
+"""
 RENDERERS = ("auto", "egl-device", "egl-surfaceless", "osmesa", "cpu")
 Run = Callable[[argparse.Namespace], int]
 
@@ -126,6 +136,8 @@ def _synth(command: argparse.ArgumentParser) -> None:
 
 
 def _track(command: argparse.ArgumentParser) -> None:
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = TRACK_FORMATS
     command.add_argument("video", type=Path, metavar="VIDEO")
     _output(command, "RUN", "folder of the results")
     command.add_argument(
@@ -146,6 +158,10 @@ def _track(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--physics", type=Path, metavar="FILE", help="how the lips move, as 'train' learned it"
     )
+    command.add_argument(
+        "--poses", type=Path, metavar="FILE",
+        help="head poses that are known, see below; then no face is looked for and followed",
+    )  # fmt: skip
     _renderer(command)
 
 

@@ -76,11 +76,7 @@ class ShellSetting:
     @property
     def spec(self) -> ParamSpec:
         """Names, units, first steps and bounds of the fitted parameters."""
-        whole, free = pose_spec(self.model.n_modes, 6.0), self.free
-        return ParamSpec(
-            tuple(whole.names[i] for i in free), tuple(whole.units[i] for i in free),
-            whole.scale[free], whole.lower[free], whole.upper[free],
-        )  # fmt: skip
+        return pose_spec(self.model.n_modes, 6.0).only(self.free)
 
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
