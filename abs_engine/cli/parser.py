@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from abs_engine.cli import check, commands, report
+from abs_engine.cli.cameras import add_cameras, cameras
 from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
 from abs_engine.cli.reproduce import add_reproduce, reproduce
@@ -85,6 +86,7 @@ def build_parser() -> Parser:
     _synth(add("synth", commands.synth, "film a scene, with ground truth"))
     add_observe(add("observe", observe, "calibrate cameras; dots in two views to points in space"))
     add_train(add("train", train, "learn how lips move from dots that were observed"))
+    add_cameras(add("cameras", cameras, "say where a camera would tell most about trained lips"))
     _track(add("track", commands.track, "track the lips in a video"))
     _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
     check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))

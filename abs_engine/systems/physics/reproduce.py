@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,10 @@ import numpy as np
 
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.errors import InputFileError
-from abs_engine.files import png
 from abs_engine.release import engine_version
 from abs_engine.scene import Renderer
-from abs_engine.systems.physics.error_plot import error_plot
+from abs_engine.systems.physics.cameras import camera_results
+from abs_engine.systems.physics.collected import BEST, Report, fit_figures
 from abs_engine.systems.physics.experiment import (
     OBSERVED,
     FrameError,
@@ -47,12 +46,6 @@ from abs_engine.systems.physics.motion import (
     recording_path,
 )
 from abs_engine.systems.physics.page import reproduction_page
-from abs_engine.systems.physics.pictures import (
-    ShownFit,
-    convergence_figure,
-    fits_figure,
-    probability_figure,
-)
 from abs_engine.systems.physics.real_clips import grid_agreement
 from abs_engine.systems.physics.reconstruction import table_1
 from abs_engine.systems.physics.training import train
@@ -67,32 +60,6 @@ WAYS = (
     ("simplex", "simplex", "whole"),
 )
 """Name in the results, driver, and rule of the forces."""
-BEST = "simplex"
-"""The driver whose errors are held against the goals."""
-
-
-@dataclass
-class Report:
-    """What is collected on the way.
-
-    Parameters
-    ----------
-    folder : Path
-    results : dict
-    figures : list of (str, str)
-        File and caption.
-    remarks : list of str
-    """
-
-    folder: Path
-    results: dict[str, Any] = field(default_factory=dict)
-    figures: list[tuple[str, str]] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-
-    def picture(self, name: str, image: Any, caption: str) -> None:
-        """Keep a figure."""
-        (self.folder / name).write_bytes(png(image))
-        self.figures.append((name, caption))
 
 
 def reproduce(
@@ -140,7 +107,7 @@ def reproduce(
         tell(f"training {person}'s lips further")
         further.append(_further(speaker, lips, seen, sides[FRONT], renderer))
         if person == amount.people[0]:
-            _drawn(report, lips, sides, known, renderer)
+            fit_figures(report, lips, sides, known, renderer)
     _fitted(report, known, blob, moving, further)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell)
@@ -176,6 +143,7 @@ def _learned(report: Report, speaker: Speaker, person: str, renderer: Renderer, 
         "variance": [float(v) for v in done.physics.shares],
         "table1": {row.part.key: row.error for row in table_1(done)},
         "table1_without_noise": {row.part.key: row.error for row in table_1(exact)},
+        "cameras": camera_results(done.physics, speaker),
     }
     report.picture(
         "figure2.png", draw_modes(renderer, done.shell, done.physics),
@@ -267,47 +235,3 @@ def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
         "posterior": float(np.mean([s.value for s in found])),
         "converged": converged(errors),
     }
-
-
-def _drawn(
-    report: Report,
-    lips: TrainedLips,
-    sides: dict[str, Truth],
-    known: Sequence[FrameError],
-    renderer: Renderer,
-) -> None:
-    """Figures 3 to 9, of the first person."""
-    front = sides[FRONT]
-    opened = int(np.argmax(front.aperture))
-    picture = list(front.pictures())[opened]
-    pose, camera = front.pose(opened), front.camera
-    report.picture(
-        "figure3.png", probability_figure(lips, picture, pose, camera, renderer),
-        "Figures 3 and 4: probability maps of lips and skin, raw and smoothed; teeth and dark.",
-    )  # fmt: skip
-    truth = lips.model.shell.nodes(front.vertices(opened))
-    report.picture(
-        "figure5.png", convergence_figure(lips, picture, pose, camera, renderer, truth),
-        "Figure 5: from the initial image to the final fit.",
-    )  # fmt: skip
-    shown = []
-    for yaw in (YAWS[0], 0, YAWS[-1]):
-        view = sides[camera_name(yaw)]
-        fit = next(
-            e.fit for e in known
-            if (e.camera, e.frame, e.driver) == (camera_name(yaw), opened, BEST)
-        )  # fmt: skip
-        image = list(view.pictures())[opened]
-        shown.append(ShownFit(f"seen from {yaw} degrees", image, view.camera, fit.pose, fit.nodes))
-    report.picture(
-        "figure6.png", fits_figure(renderer, lips, shown),
-        "Figures 6 to 9: initial image, final fit, and the shape in 3D.",
-    )  # fmt: skip
-    curves: dict[str, list[float]] = {}
-    breaks: dict[int, str] = {}
-    for name in ("forces", "gradient", "simplex"):
-        mine = [e for e in known if e.driver == name and e.person == lips.person]
-        breaks = {i: e.camera for i, e in enumerate(mine) if e.frame == 0}
-        curves[name] = [e.rms for e in mine]
-    (report.folder / "errors.svg").write_text(error_plot(curves, goal=1.0, breaks=breaks))
-    report.figures.append(("errors.svg", "Error of the lips in each frame, by driver."))
