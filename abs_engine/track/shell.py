@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.forces import Rule as Integral
 from abs_engine.compare.forces import border_forces, facet_forces, lifted, node_forces, slopes
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
@@ -53,6 +54,8 @@ class ShellSetting:
     renderer : Renderer
     pose_deviation : (6,) float64 or None
         Standard deviations of the pose about the given one, rad and mm; None if it is known.
+    score : {"exact", "sample"}
+        How the posterior is integrated over a facet: see `FacetLikelihood`.
     """
 
     model: LipModel
@@ -61,6 +64,7 @@ class ShellSetting:
     camera: Camera
     renderer: Renderer
     pose_deviation: FloatArray | None = None
+    score: Integral = "exact"
 
     @cached_property
     def border(self) -> FloatArray:
@@ -239,7 +243,7 @@ def shell_posterior(
     likelihood = FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
         ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / (SIDE * window.scale) ** 2,
-        np.asarray(outside, np.float32),
+        np.asarray(outside, np.float32), setting.score, inside,
     )  # fmt: skip
     frame = PoseFrame(pose, setting.border.mean(axis=0))
     free = setting.pose_deviation

@@ -39,7 +39,10 @@ DRIVERS = {
     "forces_one_sample": "forces of eq. 12, one sample for each facet (paper)",
     "gradient": "gradient in parameter space, by differences",
     "simplex": "Nelder-Mead simplex",
+    "simplex_one_sample": "the same, one sample for each facet (eq. 8)",
 }
+_INTEGRALS = {"exact": "exact sum", "sample": "one sample"}
+"""How a posterior is integrated over a facet, in words."""
 _COLUMNS: dict[str, tuple[str, Unit | None]] = {
     "mm": ("lip error, RMS", "mm"),
     "evaluations": ("evaluations", "count"),
@@ -183,11 +186,24 @@ def _drivers(results: Results) -> str:
     rows = [
         (
             name,
+            _integral(results, key),
             *(_driven(number(results, f"drivers.{key}.{column}"), column) for column in _COLUMNS),
         )
         for key, name in DRIVERS.items()
     ]
-    return _table(("", *(title for title, _ in _COLUMNS.values())), rows)
+    what = (
+        "<p>The posterior (section 5.4) is integrated over each facet by the exact sum over its "
+        "visible pixels, or by one sample at its centre times its visible area (eq. 8).</p>"
+    )
+    head = ("", "posterior by", *(title for title, _ in _COLUMNS.values()))
+    return what + _table(head, rows)
+
+
+def _integral(results: Results, key: str) -> str:
+    drivers: Any = results.get("drivers")
+    of = drivers.get(key) if isinstance(drivers, Mapping) else None
+    told_of = of.get("posterior_rule") if isinstance(of, Mapping) else None
+    return _INTEGRALS.get(str(told_of), "not told")
 
 
 def _driven(value: float | None, column: str) -> str:
