@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import json
 import zipfile
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.files import write_new
 from abs_engine.geometry import check_mesh
 
 FORMAT, VERSION = "abs_engine.speaker", 1
@@ -245,6 +248,33 @@ def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generi
     data = read_arrays(path)
     check_format(path, data, kind, version)
     return data
+
+
+def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) -> None:
+    """Write an `.npz` that `read_npz` reads, compressed, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Must not exist.
+    kind, version : str, int
+        Its `format` and `version`.
+    arrays : mapping of str to array, number, text, or sequences of these
+
+    Raises
+    ------
+    OutputError
+        If it exists or cannot be written.
+    TypeError
+        If something would have to be pickled, which `read_npz` refuses.
+    """
+    fields: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+    pickled = [name for name, value in fields.items() if value.dtype.hasobject]
+    if pickled:
+        raise TypeError(f"{pickled[0]} is neither numbers nor text")
+    memory = io.BytesIO()
+    np.savez_compressed(memory, **fields, format=kind, version=version)
+    write_new(path, memory.getvalue())
 
 
 def check_format(
