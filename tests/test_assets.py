@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from runs import write_speaker
 
-from abs_engine.assets import load_speaker, read_image, read_npz, shipped, write_npz
+from abs_engine.assets import load_speaker, read_image, shipped
 from abs_engine.camera import Camera
 from abs_engine.errors import (
     InputFileError,
@@ -17,6 +17,7 @@ from abs_engine.errors import (
     ParameterError,
 )
 from abs_engine.geometry import FACING, Pose, vertex_normals
+from abs_engine.npz import read_npz, write_npz
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates
 from abs_engine.shape.mouth import mouth_units

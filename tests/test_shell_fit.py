@@ -29,6 +29,7 @@ from abs_engine.systems.physics.fitting import (
 )
 from abs_engine.systems.physics.motion import authored_motion, observed_motion
 from abs_engine.systems.physics.training import train
+from abs_engine.track.centroid import centred
 from abs_engine.track.shell import (
     DRAWN_MOUTH,
     FIRST_STRIDE,
@@ -37,7 +38,6 @@ from abs_engine.track.shell import (
     Pull,
     ShellPosterior,
     ShellSetting,
-    centred,
     shell_posterior,
     shell_window,
     zone,

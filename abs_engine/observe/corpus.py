@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz, write_npz
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.geometry import Pose
+from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.corpus", 1

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz, write_npz
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.npz import read_npz, write_npz
 from abs_engine.shape.predictors import Predictor
 
 FloatArray = NDArray[np.float64]

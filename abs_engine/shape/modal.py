@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz, write_npz
 from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2

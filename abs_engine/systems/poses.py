@@ -23,11 +23,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import check_format, read_arrays
 from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.evaluate.csv_table import read_table
 from abs_engine.geometry import Pose, rotations
+from abs_engine.npz import check_format, read_arrays
 from abs_engine.track.given import other_count
 from abs_engine.track.record import FORMAT, RESULTS, VERSION
 from abs_engine.truth import load_truth

@@ -90,22 +90,16 @@ def rank_yaws(
     What lips do beyond the modes is not part of it, and a hidden dot is hidden in every posture.
     """
     check_speaker(physics, speaker)
-    shell = cut_lip_shell(speaker)
     person = physics.person
     head = (speaker.named(person) if person else speaker.vertices).astype(np.float64)
-    places = head[dot_vertices(speaker)[:-1]]
-    triangles = head[speaker.faces]
-
-    def seen(direction: FloatArray) -> NDArray[np.bool_]:
-        return np.array([not _hidden(place, direction, triangles) for place in places])
-
+    places, triangles = head[dot_vertices(speaker)[:-1]], head[speaker.faces]
     return rank_cameras(
         physics,
-        shell_points(speaker, shell),
+        shell_points(speaker, cut_lip_shell(speaker)),
         {f"{yaw:g}": direction_of(yaw) for yaw in yaws},
         noise=noise,
         have=tuple(direction_of(yaw) for yaw in have),
-        seen=seen,
+        seen=lambda towards: np.array([not _hidden(p, towards, triangles) for p in places]),
     )
 
 
