@@ -193,7 +193,8 @@ def _drivers(results: Results) -> str:
     ]
     what = (
         "<p>The posterior (section 5.4) is integrated over each facet by the exact sum over its "
-        "visible pixels, or by one sample at its centre times its visible area (eq. 8).</p>"
+        "visible pixels, or by one sample at its centre times its visible area (eq. 8). Values of "
+        "the one are not to be compared with those of the other.</p>"
     )
     head = ("", "posterior by", *(title for title, _ in _COLUMNS.values()))
     return what + _table(head, rows)
