@@ -48,6 +48,13 @@ class ParamSpec:
     def __len__(self) -> int:
         return len(self.names)
 
+    def only(self, which: NDArray[np.integer]) -> ParamSpec:
+        """The spec of some of the parameters, by their indices (M,)."""
+        return ParamSpec(
+            tuple(self.names[i] for i in which), tuple(self.units[i] for i in which),
+            self.scale[which], self.lower[which], self.upper[which],
+        )  # fmt: skip
+
     def params(self, values: ArrayLike) -> Params:
         """The frozen value for a flat vector (N,)."""
         return Params(self.names, tuple(float(v) for v in np.asarray(values, np.float64)))

@@ -7,10 +7,17 @@ import numpy as np
 import pytest
 from runs import write_speaker
 
-from abs_engine.assets import load_speaker, read_image, read_npz, shipped
+from abs_engine.assets import load_speaker, read_image, shipped
 from abs_engine.camera import Camera
-from abs_engine.errors import InputFileError, MeshError, ModelFormatError, ParameterError
+from abs_engine.errors import (
+    InputFileError,
+    MeshError,
+    ModelFormatError,
+    OutputError,
+    ParameterError,
+)
 from abs_engine.geometry import FACING, Pose, vertex_normals
+from abs_engine.npz import read_npz, write_npz
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates
 from abs_engine.shape.mouth import mouth_units
@@ -178,6 +185,23 @@ def test_objects_are_not_unpickled(tmp_path):
     np.savez(path, format="k", version=1, code=np.array([{}], object))
     with pytest.raises(InputFileError, match="not an NPZ"):
         read_npz(path, "k", 1)
+
+
+def test_what_is_written_is_read_with_its_kind_and_version(tmp_path):
+    path = tmp_path / "k.npz"
+    arrays = {"a": np.arange(6.0).reshape(2, 3), "n": 0.5, "text": "so", "names": ("x", "yy")}
+    write_npz(path, "k", 3, arrays)
+    read = read_npz(path, "k", 3)
+    assert set(read) == {"format", "version", *arrays}
+    np.testing.assert_array_equal(read["a"], arrays["a"])
+    assert (float(read["n"]), str(read["text"]), read["names"].tolist()) == (0.5, "so", ["x", "yy"])
+    with pytest.raises(ModelFormatError, match="k version 3, wanted k version 4"):
+        read_npz(path, "k", 4)
+    with pytest.raises(OutputError, match="exists already"):
+        write_npz(path, "k", 3, arrays)
+    with pytest.raises(TypeError, match="code is neither"):
+        write_npz(tmp_path / "o.npz", "k", 3, {"code": np.array([{}], object)})
+    assert [p.name for p in tmp_path.iterdir()] == ["k.npz"]
 
 
 def test_pictures(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import shapes
@@ -11,6 +12,7 @@ import shapes
 from abs_engine.camera import Window
 from abs_engine.compare.facets import FacetLikelihood, facet_score
 from abs_engine.compare.prior import ContactPrior, GaussianPrior
+from abs_engine.errors import ParameterError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import ClassMaps
 
@@ -93,6 +95,60 @@ def test_pixels_that_are_left_free_count():
     expected = -250 * np.log(np.array(scores) / free.pixels)
     np.testing.assert_allclose(free.negative_log(many), expected, rtol=1e-5)
     assert min((~b.covered).sum() for b in drawn) > 300
+
+
+@pytest.mark.parametrize("what", ["all compared", "some left free"])
+def test_one_sample_for_each_facet_is_another_rule_of_the_same_integral(what, likelihood):
+    """By hand from the buffers: visible area times the map at the centre of what is seen."""
+    exact = likelihood if what == "all compared" else bare()
+    sample = replace(exact, rule="sample")
+    many = shapes.states(exact.scene, 3)
+    drawn = exact.renderer.draw(exact.scene, many, exact.camera, exact.window)
+    expected = []
+    for buffers in drawn:
+        score = 0.0 if exact.outside is None else exact.outside.sum(dtype=np.float64)
+        for facet in np.unique(buffers.facet_id[buffers.covered]) - 1:
+            rows, columns = np.nonzero(buffers.facet_id == facet + 1)
+            at = np.float32([[columns.mean()]]), np.float32([[rows.mean()]])
+            planes = [exact.maps.maps[exact.scene.facet_class[facet]]]
+            planes += [] if exact.outside is None else [-exact.outside]
+            score += len(rows) * sum(
+                float(cv2.remap(p.astype(np.float32), *at, cv2.INTER_LINEAR)[0, 0]) for p in planes
+            )
+        expected.append(-250 * np.log(score / exact.pixels))
+    np.testing.assert_allclose(sample.negative_log(many), expected, rtol=1e-4)
+    assert np.abs(sample.negative_log(many) - exact.negative_log(many)).max() > 1e-3
+
+
+def test_one_sample_does_not_stand_for_pixels_that_are_not_compared():
+    """Else what a facet at the edge shows within would be counted without, too."""
+    whole = bare()
+    compared = np.hypot(*(np.mgrid[:64, :64] - 31.5)) < 12
+    maps = ClassMaps(np.where(compared, 1.0, 0.0) * np.ones((5, 1, 1)))
+    inside = replace(whole, maps=maps, outside=np.zeros((64, 64), np.float32), compared=compared)
+    inside = replace(inside, pixels=int(compared.sum()))
+    many = shapes.states(inside.scene, 3)
+    exact = inside.negative_log(many)
+    np.testing.assert_allclose(exact, 0, atol=1e-3)  # all of them are explained
+    sampled = replace(inside, rule="sample").negative_log(many)
+    assert sampled.min() >= 0
+    assert sampled.max() < 40  # a sample at the edge is mixed with the 0 beside it
+    assert replace(inside, rule="sample", compared=None).negative_log(many).min() < -1
+
+
+@pytest.mark.parametrize("value", [0.3, 1.0])
+def test_both_rules_agree_where_maps_are_even(value):
+    even = replace(bare(), maps=ClassMaps(np.full((5, 64, 64), value)))
+    even = replace(even, outside=np.full((64, 64), 0.4, np.float32))
+    many = shapes.states(even.scene, 3)
+    np.testing.assert_allclose(
+        replace(even, rule="sample").negative_log(many), even.negative_log(many), rtol=1e-5
+    )
+
+
+def test_an_unknown_rule_of_the_integral_is_named():
+    with pytest.raises(ParameterError, match="the rule 'three'; choose exact or sample"):
+        replace(bare(), rule="three")
 
 
 def test_growing_over_the_background_costs_only_where_free_pixels_count():

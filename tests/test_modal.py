@@ -118,7 +118,7 @@ class TestReconstruct:
 
     @pytest.mark.parametrize(("dofs", "noise"), [([], 1.0), ([0], 0.0)])
     def test_nothing_to_go_by_is_refused(self, dofs, noise):
-        with pytest.raises(ParameterError, match="nothing observed"):
+        with pytest.raises(ParameterError, match="nothing is observed"):
             reconstruct(PHYSICS, np.array(dofs, int), np.zeros(len(dofs)), noise)
 
     def test_values_that_do_not_fit_are_refused(self):

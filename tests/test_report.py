@@ -120,6 +120,29 @@ def test_seams_of_the_texture_are_closed(told, unpacked):
     assert len(np.unique(reported.speaker().weld)) == len(np.unique(weld))
 
 
+def test_notes_of_the_scores_stand_below_the_numbers(folder, page):
+    """A file that lacks points in some frames says so; others do not."""
+    marks = folder / "marks.csv"
+    head, *rows = marks.read_text(encoding="utf-8").splitlines()
+    names = head.split(",")
+    gone = [k for k, name in enumerate(names) if name.split("_")[-1] == "50"]
+    assert gone
+    for line in (3, 4):
+        cells = rows[line].split(",")
+        for k in gone:
+            cells[k] = ""
+        rows[line] = ",".join(cells)
+    (folder / "gaps.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    out = folder / "gaps.html"
+    write_report([folder / "exact", folder / "gaps.csv"], out, ReportOptions(folder / "data"))
+    shown = out.read_text(encoding="utf-8")
+    top = shown[shown.index("<main>") : shown.index("<h2>Video")]
+    said = '<p class="warning">2 of 30 tracked frames lack points that are given in others (50)'
+    assert top.count(said) == 1
+    assert "count as failed.</p>" in top
+    assert "tracked frames lack points" not in page
+
+
 def test_the_page_says_where_it_comes_from(page, folder):
     for text in (
         "9.9.9",

@@ -56,6 +56,19 @@ def test_every_driver_has_its_numbers(results, driver):
     assert 0 <= found["converged"] <= 1
 
 
+def test_the_table_of_drivers_says_how_the_posterior_was_integrated(results):
+    rules = {name: of["posterior_rule"] for name, of in results["drivers"].items()}
+    assert rules["forces_one_sample"] == rules["simplex_one_sample"] == "sample"
+    assert rules["forces"] == rules["simplex"] == "exact"
+    assert 0 < results["drivers"]["simplex_one_sample"]["mm"] < 1.5
+
+
+def test_cameras_are_ranked(results):
+    left = {int(yaw): of["beside_frontal_mm"] for yaw, of in results["cameras"]["yaw"].items()}
+    assert max(left, key=left.get) == 0
+    assert results["cameras"]["frontal_mm"] < results["cameras"]["without_mm"]
+
+
 def test_lips_are_found_from_every_side_and_with_the_pose_unknown(results):
     (person,) = results["people"]
     assert set(results["yaw_mm"][person]) == {camera_name(yaw) for yaw in YAWS}

@@ -78,6 +78,7 @@ def track(chosen: Namespace) -> int:
         speaker=chosen.speaker,
         colours=chosen.colours,
         physics=chosen.physics,
+        poses=chosen.poses,
     )
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)

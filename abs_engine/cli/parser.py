@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from abs_engine.cli import check, commands, report
+from abs_engine.cli.cameras import add_cameras, cameras
 from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
 from abs_engine.cli.reproduce import add_reproduce, reproduce
@@ -24,6 +25,16 @@ CSV files, a line of column names first:
                               (as Live Link Face)
 Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
 Numbers in brackets are 95 % confidence intervals.
+"""
+TRACK_FORMATS = """\
+Head poses are a run's or filmed truth's (the folder), or a file of them:
+  CSV   a line of names, then a line for each frame: head_rx head_ry head_rz (rotation vector,
+        radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
+  NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
+        run; NaN where not known
+x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
+(x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
+taken as they are with --person, else as a first guess; frames without one are not tracked.
 """
 RENDERERS = ("auto", "egl-device", "egl-surfaceless", "osmesa", "cpu")
 Run = Callable[[argparse.Namespace], int]
@@ -75,6 +86,7 @@ def build_parser() -> Parser:
     _synth(add("synth", commands.synth, "film a scene, with ground truth"))
     add_observe(add("observe", observe, "calibrate cameras; dots in two views to points in space"))
     add_train(add("train", train, "learn how lips move from dots that were observed"))
+    add_cameras(add("cameras", cameras, "say where a camera would tell most about trained lips"))
     _track(add("track", commands.track, "track the lips in a video"))
     _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
     check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))
@@ -126,6 +138,8 @@ def _synth(command: argparse.ArgumentParser) -> None:
 
 
 def _track(command: argparse.ArgumentParser) -> None:
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = TRACK_FORMATS
     command.add_argument("video", type=Path, metavar="VIDEO")
     _output(command, "RUN", "folder of the results")
     command.add_argument(
@@ -146,6 +160,10 @@ def _track(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--physics", type=Path, metavar="FILE", help="how the lips move, as 'train' learned it"
     )
+    command.add_argument(
+        "--poses", type=Path, metavar="FILE",
+        help="head poses that are known, see below; then no face is looked for and followed",
+    )  # fmt: skip
     _renderer(command)
 
 

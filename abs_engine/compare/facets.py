@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.buffers import Buffers
 from abs_engine.camera import Camera, Window
+from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
 
 FloatArray = NDArray[np.float64]
@@ -54,6 +55,19 @@ class FacetLikelihood:
         Probability of each drawn pixel to show nothing of the model, 0 to 1, which counts where no
         facet is drawn. Without it nothing is gained by leaving a pixel free, and a model whose
         outline is seen against a background grows over it.
+    rule : {"exact", "sample"}
+        How the integral over a facet is found (section 5.4): the exact sum over its visible pixels
+        (eq. 7), or the paper's one sample, the value at the centre of what is seen of it times its
+        visible area (eq. 8). Only the exact sum is fused into the drawing; for one sample the
+        buffers come back.
+    compared : (H, W) bool, optional
+        Which drawn pixels are compared; by default all. Maps are to be 0 elsewhere, so that the
+        exact sum needs it not; one sample must not stand for pixels that are not compared.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such rule.
 
     Notes
     -----
@@ -72,14 +86,33 @@ class FacetLikelihood:
     pixels: int
     observations: float
     outside: NDArray[np.float32] | None = None
+    rule: Rule = "exact"
+    compared: NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        check_rule(self.rule)
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log f(O|p) of each candidate, (B,) float64, up to a constant."""
         terms, free = self._terms
-        sums = self.renderer.measure(self.scene, candidates, self.camera, self.window, terms)
-        total = sums.total if free is None else sums.total - sums.pixels + free
+        given = self.scene, candidates, self.camera, self.window
+        if self.rule == "exact":
+            sums = self.renderer.measure(*given, terms)
+            total, pixels = sums.total, sums.pixels.astype(np.float64)
+        else:
+            total, pixels = self._sampled(self.renderer.draw(*given), terms)
+        total = total if free is None else total - pixels + free
         mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
+
+    def _sampled(self, drawn: list[Buffers], terms: ClassMaps) -> tuple[FloatArray, FloatArray]:
+        """The sum of eq. 9 with one sample for each facet, and the drawn pixels, (B,) each."""
+        classes, shown = self.scene.facet_class, drawn
+        if self.compared is not None:
+            shown = [replace(b, facet_id=np.where(self.compared, b.facet_id, 0)) for b in drawn]
+        sums = [facet_scores(b, terms.maps, classes, "sample").sum() for b in shown]  # Eq. 8
+        pixels = [np.count_nonzero(b.facet_id) for b in shown]
+        return np.array(sums, np.float64), np.array(pixels, np.float64)
 
     @cached_property
     def _terms(self) -> tuple[ClassMaps, float | None]:

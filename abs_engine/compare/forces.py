@@ -11,7 +11,7 @@ a model with its mouth open before a closed one feels nothing. `border_forces` h
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import cv2
 import numpy as np
@@ -23,6 +23,12 @@ from abs_engine.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
 Rule = Literal["exact", "sample"]
+
+
+def check_rule(rule: str) -> None:
+    """Raise `ParameterError` unless there is such a rule."""
+    if rule not in get_args(Rule):
+        raise ParameterError(f"nothing is known of the rule '{rule}'", "choose exact or sample")
 
 
 def facet_scores(
@@ -144,14 +150,13 @@ def _integrals(
     buffers: Buffers, planes: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
 ) -> FloatArray:
     """Integrals (F, D) of each class's planes (C, D, H, W) over the visible part of its facets."""
+    check_rule(rule)
     rows, columns = np.nonzero(buffers.facet_id)
     facet = buffers.facet_id[rows, columns] - 1
     count = len(facet_class)
     if rule == "exact":
         values = planes[facet_class[facet], :, rows, columns]
         return np.stack([np.bincount(facet, v, count) for v in values.T.astype(np.float64)], axis=1)
-    if rule != "sample":
-        raise ParameterError(f"nothing is known of the rule '{rule}'", "choose exact or sample")
     area = np.bincount(facet, minlength=count)
     seen = np.flatnonzero(area)
     x, y = (np.bincount(facet, v, count)[seen] / area[seen] for v in (columns, rows))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.errors import InputFileError
 
 FloatArray = NDArray[np.float64]
+EVALUATE_HELP = "see 'abs-engine evaluate --help'"
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Table:
             )
         return number
 
-    def require(self, names: Iterable[str]) -> None:
+    def require(self, names: Iterable[str], remedy: str = EVALUATE_HELP) -> None:
         """Raise `InputFileError` for columns that are missing, with the nearest name there is."""
         missing = [name for name in names if name not in self.columns]
         if not missing:
@@ -73,13 +74,19 @@ class Table:
         near = difflib.get_close_matches(missing[0], self.columns, 1)
         hint = f" (there is '{near[0]}')" if near else ""
         shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if missing[5:] else "")
-        raise InputFileError(
-            f"{self.path} lacks the columns {shown}{hint}", "see 'abs-engine evaluate --help'"
-        )
+        raise InputFileError(f"{self.path} lacks the columns {shown}{hint}", remedy)
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, *, empty_lines: bool = False) -> Table:
     """Read a CSV file whose first line names its columns.
+
+    Parameters
+    ----------
+    path : Path
+    empty_lines : bool
+        Keep lines whose cells are all empty, as a frame's of which nothing is known may be; by
+        default they are left out, as spreadsheets end with such lines. Lines without a cell
+        always are.
 
     Raises
     ------
@@ -90,7 +97,7 @@ def read_table(path: Path) -> Table:
     path = Path(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+            lines = [row for row in csv.reader(file) if _counts(row, empty_lines)]
     except OSError as error:
         raise InputFileError(
             f"{path} cannot be read ({error.strerror})", "check the path"
@@ -110,3 +117,7 @@ def read_table(path: Path) -> Table:
                 "write the file again",
             )
     return Table(path, {name: k for k, name in enumerate(names)}, lines[1:])
+
+
+def _counts(row: list[str], empty: bool) -> bool:
+    return any(cell.strip() for cell in row) or (empty and len(row) > 1)

@@ -5,7 +5,6 @@ Odisio and Bailly (2003), section 2.1.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
-from abs_engine.files import write_new
 from abs_engine.geometry import Pose
+from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.corpus", 1
@@ -124,15 +122,13 @@ class Corpus:
             If it exists or cannot be written.
         """
         fields: dict[str, Any] = {
-            "format": FORMAT, "version": VERSION, "points": self.points,
+            "points": self.points,
             "names": np.array(self.names), "visemes": np.array(self.visemes),
             "groups": json.dumps({g: list(n) for g, n in self.groups.items()}),
             "rotation": self.frame.rotation, "translation": self.frame.translation,
             "source": self.source,
         }  # fmt: skip
-        memory = io.BytesIO()
-        np.savez_compressed(memory, **fields)
-        write_new(path, memory.getvalue())
+        write_npz(path, FORMAT, VERSION, fields)
 
 
 def load_corpus(path: Path) -> Corpus:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
-from abs_engine.files import write_new
+from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 
@@ -138,12 +135,8 @@ def write_observations(path: Path, observations: Observations) -> Path:
     OutputError
         If it exists or cannot be written.
     """
-    fields: dict[str, Any] = {"format": FORMAT, "version": VERSION}
-    for name in Observations.__dataclass_fields__:
-        fields[name] = np.asarray(getattr(observations, name))
-    memory = io.BytesIO()
-    np.savez_compressed(memory, **fields)
-    write_new(path, memory.getvalue())
+    parts = {part.name: getattr(observations, part.name) for part in fields(observations)}
+    write_npz(path, FORMAT, VERSION, parts)
     return path
 
 

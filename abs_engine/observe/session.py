@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,27 +103,14 @@ def follow_videos(
     ModelFormatError, ParameterError
         If a mark names a view, a dot or a frame that there is not.
     """
-    if len(videos) not in (1, 2):
-        raise ParameterError(f"{len(videos)} videos were given", "give one or two")
+    rate, frames = _rate_and_frames(videos)
     again = {(m.frame, m.view, m.point) for m in corrections}
     marks = [*(m for m in points if (m.frame, m.view, m.point) not in again), *corrections]
     names, places = initial_places(marks, 2, needed)
     given = _by_frame([m for m in marks if m.frame], names)
-    infos = [probe(video) for video in videos]
-    if abs(infos[0].rate / infos[-1].rate - 1) > _RATES:
-        raise VideoError(
-            f"the videos have {infos[0].rate:g} and {infos[1].rate:g} frames/s",
-            "give two that were taken together",
-        )
-    if infos[0].frames != infos[-1].frames:
-        raise VideoError(
-            f"the videos have {infos[0].frames} and {infos[1].frames} frames",
-            "cut them to begin and end together",
-        )
-    if given and max(given) >= infos[0].frames:
+    if given and max(given) >= frames:
         raise ParameterError(
-            f"a correction is for frame {max(given)}",
-            f"the video has frames 0 to {infos[0].frames - 1}",
+            f"a correction is for frame {max(given)}", f"the video has frames 0 to {frames - 1}"
         )
     followers: list[DotFollower] = []
     seen: list[list[Sighting]] = []
@@ -137,11 +125,32 @@ def follow_videos(
         seen.append(now)
         if watch is not None:
             watch(Moment(frame, names, images, now))
-    pixels, scores, corrected = (
-        np.stack([[getattr(s, part) for s in (now[v] for now in seen)] for v in range(2)])
-        for part in ("places", "scores", "corrected")
-    )
-    return Tracks(names, pixels, scores, corrected, infos[0].rate)
+    pixels, scores, corrected = (_gathered(seen, p) for p in ("places", "scores", "corrected"))
+    return Tracks(names, pixels, scores, corrected, rate)
+
+
+def _gathered(seen: Sequence[Sequence[Sighting]], part: str) -> NDArray[Any]:
+    """A part (2, T, ...) of what was seen (T, 2)."""
+    return np.stack([[getattr(now[view], part) for now in seen] for view in range(2)])
+
+
+def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
+    """Frames per second and their number; raise if they differ or are not one or two."""
+    if len(videos) not in (1, 2):
+        raise ParameterError(f"{len(videos)} videos were given", "give one or two")
+    infos = [probe(video) for video in videos]
+    first, last = infos[0], infos[-1]
+    if abs(first.rate / last.rate - 1) > _RATES:
+        raise VideoError(
+            f"the videos have {first.rate:g} and {last.rate:g} frames/s",
+            "give two that were taken together",
+        )
+    if first.frames != last.frames:
+        raise VideoError(
+            f"the videos have {first.frames} and {last.frames} frames",
+            "cut them to begin and end together",
+        )
+    return first.rate, first.frames
 
 
 def points_of_head(

@@ -5,7 +5,6 @@ Odisio and Bailly (2003), section 2.2.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -15,9 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
-from abs_engine.files import write_new
+from abs_engine.npz import read_npz, write_npz
 from abs_engine.shape.predictors import Predictor
 
 FloatArray = NDArray[np.float64]
@@ -124,13 +122,11 @@ class ArticulatoryModel:
             "groups": {name: list(points) for name, points in self.groups.items()},
         }
         fields: dict[str, Any] = {
-            "format": FORMAT, "version": VERSION, "names": np.array(self.names),
+            "names": np.array(self.names),
             "mean": self.mean, "modes": self.modes, "variance": self.variance,
             "told": json.dumps(told), "source": self.source,
         }  # fmt: skip
-        memory = io.BytesIO()
-        np.savez_compressed(memory, **fields)
-        write_new(path, memory.getvalue())
+        write_npz(path, FORMAT, VERSION, fields)
 
 
 def _solved(matrix: FloatArray, away: FloatArray) -> FloatArray:

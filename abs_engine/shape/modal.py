@@ -7,17 +7,14 @@ inverse stiffness: K_s^-1 = S L^(1/2) S' over its leading eigenvectors.
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError, ParameterError
-from abs_engine.files import write_new
+from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2
@@ -115,10 +112,7 @@ class LearnedPhysics:
         OutputError
             If it exists or cannot be written.
         """
-        fields: dict[str, Any] = {"format": FORMAT, "version": VERSION, **vars(self)}
-        memory = io.BytesIO()
-        np.savez_compressed(memory, **fields)
-        write_new(path, memory.getvalue())
+        write_npz(path, FORMAT, VERSION, vars(self))
 
 
 def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> LearnedPhysics:

@@ -121,7 +121,10 @@ def _posterior(
     noise = physics.noise if noise is None else noise
     seen = _picked(rows, physics.matrix)
     if len(seen) == 0 or not noise > 0:
-        raise ParameterError("nothing observed, or noise not positive", "give both")
+        raise ParameterError(
+            "nothing is observed, or the noise is not positive",
+            "observe a coordinate or more, with a noise above 0 mm",
+        )
     root = np.sqrt(physics.variances)
     scaled = seen * root / noise  # in standard deviations, so that small modes are not lost
     inner = np.linalg.inv(np.eye(len(root)) + scaled.T @ scaled)

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.assets import Speaker, read_npz
+from abs_engine.assets import Speaker
+from abs_engine.npz import read_npz
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.plan import ClipPlan
 from abs_engine.synth.take import Posed, Shot, Take

@@ -111,15 +111,9 @@ def run_demo(
     with NewFolder(folder) as made:
         clip, run_folder = made.work / CLIP, made.work / RUN
         film_clip(
-            clip,
-            options.sentence,
-            person=options.person,
-            size=options.size,
-            frames=options.frames,
-            seed=options.seed,
-            command="abs-engine demo",
-            progress=filming,
-        )
+            clip, options.sentence, person=options.person, size=options.size,
+            frames=options.frames, seed=options.seed, command="abs-engine demo", progress=filming,
+        )  # fmt: skip
         truth = load_truth(clip)
         known = options.person if options.person_known else None
         choice = LipOptions(person=known, camera=truth.camera)

@@ -101,39 +101,69 @@ def evaluate(
         )
     for path in map(Path, results):
         _check_result(path)
-    speaker = load_speaker()
-    systems: dict[str, dict[str, Score]] = {}
-    clips: list[ClipScores] = []
-    views: list[str] = []
-    notes: dict[str, list[str]] = {}
     with NewFolder(folder) as made:
-        for name, path, truth in _loaded(results, truths, view):
-            marks = landmarks_of(truth, speaker)
-            estimate = read_result(path, truth, speaker, marks)
-            clips.append(measure(replace(estimate, name=name), truth, marks))
-            systems[name] = summary(clips[-1:], seed=seed)
-            views.append("/".join(truth.folder.parts[-2:]))
-            told = (*clips[-1].notes, *(() if path.is_dir() else _doubts(systems[name])))
-            for note in told:
-                _log.warning("%s: %s", path, note)
-            notes |= {name: list(told)} if told else {}
-            _save_map(made.work / f"error_map_{_file_name(name)}.npz", estimate, truth)
-            if len(results) == 1 and path.is_dir():
-                report(load_run(path), truth, made.work, clips[-1].closures)
+        scored = _scored(results, truths, view, seed, made.work)
+        systems = {one.name: one.scores for one in scored}
         if len(truths) > 1:
-            systems[POOLED] = summary(clips, seed=seed)
+            systems[POOLED] = summary([one.clip for one in scored], seed=seed)
         facts = {
             "engine_version": engine_version(),
             "seed": seed,
             "confidence": 0.95,
             "truths": [str(path) for path in truths],
-            "views": views,
-            "notes": notes,
+            "views": [one.view for one in scored],
+            "notes": {one.name: list(one.notes) for one in scored if one.notes},
         }
         (made.work / SCORES).write_text(score_table.as_json(systems, facts), encoding="utf-8")
         (made.work / TABLE).write_text(score_table.as_csv(systems), encoding="utf-8")
         made.finish()
     return Evaluation(Path(folder), systems)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scored:
+    """A result, held against the view of its truth."""
+
+    name: str
+    clip: ClipScores
+    scores: dict[str, Score]
+    view: str
+    notes: tuple[str, ...]
+
+
+def _scored(
+    results: Sequence[Path], truths: Sequence[Path], view: View, seed: int, folder: Path
+) -> list[_Scored]:
+    """Score each result, say what is doubtful, and write its error map and its old report."""
+    speaker = load_speaker()
+    out = []
+    for name, path, truth in _loaded(results, truths, view):
+        marks = landmarks_of(truth, speaker)
+        estimate = read_result(path, truth, speaker, marks)
+        clip = measure(replace(estimate, name=name), truth, marks)
+        scores = summary([clip], seed=seed)
+        told = notes_of(path, clip, scores)
+        for note in told:
+            _log.warning("%s: %s", path, note)
+        _save_map(folder / f"error_map_{_file_name(name)}.npz", estimate, truth)
+        if len(results) == 1 and path.is_dir():
+            report(load_run(path), truth, folder, clip.closures)
+        out.append(_Scored(name, clip, scores, "/".join(truth.folder.parts[-2:]), told))
+    return out
+
+
+def notes_of(path: Path, clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
+    """What is to be known about the scores of a result, one sentence each.
+
+    Parameters
+    ----------
+    path : Path
+        A run's folder, or a file of another system, whose view cannot be told by its checksum.
+    clip : ClipScores
+    scores : mapping of metric to Score
+        Of this clip.
+    """
+    return (*clip.notes, *(() if Path(path).is_dir() else _doubts(scores)))
 
 
 def default_folder(results: Sequence[Path]) -> Path:

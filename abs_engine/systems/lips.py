@@ -16,15 +16,19 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.camera import Camera
+from abs_engine.errors import FaceNotFoundError
 from abs_engine.scene import Renderer
 from abs_engine.shape.linear import LinearShape
 from abs_engine.shape.lip_shell import cut_lip_shell
 from abs_engine.shape.modal import load_physics
 from abs_engine.shape.physics_head import physics_shape
 from abs_engine.systems.physics.training import check_speaker
+from abs_engine.systems.poses import read_poses
+from abs_engine.track.given import GivenMotion
 from abs_engine.track.locate import FaceBox
 from abs_engine.track.model import MouthModel, build_mouth_model
 from abs_engine.track.person import Calibration
+from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.prepare import HeadMotion, choose_frames
 from abs_engine.track.restart import calibrate_well
 from abs_engine.track.tracker import FrameResult, Image, TrackerSetting, track, usual_mouth
@@ -50,6 +54,9 @@ class LipOptions:
         The `colours.npz` of another run; by default colours are learned from the clip.
     physics : Path or None
         Lips that `train` learned from dots; by default the mouth moves in components of face units.
+    poses : Path or None
+        Head poses of all frames (see `abs_engine.systems.poses`); by default they are estimated.
+        With a known head they are taken as they are, with the average head as a first guess.
     """
 
     person: str | None = None
@@ -58,6 +65,7 @@ class LipOptions:
     speaker: Path | None = None
     colours: Path | None = None
     physics: Path | None = None
+    poses: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +77,13 @@ class LipTracker:
     video : Path
     info : VideoInfo
     setting : TrackerSetting
-    motion : HeadMotion
+    motion : HeadMotion or GivenMotion
     """
 
     video: Path
     info: VideoInfo
     setting: TrackerSetting
-    motion: HeadMotion
+    motion: HeadMotion | GivenMotion
 
     def results(self) -> Iterator[tuple[Image, FrameResult]]:
         """Each frame with what was found in it."""
@@ -106,23 +114,46 @@ def prepare_lips(
         If no face is found.
     TooFewPixelsError
         If too little of it is seen to learn its colours.
+    ParameterError
+        If given poses do not fit the video.
     """
     tell = stage or _silent
     tell("reading the video")
     info = probe(video)
     colours = None if options.colours is None else ColourClasses.load(options.colours)
     camera = options.camera or Camera.ideal(info.size)
+    given = None if options.poses is None else read_poses(options.poses)
     model = lip_model(load_speaker(options.speaker), options.person, options.physics)
-    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
-    motion = HeadMotion(model, camera, renderer, box)
-    tell("finding and following the face")
-    frames = choose_frames(motion.poses(read_frames(video)), str(video))
+    motion: HeadMotion | GivenMotion
+    if given is None:
+        box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
+        motion = HeadMotion(model, camera, renderer, box)
+        tell("finding and following the face")
+        frames = choose_frames(motion.poses(read_frames(video)), str(video))
+    else:
+        given.check(info.frames, camera, model.pivot)
+        motion = GivenMotion(given.poses)
+        frames = _frames_of_poses(video, motion, camera, model)
     tell("fitting the mouth" if colours else "learning the clip's colours, fitting the mouth")
-    calibration = calibrate_well(model, frames, camera, renderer, colours, placed=box is not None)
-    setting = _setting(model, calibration, camera, renderer, info)
-    usual = usual_mouth(setting, frames)
-    motion = replace(motion, colours=calibration.classes, rate=info.rate)
-    return LipTracker(video, info, replace(setting, usual=usual), motion)
+    told = given is not None or options.mouth is not None
+    calibration = calibrate_well(model, frames, camera, renderer, colours, placed=told)
+    if isinstance(motion, HeadMotion):
+        motion = replace(motion, colours=calibration.classes, rate=info.rate)
+    setting = _setting(model, calibration, camera, renderer, info, given is not None)
+    return LipTracker(video, info, replace(setting, usual=usual_mouth(setting, frames)), motion)
+
+
+def _frames_of_poses(
+    video: Path, motion: GivenMotion, camera: Camera, model: MouthModel
+) -> list[CalibrationFrame]:
+    """Frames to learn from, of those in whose picture the given poses put the mouth."""
+    seen = motion.seen(camera, model.pivot)
+    if all(pose is None for pose in seen.given):
+        raise FaceNotFoundError(
+            f"by the given poses the mouth is in the picture in no frame of {video}",
+            "check that they are of this video, and give the camera's calibration with --camera",
+        )
+    return choose_frames(seen.poses(read_frames(video)), str(video), least=0.0)
 
 
 def _silent(_stage: str) -> None:
@@ -152,7 +183,18 @@ def _physics_shape(speaker: Speaker, neutral: NDArray[np.float32], path: Path) -
 
 
 def _setting(
-    model: MouthModel, calibration: Calibration, camera: Camera, renderer: Renderer, info: VideoInfo
+    model: MouthModel,
+    calibration: Calibration,
+    camera: Camera,
+    renderer: Renderer,
+    info: VideoInfo,
+    poses_given: bool,
 ) -> TrackerSetting:
     scene = model.held(calibration.person)
-    return TrackerSetting(model, scene, calibration, camera, renderer, info.rate, times=info.times)
+    setting = TrackerSetting(
+        model, scene, calibration, camera, renderer, info.rate, times=info.times,
+        poses_given=poses_given,
+    )  # fmt: skip
+    if not setting.pose_held:
+        return setting
+    return replace(setting, calibration=replace(calibration, shift=np.zeros(6)))

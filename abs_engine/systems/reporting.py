@@ -28,7 +28,7 @@ from abs_engine.evaluate.report.page import report_page
 from abs_engine.evaluate.report.quantities import CURVES, error_rows, error_series
 from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
 from abs_engine.files import check_free, write_new
-from abs_engine.systems.evaluation import landmarks_of, read_result, same_mesh
+from abs_engine.systems.evaluation import landmarks_of, notes_of, read_result, same_mesh
 from abs_engine.systems.inspect.run_video import find_video
 from abs_engine.systems.inspect.runs import RunHead, load_run_head
 from abs_engine.systems.report_facts import made_facts, run_facts, truth_facts
@@ -170,10 +170,12 @@ def _scored(
     estimate = with_protrusion(estimate, truth.landmarks)
     clip = measure(estimate, truth, marks)
     errors = error_map(estimate, truth)
+    scores = summary([clip], seed=seed)
     return replace(
         system_of(estimate, truth.camera, loops, min(len(truth), MOST_PLAYED)),
         errors=error_series(clip.means),
-        scores=summary([clip], seed=seed),
+        scores=scores,
+        notes=notes_of(path, clip, scores),
         error_map=errors if np.isfinite(errors).any() else None,
         facts=run_facts(path),
     )

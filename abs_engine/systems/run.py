@@ -58,7 +58,8 @@ def track_video(
     TooFewPixelsError
         If too little of it is seen to learn its colours.
     ParameterError
-        If an option does not fit the video.
+        If an option does not fit the video; so of poses that are too few or too many, not finite,
+        no rotations, or of another camera.
     OutputError
         If the folder exists or cannot be written.
     """
@@ -76,7 +77,10 @@ def track_video(
 
 
 def check_options(options: LipOptions, info: VideoInfo) -> None:
-    """Raise `ParameterError` for a mouth outside of the picture or another picture's camera."""
+    """Raise `ParameterError` for a mouth outside of the picture or another picture's camera.
+
+    And for a mouth beside poses, which say where it is.
+    """
     if options.camera is not None and options.camera.size != info.size:
         raise ParameterError(
             "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
@@ -84,6 +88,8 @@ def check_options(options: LipOptions, info: VideoInfo) -> None:
         )
     if options.mouth is None:
         return
+    if options.poses is not None:
+        raise ParameterError("head poses say where the mouth is", "leave out --mouth, or --poses")
     x, y, width, height = options.mouth
     right, bottom = info.size
     if not (
@@ -107,6 +113,7 @@ def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
         "mouth": None if options.mouth is None else list(options.mouth),
         "camera": "given" if options.camera is not None else "ideal",
         "speaker": "bundled" if options.speaker is None else options.speaker.name,
+        "poses": "estimated" if options.poses is None else options.poses.name,
         "physics": None if options.physics is None else options.physics.name,
         "colours": "learned" if options.colours is None else options.colours.name,
         "solver": solver,

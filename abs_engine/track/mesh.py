@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.npz import read_npz
 
 MESH, FORMAT, VERSION = "mesh.npz", "abs_engine.run_mesh", 1
 

@@ -171,10 +171,13 @@ class HeadMotion:
         return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
 
 
-def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list[CalibrationFrame]:
+def choose_frames(
+    posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = LEAST_FOUND
+) -> list[CalibrationFrame]:
     """Frames to fit the person on, spread evenly over the ten seconds from the first face on.
 
-    Memory does not grow with the clip: candidates are thinned out as they come.
+    Memory does not grow with the clip: candidates are thinned out as they come. More than a share
+    `least` of the frames must show a face.
 
     Raises
     ------
@@ -196,7 +199,7 @@ def choose_frames(posed: Iterable[tuple[Image, Pose | None]], name: str) -> list
             kept, stride = kept[::2], 2 * stride
         if looked == LOOK_AT:
             break
-    if seen <= LEAST_FOUND * looked:
+    if seen <= least * looked:
         raise FaceNotFoundError(
             f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
             "give the mouth with --mouth X Y WIDTH HEIGHT, or a video with a frontal face",

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import LIPS_OF_68, read_npz
+from abs_engine.assets import LIPS_OF_68
 from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.npz import read_npz
 from abs_engine.release import engine_version
 from abs_engine.track.mesh import RunMesh
 from abs_engine.track.pose import POSE_NAMES, pose_spec

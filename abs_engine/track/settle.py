@@ -76,11 +76,7 @@ def settle(
     """
     model, scene = posterior.setting.model, posterior.setting.scene
     start, count = scene.vertices(weights), len(model.shell)
-    bare = Scene(
-        start.astype(np.float32), np.zeros((0, *start.shape), np.float32), scene.faces, scene.uv,
-        scene.facet_class, scene.texture,
-    )  # fmt: skip
-    candidate = Candidates.one(np.zeros(0), pose)
+    bare, candidate = _bare(scene, start), Candidates.one(np.zeros(0), pose)
 
     def value(u: FloatArray) -> tuple[float, float, ShellPosterior]:
         at = replace(bare, mean=(start + model.surrounded(u)).astype(np.float32))
@@ -89,8 +85,8 @@ def settle(
         return data + elastic.energy(u) / temperature, data, there
 
     u, step = np.zeros((count, 3)), 1.0
-    best, data, there = value(u)
-    before = best
+    before, data, there = value(u)
+    best = before
     for _ in range(STEPS):
         forces = scene_forces(there.likelihood, candidate, posterior.pull, posterior.rule)
         head = posterior.gain(data) * (forces @ pose.rotation)[:count]
@@ -106,3 +102,9 @@ def settle(
         u, (best, data, there) = tried, found
         step = min(1.0, 1.5 * step)
     return Settled(start[:count] + u, u, before, best)
+
+
+def _bare(scene: Scene, vertices: FloatArray) -> Scene:
+    """The scene with vertices (V, 3), mm, and no modes."""
+    none = np.zeros((0, *vertices.shape), np.float32)
+    return replace(scene, mean=vertices.astype(np.float32), modes=none)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.forces import Rule as Integral
 from abs_engine.compare.forces import border_forces, facet_forces, lifted, node_forces, slopes
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
 from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
-from abs_engine.shape.lip_model import COLOUR_OF, LIPS, LipModel
+from abs_engine.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.shape.lip_shell import COLUMNS
 from abs_engine.track.fit import IN_SHADE, SMOOTHING, zone
 from abs_engine.track.pose import PoseFrame, pose_spec
@@ -53,6 +54,8 @@ class ShellSetting:
     renderer : Renderer
     pose_deviation : (6,) float64 or None
         Standard deviations of the pose about the given one, rad and mm; None if it is known.
+    score : {"exact", "sample"}
+        How the posterior is integrated over a facet: see `FacetLikelihood`.
     """
 
     model: LipModel
@@ -61,6 +64,7 @@ class ShellSetting:
     camera: Camera
     renderer: Renderer
     pose_deviation: FloatArray | None = None
+    score: Integral = "exact"
 
     @cached_property
     def border(self) -> FloatArray:
@@ -76,11 +80,7 @@ class ShellSetting:
     @property
     def spec(self) -> ParamSpec:
         """Names, units, first steps and bounds of the fitted parameters."""
-        whole, free = pose_spec(self.model.n_modes, 6.0), self.free
-        return ParamSpec(
-            tuple(whole.names[i] for i in free), tuple(whole.units[i] for i in free),
-            whole.scale[free], whole.lower[free], whole.upper[free],
-        )  # fmt: skip
+        return pose_spec(self.model.n_modes, 6.0).only(self.free)
 
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
@@ -243,7 +243,7 @@ def shell_posterior(
     likelihood = FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
         ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / (SIDE * window.scale) ** 2,
-        np.asarray(outside, np.float32),
+        np.asarray(outside, np.float32), setting.score, inside,
     )  # fmt: skip
     frame = PoseFrame(pose, setting.border.mean(axis=0))
     free = setting.pose_deviation
@@ -261,48 +261,3 @@ def _planes(probable: FloatArray) -> FloatArray:
     shown = {"skin": of["skin"], "lips": lips, "interior": of["teeth"] + of["dark"]}
     skin = of["skin"]
     return np.stack([np.zeros_like(skin) if c is None else shown[c] for c in COLOUR_OF])
-
-
-def centred(
-    setting: ShellSetting,
-    pose: Pose,
-    centre: NDArray[np.floating],
-    weights: FloatArray | None = None,
-    rounds: int = 3,
-) -> Pose:
-    """The pose shifted across the line of sight so that the lips' centroid is seen at `centre`.
-
-    Section 5.3: the centroid of the visible area of the lips, as drawn, is brought to that of the
-    blob. Depth and rotation stay.
-
-    Parameters
-    ----------
-    setting : ShellSetting
-    pose : Pose
-    centre : (2,), px
-        Of the blob.
-    weights : (P,) float64, optional
-        The shape; by default the mean.
-    rounds : int
-        Times that it is drawn: what is visible changes a little with the place.
-    """
-    shape = np.zeros(setting.model.n_modes) if weights is None else weights
-    focal = np.array([setting.camera.matrix[0, 0], setting.camera.matrix[1, 1]])
-    for _ in range(rounds):
-        middle = pose.apply(setting.border).mean(axis=0)
-        seen = _lip_centroid(setting, pose, shape)
-        seen = setting.camera.project(middle) if seen is None else seen
-        shift = (np.asarray(centre, np.float64) - seen) / focal * middle[2]
-        pose = replace(pose, translation=pose.translation + np.r_[shift, 0.0])
-    return pose
-
-
-def _lip_centroid(setting: ShellSetting, pose: Pose, weights: FloatArray) -> FloatArray | None:
-    """Centroid (2,), px, of the drawn lips; None if none are."""
-    window = shell_window(setting, pose)
-    candidate = Candidates.one(weights, pose)
-    drawn = setting.renderer.draw(setting.scene, candidate, setting.camera, window)[0]
-    rows, columns = np.nonzero(drawn.class_id == LIPS)
-    if len(rows) == 0:
-        return None
-    return window.to_image(np.array([columns.mean(), rows.mean()]))

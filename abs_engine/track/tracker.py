@@ -12,6 +12,7 @@ from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
+from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import Renderer, Scene
 from abs_engine.track.covered import (
@@ -37,6 +38,7 @@ from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
+NO_FACE, NO_POSE = "face not found", "no pose given"
 INNER = 12  # the inner contour's first among the 20 reported points
 FRAME_SOLVER = Simplex(tolerance=0.03, limit=400)
 STEP_DEVIATION = 1.5  # how far a posture moves in 40 ms, in standard deviations of a mode
@@ -104,6 +106,8 @@ class TrackerSetting:
         When each frame is shown, seconds; empty where only the rate is known.
     usual : UsualMouth, optional
         What the clip's mouth looks like; without it no frame counts as covered.
+    poses_given : bool
+        Whether the poses were measured elsewhere. A known head's are then held.
     """
 
     model: MouthModel
@@ -115,6 +119,21 @@ class TrackerSetting:
     solver: Simplex = FRAME_SOLVER
     times: tuple[float, ...] = ()
     usual: UsualMouth | None = None
+    poses_given: bool = False
+
+    @property
+    def pose_held(self) -> bool:
+        """Whether poses are taken as they are, and only the posture is fitted.
+
+        Those of another head than the person's own refer to an origin that is not quite its own:
+        they are corrected as poses by rigid motion are.
+        """
+        return self.poses_given and self.model.known
+
+    @property
+    def why_lost(self) -> str:
+        """What the status of a frame without a pose says."""
+        return NO_POSE if self.poses_given else NO_FACE
 
     @property
     def classes(self) -> ColourClasses:
@@ -131,8 +150,8 @@ def track(
     ----------
     setting : TrackerSetting
     frames : iterable of (image, pose)
-        The image (H, W, 3) uint8 RGB, and the head's pose by its rigid motion or None where the
-        face was lost.
+        The image (H, W, 3) uint8 RGB, and the head's pose by its rigid motion, or as given; None
+        where the face was lost, or no pose was given.
 
     Yields
     ------
@@ -143,7 +162,7 @@ def track(
     for index, (image, pose) in enumerate(frames):
         if pose is None:
             last = None
-            yield image, _lost(setting, index)
+            yield image, replace(_lost(setting, index), status=setting.why_lost)
             continue
         hidden = _hidden(setting, image, pose)
         if hidden:
@@ -178,7 +197,7 @@ def _evidence(setting: TrackerSetting, image: Image, pose: Pose) -> MouthEvidenc
 def _fit(
     setting: TrackerSetting, index: int, image: Image, pose: Pose, last: FloatArray | None
 ) -> FrameResult:
-    model, p = setting.model, setting.model.n_expression
+    model = setting.model
     base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
     window = mouth_window(model, base.base, setting.camera)
     maps = class_maps(setting.classes, model.colour_classes, window, image)
@@ -188,7 +207,7 @@ def _fit(
     if last is not None:
         starts = np.vstack([last, starts])
     start = best_start(posterior, starts)
-    solution = setting.solver.minimise(posterior, start, pose_spec(p))
+    solution = _solve(setting, posterior, start)
     count = solution.n_evaluations + len(starts)
     score = float(np.exp(-solution.terms["likelihood"] / likelihood.observations))
     found = base.pose(solution.x)
@@ -197,6 +216,18 @@ def _fit(
         index, True, solution.x, found, lips, width, aperture, solution.value, score, count,
         solution.status,
     )  # fmt: skip
+
+
+def _solve(setting: TrackerSetting, posterior: FramePosterior, start: FloatArray) -> Solution:
+    """Minimise over all parameters (6 + P), or with a held pose over the last P."""
+    spec = pose_spec(setting.model.n_expression)
+    if not setting.pose_held:
+        return setting.solver.minimise(posterior, start, spec)
+    pose = np.zeros(6)
+    found = setting.solver.minimise(
+        lambda x: posterior(np.r_[pose, x]), start[6:], spec.only(np.arange(6, len(spec)))
+    )
+    return replace(found, x=np.r_[pose, found.x])
 
 
 def _priors(setting: TrackerSetting, last: FloatArray | None) -> tuple[Prior, ...]:
@@ -237,5 +268,5 @@ def _lost(setting: TrackerSetting, index: int) -> FrameResult:
     n = sum(len(setting.model.rings[k]) for k in ("outer", "upper", "lower"))
     nan = float("nan")
     return FrameResult(
-        index, False, nothing, None, np.full((n, 3), nan), nan, nan, nan, nan, 0, "face not found"
+        index, False, nothing, None, np.full((n, 3), nan), nan, nan, nan, nan, 0, NO_FACE
     )

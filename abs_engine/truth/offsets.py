@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.npz import read_npz
 from abs_engine.truth.codec import CHUNK, OFFSETS_FORMAT, VERSION, VERTICES, chunk_name
 from abs_engine.truth.picture import AGAIN
 

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import LIPS_OF_68, read_npz
+from abs_engine.assets import LIPS_OF_68
 from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.geometry import Pose
+from abs_engine.npz import read_npz
 from abs_engine.truth import codec
 from abs_engine.truth.camera_file import PlacedCamera, load_placed_camera
 from abs_engine.truth.clip import Clip, FloatArray

@@ -113,6 +113,8 @@ class System:
     worst : tuple of WorstFrame
     facts : Rows
         How it was made.
+    notes : tuple of str
+        What is to be known about the scores.
     """
 
     name: str
@@ -124,6 +126,7 @@ class System:
     error_map: FloatArray | None = None
     worst: tuple[WorstFrame, ...] = ()
     facts: Rows = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

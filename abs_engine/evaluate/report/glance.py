@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from abs_engine.evaluate.catalogue import BY_KEY
 from abs_engine.evaluate.report import colours
@@ -56,12 +57,22 @@ def _cards(data: ReportData) -> str:
     for number, system in enumerate(data.systems):
         found = ([key for key in group if key in system.scores] for group in CARDS)
         keys = [group[0] for group in found if group]
-        if not keys:
+        if not keys and not system.notes:
             continue
         title = f"<h3>{safe(system.name)}</h3>" if len(data.systems) > 1 else ""
         cards = "".join(_card(key, system.scores[key], number) for key in keys)
-        lines.append(f'{title}<div class="cards">{cards}</div>')
+        lines.append(f'{title}<div class="cards">{cards}</div>{_notes(system.notes)}')
     return "".join(lines)
+
+
+def _notes(notes: Sequence[str]) -> str:
+    """What is to be known about the numbers above, a sentence each."""
+    return "".join(f'<p class="warning">{safe(_sentence(note))}</p>' for note in notes)
+
+
+def _sentence(note: str) -> str:
+    """A note with its first letter large and a mark at its end."""
+    return note[:1].upper() + note[1:] + ("" if note.endswith(("?", ".", "!")) else ".")
 
 
 def _card(key: str, score: Score, number: int) -> str:

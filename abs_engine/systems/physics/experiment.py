@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.assets import Speaker
 from abs_engine.camera import Camera
+from abs_engine.compare.forces import Rule as Integral
 from abs_engine.scene import Renderer
 from abs_engine.shape.lip_model import LipModel, lip_model
 from abs_engine.shape.lip_shell import COLUMNS
@@ -112,6 +113,7 @@ def pose_known(
     renderer: Renderer,
     drivers: Sequence[str],
     rule: str = "whole",
+    score: Integral = "exact",
 ) -> Iterator[FrameError]:
     """Fit every frame of every view from the blob on, each by itself, with the pose known.
 
@@ -123,13 +125,15 @@ def pose_known(
     drivers : sequence of str
     rule : str
         How forces are integrated.
+    score : {"exact", "sample"}
+        How the posterior is.
 
     Yields
     ------
     FrameError
     """
     for camera, view in views.items():
-        setting = lips.setting(view.camera, renderer)
+        setting = replace(lips.setting(view.camera, renderer), score=score)
         for frame, picture in enumerate(view.pictures()):
             truth = lips.model.shell.nodes(view.vertices(frame))
             for driver in drivers:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -18,12 +18,12 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.shape.modal import LearnedPhysics
+from abs_engine.track.centroid import centred
 from abs_engine.track.shell import (
     RULES,
     Image,
     ShellPosterior,
     ShellSetting,
-    centred,
     shell_posterior,
 )
 
@@ -158,10 +158,7 @@ def fit_frame(
     found = DRIVERS[driver].minimise(posterior, best, setting.spec)
     full = posterior.whole(found.x)
     nodes = setting.scene.vertices(full[6:])[: len(setting.model.shell)]
-    counted = Solution(
-        found.x, found.status, found.value, found.terms, found.n_evaluations + len(starts),
-        found.trace, found.n_iterations,
-    )  # fmt: skip
+    counted = replace(found, n_evaluations=found.n_evaluations + len(starts))
     like = posterior.likelihood
     explained = float(np.exp(-found.terms["likelihood"] / like.observations))
     seen = _share_inside(like.window, setting.camera.size)

@@ -39,7 +39,10 @@ DRIVERS = {
     "forces_one_sample": "forces of eq. 12, one sample for each facet (paper)",
     "gradient": "gradient in parameter space, by differences",
     "simplex": "Nelder-Mead simplex",
+    "simplex_one_sample": "the same, one sample for each facet (eq. 8)",
 }
+_INTEGRALS = {"exact": "exact sum", "sample": "one sample"}
+"""How a posterior is integrated over a facet, in words."""
 _COLUMNS: dict[str, tuple[str, Unit | None]] = {
     "mm": ("lip error, RMS", "mm"),
     "evaluations": ("evaluations", "count"),
@@ -78,6 +81,8 @@ def reproduction_page(
 {_variance(results)}
 <h2>Table 1: reconstruction of frames not learned from</h2>
 {_table_1(results)}
+<h2>Which camera would help most</h2>
+{_cameras(results)}
 <h2>Drivers, on the same frames</h2>
 {_drivers(results)}
 <h2>Lip error from every side, pose known</h2>
@@ -142,15 +147,64 @@ def _table_1(results: Results) -> str:
     return units + _table(head, rows)
 
 
+def _cameras(results: Results) -> str:
+    """What is expected to remain with a camera at each yaw, alone and beside a frontal one."""
+    given: Any = results.get("cameras")
+    yaws = given.get("yaw") if isinstance(given, Mapping) else None
+    if not isinstance(yaws, Mapping) or not yaws:
+        return f"<p>{MISSING.capitalize()}.</p>"
+    rows: list[tuple[str, ...]] = [
+        (_degrees(yaw), told(number(given, f"yaw.{yaw}.dots"), "count")) for yaw in yaws
+    ]
+    for column in ("alone_mm", "beside_frontal_mm"):
+        left = [number(given, f"yaw.{yaw}.{column}") for yaw in yaws]
+        best = min((mm for mm in left if mm is not None), default=None)
+        rows = [(*row, _remaining(mm, mm == best)) for row, mm in zip(rows, left, strict=True)]
+    none, frontal = (number(given, key) for key in ("without_mm", "frontal_mm"))
+    what = (
+        "<p>Section 6.2 turned around: how far a node of the lips is expected to be off, RMS, by "
+        "the posterior covariance, once a camera at that yaw, to the subject's left, tells the "
+        "dots that it sees, with the noise of the dots. Without any camera: "
+        f"{told(none, 'mm')}; with a frontal one: "
+        f"{told(frontal, 'mm')}. For lips of your own: <code>abs-engine cameras LIPS</code>.</p>"
+    )
+    return what + _table(("camera at", "dots seen", "alone", "beside a frontal camera"), rows)
+
+
+def _remaining(value: float | None, best: bool) -> str:
+    """What remains with three digits, as cameras differ by little, and which is the best."""
+    if value is None:
+        return MISSING
+    return f"{value:.3f} mm{' (best)' * best}"
+
+
+def _degrees(yaw: object) -> str:
+    return f"{yaw}°".replace("-", "\N{MINUS SIGN}")
+
+
 def _drivers(results: Results) -> str:
     rows = [
         (
             name,
+            _integral(results, key),
             *(_driven(number(results, f"drivers.{key}.{column}"), column) for column in _COLUMNS),
         )
         for key, name in DRIVERS.items()
     ]
-    return _table(("", *(title for title, _ in _COLUMNS.values())), rows)
+    what = (
+        "<p>The posterior (section 5.4) is integrated over each facet by the exact sum over its "
+        "visible pixels, or by one sample at its centre times its visible area (eq. 8). Values of "
+        "the one are not to be compared with those of the other.</p>"
+    )
+    head = ("", "posterior by", *(title for title, _ in _COLUMNS.values()))
+    return what + _table(head, rows)
+
+
+def _integral(results: Results, key: str) -> str:
+    drivers: Any = results.get("drivers")
+    of = drivers.get(key) if isinstance(drivers, Mapping) else None
+    told_of = of.get("posterior_rule") if isinstance(of, Mapping) else None
+    return _INTEGRALS.get(str(told_of), "not told")
 
 
 def _driven(value: float | None, column: str) -> str:
@@ -171,8 +225,9 @@ def _yaws(results: Results) -> str:
         errors = [finite(of.get(camera_name(yaw))) for of in people.values()]
         goal = FRONTAL if yaw == 0 else KNOWN
         worst = max((e for e in errors if e is not None), default=None)
-        side = f"{yaw}°".replace("-", "\N{MINUS SIGN}")
-        rows.append((side, *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst)))
+        rows.append(
+            (_degrees(yaw), *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst))
+        )
     verdict = "the worst" if len(people) > 1 else ""
     return _table(("seen from", *people, "goal", verdict), rows)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,11 +153,14 @@ class CameraGain:
         trace of the posterior covariance.
     before : float, mm
         The same without it.
+    points : int
+        How many points it sees.
     """
 
     name: str
     expected: float
     before: float
+    points: int = 0
 
 
 def rank_cameras(
@@ -167,6 +170,7 @@ def rank_cameras(
     *,
     noise: float | None = None,
     have: tuple[FloatArray, ...] = (),
+    seen: Callable[[FloatArray], NDArray[np.bool_]] | None = None,
 ) -> list[CameraGain]:
     """Which of several cameras would tell most about the shape; the best comes first.
 
@@ -183,25 +187,37 @@ def rank_cameras(
         Of such a coordinate; by default that of the physics.
     have : tuple of (3,) float64
         Directions of cameras that there are already.
+    seen : callable, optional
+        Which of the points (K,) bool a camera in a direction sees; by default all.
 
     Raises
     ------
     ParameterError
-        If a direction is none, or no camera is given.
+        If a direction is none, no camera is given, or the noise is not positive.
     """
     if not directions:
         raise ParameterError("there is no camera to choose", "give one or more directions")
-    known = [_across(points, direction, len(physics.rest)) for direction in have]
-    before = (
-        expected_posterior(physics, sparse.vstack(known), noise).deviation
-        if known
-        else float(np.sqrt(physics.variances.sum() / len(physics.rest)))
-    )
+    nodes = len(physics.rest)
+
+    def rows_of(direction: FloatArray) -> sparse.csr_matrix:
+        shown = points if seen is None else points.subset(np.flatnonzero(seen(direction)))
+        return _across(shown, direction, nodes)
+
+    known = [rows_of(direction) for direction in have]
+    before = _left(physics, known, noise)
     gains = []
     for name, direction in directions.items():
-        rows = sparse.vstack([*known, _across(points, direction, len(physics.rest))])
-        gains.append(CameraGain(name, expected_posterior(physics, rows, noise).deviation, before))
+        rows = rows_of(direction)
+        left = _left(physics, [*known, rows], noise)
+        gains.append(CameraGain(name, left, before, rows.shape[0] // 2))
     return sorted(gains, key=lambda gain: gain.expected)
+
+
+def _left(physics: LearnedPhysics, rows: list[sparse.csr_matrix], noise: float | None) -> float:
+    """Root mean square distance, mm, that a node is expected to be off once `rows` are observed."""
+    if sum(part.shape[0] for part in rows) == 0:
+        return float(np.sqrt(physics.variances.sum() / len(physics.rest)))
+    return expected_posterior(physics, sparse.vstack(rows), noise).deviation
 
 
 def _across(points: ShellPoints, direction: FloatArray, nodes: int) -> sparse.csr_matrix:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from abs_engine.assets import Speaker, load_speaker
+from abs_engine.compare.forces import Rule as Integral
 from abs_engine.errors import InputFileError
-from abs_engine.files import png
 from abs_engine.release import engine_version
 from abs_engine.scene import Renderer
-from abs_engine.systems.physics.error_plot import error_plot
+from abs_engine.systems.physics.cameras import camera_results
+from abs_engine.systems.physics.collected import BEST, Report, fit_figures
 from abs_engine.systems.physics.experiment import (
     OBSERVED,
     FrameError,
@@ -47,52 +47,21 @@ from abs_engine.systems.physics.motion import (
     recording_path,
 )
 from abs_engine.systems.physics.page import reproduction_page
-from abs_engine.systems.physics.pictures import (
-    ShownFit,
-    convergence_figure,
-    fits_figure,
-    probability_figure,
-)
 from abs_engine.systems.physics.real_clips import grid_agreement
 from abs_engine.systems.physics.reconstruction import table_1
 from abs_engine.systems.physics.training import train
 from abs_engine.truth.view import Truth
 
 Views = dict[tuple[str, str, str], Truth]
-WAYS = (
-    ("forces", "forces", "whole"),
-    ("forces_one_sample", "forces", "sample"),
-    ("forces_exact", "forces", "exact"),
-    ("gradient", "gradient", "whole"),
-    ("simplex", "simplex", "whole"),
+WAYS: tuple[tuple[str, str, str, Integral], ...] = (
+    ("forces", "forces", "whole", "exact"),
+    ("forces_one_sample", "forces", "sample", "sample"),
+    ("forces_exact", "forces", "exact", "exact"),
+    ("gradient", "gradient", "whole", "exact"),
+    ("simplex", "simplex", "whole", "exact"),
+    ("simplex_one_sample", "simplex", "whole", "sample"),
 )
-"""Name in the results, driver, and rule of the forces."""
-BEST = "simplex"
-"""The driver whose errors are held against the goals."""
-
-
-@dataclass
-class Report:
-    """What is collected on the way.
-
-    Parameters
-    ----------
-    folder : Path
-    results : dict
-    figures : list of (str, str)
-        File and caption.
-    remarks : list of str
-    """
-
-    folder: Path
-    results: dict[str, Any] = field(default_factory=dict)
-    figures: list[tuple[str, str]] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-
-    def picture(self, name: str, image: Any, caption: str) -> None:
-        """Keep a figure."""
-        (self.folder / name).write_bytes(png(image))
-        self.figures.append((name, caption))
+"""Name in the results, driver, rule of the forces, and how the posterior is integrated (5.4)."""
 
 
 def reproduce(
@@ -130,9 +99,9 @@ def reproduce(
         seen = [views[person, "colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
         lips = learn_lips(speaker, person, learn_colours(seen), seed)
         sides = {camera_name(y): views[person, "test", camera_name(y)] for y in YAWS}
-        for name, driver, rule in WAYS:
+        for name, driver, rule, score in WAYS:
             tell(f"fitting {person} by {name.replace('_', ' ')}")
-            known += _named(name, pose_known(lips, sides, renderer, (driver,), rule))
+            known += _named(name, pose_known(lips, sides, renderer, (driver,), rule, score))
         tell(f"fitting {person} from the blob, and moving")
         blob += list(placed_by_blob(lips, sides[FRONT], renderer, "forces"))
         turning = views[person, "moving", FRONT]
@@ -140,7 +109,7 @@ def reproduce(
         tell(f"training {person}'s lips further")
         further.append(_further(speaker, lips, seen, sides[FRONT], renderer))
         if person == amount.people[0]:
-            _drawn(report, lips, sides, known, renderer)
+            fit_figures(report, lips, sides, known, renderer)
     _fitted(report, known, blob, moving, further)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell)
@@ -176,6 +145,7 @@ def _learned(report: Report, speaker: Speaker, person: str, renderer: Renderer, 
         "variance": [float(v) for v in done.physics.shares],
         "table1": {row.part.key: row.error for row in table_1(done)},
         "table1_without_noise": {row.part.key: row.error for row in table_1(exact)},
+        "cameras": camera_results(done.physics, speaker),
     }
     report.picture(
         "figure2.png", draw_modes(renderer, done.shell, done.physics),
@@ -225,7 +195,10 @@ def _fitted(
     further: Sequence[tuple[float, float]],
 ) -> None:
     """Sections 5 and 6.1 as numbers."""
-    drivers = {name: _driven([e for e in known if e.driver == name]) for name, _, _ in WAYS}
+    drivers: dict[str, dict[str, Any]] = {
+        name: _driven([e for e in known if e.driver == name]) | {"posterior_rule": score}
+        for name, _, _, score in WAYS
+    }
     best = [e for e in known if e.driver == BEST]
     people = sorted({e.person for e in best})
     yaws = {
@@ -237,7 +210,8 @@ def _fitted(
     }
     turning = {p: rms_of([e for e in moving if e.person == p]) for p in people}
     from_blob = _driven(blob)
-    drivers["simplex"]["iterations"] = None
+    for name in ("simplex", "simplex_one_sample"):
+        drivers[name]["iterations"] = None
     report.results |= {
         "drivers": drivers,
         "iterations_to_converge": from_blob["iterations"],
@@ -267,47 +241,3 @@ def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
         "posterior": float(np.mean([s.value for s in found])),
         "converged": converged(errors),
     }
-
-
-def _drawn(
-    report: Report,
-    lips: TrainedLips,
-    sides: dict[str, Truth],
-    known: Sequence[FrameError],
-    renderer: Renderer,
-) -> None:
-    """Figures 3 to 9, of the first person."""
-    front = sides[FRONT]
-    opened = int(np.argmax(front.aperture))
-    picture = list(front.pictures())[opened]
-    pose, camera = front.pose(opened), front.camera
-    report.picture(
-        "figure3.png", probability_figure(lips, picture, pose, camera, renderer),
-        "Figures 3 and 4: probability maps of lips and skin, raw and smoothed; teeth and dark.",
-    )  # fmt: skip
-    truth = lips.model.shell.nodes(front.vertices(opened))
-    report.picture(
-        "figure5.png", convergence_figure(lips, picture, pose, camera, renderer, truth),
-        "Figure 5: from the initial image to the final fit.",
-    )  # fmt: skip
-    shown = []
-    for yaw in (YAWS[0], 0, YAWS[-1]):
-        view = sides[camera_name(yaw)]
-        fit = next(
-            e.fit for e in known
-            if (e.camera, e.frame, e.driver) == (camera_name(yaw), opened, BEST)
-        )  # fmt: skip
-        image = list(view.pictures())[opened]
-        shown.append(ShownFit(f"seen from {yaw} degrees", image, view.camera, fit.pose, fit.nodes))
-    report.picture(
-        "figure6.png", fits_figure(renderer, lips, shown),
-        "Figures 6 to 9: initial image, final fit, and the shape in 3D.",
-    )  # fmt: skip
-    curves: dict[str, list[float]] = {}
-    breaks: dict[int, str] = {}
-    for name in ("forces", "gradient", "simplex"):
-        mine = [e for e in known if e.driver == name and e.person == lips.person]
-        breaks = {i: e.camera for i, e in enumerate(mine) if e.frame == 0}
-        curves[name] = [e.rms for e in mine]
-    (report.folder / "errors.svg").write_text(error_plot(curves, goal=1.0, breaks=breaks))
-    report.figures.append(("errors.svg", "Error of the lips in each frame, by driver."))

@@ -99,29 +99,43 @@ def train(
     dots = observations.of(LIPS16)
     whole = observations.complete(LIPS16)
     frames = np.flatnonzero(whole)
-    wild = jumps(dots[frames])
-    frames, jumped = frames[~wild], frames[wild]
+    frames, jumped = _without_jumps(frames, dots)
     _check(len(frames), len(jumped), observations.frames, n_modes, n_train)
-    used, tested = frames[:n_train], frames[n_train:]
-    laid = correspond(speaker, shell, dots[used], person)
+    laid = correspond(speaker, shell, dots[frames[:n_train]], person)
     goals, rows = laid.goals(dots[frames]), laid.points.rows(len(shell))
     moved = reach(shell.elastic_at(laid.rest), rows, goals)  # Eq. 2
     learned, noise = learn(laid.rest, moved[:n_train], n_modes), _noise(goals[:n_train], n_modes)
-    answer = reach(shell.elastic_at(laid.rest), rows, np.eye(goals.shape[1]))
-    felt = learned.matrix.T @ answer.reshape(len(answer), -1).T  # (P, n): of a dot's error
     physics = replace(
         learned,  # Eq. 3
         noise=noise,
-        noise_variances=noise**2 * (felt**2).sum(axis=1),
+        noise_variances=_noise_variances(learned, shell, laid, noise),
         person=laid.person,
         speaker=checksum(speaker),
         source=f"{observations.source}; {laid.how}",
     )
     uncertain = frames[observations.doubtful(LIPS16)[frames]]
     return Training(
-        physics, shell, laid, used, tested, np.flatnonzero(~whole), jumped, uncertain,
-        moved[:n_train], moved[n_train:],
+        physics, shell, laid, frames[:n_train], frames[n_train:], np.flatnonzero(~whole), jumped,
+        uncertain, moved[:n_train], moved[n_train:],
     )  # fmt: skip
+
+
+def _without_jumps(
+    frames: NDArray[np.int64], dots: FloatArray
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The frames in which no dot of (T, K, 3) jumps, and those in which one does."""
+    wild = jumps(dots[frames])
+    return frames[~wild], frames[wild]
+
+
+def _noise_variances(
+    learned: LearnedPhysics, shell: LipShell, laid: Correspondence, noise: float
+) -> FloatArray:
+    """Variance (P,), mm^2, that errors of the dots by `noise` mm put into the modes."""
+    rows = laid.points.rows(len(shell))
+    answer = reach(shell.elastic_at(laid.rest), rows, np.eye(rows.shape[0]))
+    felt = learned.matrix.T @ answer.reshape(len(answer), -1).T  # (P, n): of a dot's error
+    return np.asarray(noise**2 * (felt**2).sum(axis=1))
 
 
 def jumps(dots: FloatArray) -> NDArray[np.bool_]:

@@ -1,0 +1,86 @@
+"""Archives of arrays, `.npz`, that name their format and version. Nothing is pickled."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.files import write_new
+
+
+def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generic]]:
+    """Read an `.npz` that names its `format` and `version`.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If format or version differ.
+    """
+    data = read_arrays(path)
+    check_format(path, data, kind, version)
+    return data
+
+
+def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) -> None:
+    """Write an `.npz` that `read_npz` reads, compressed, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Must not exist.
+    kind, version : str, int
+        Its `format` and `version`.
+    arrays : mapping of str to array, number, text, or sequences of these
+
+    Raises
+    ------
+    OutputError
+        If it exists or cannot be written.
+    TypeError
+        If something would have to be pickled, which `read_npz` refuses.
+    """
+    fields: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+    pickled = [name for name, value in fields.items() if value.dtype.hasobject]
+    if pickled:
+        raise TypeError(f"{pickled[0]} is neither numbers nor text")
+    memory = io.BytesIO()
+    np.savez_compressed(memory, **fields, format=kind, version=version)
+    write_new(path, memory.getvalue())
+
+
+def check_format(
+    path: Path, data: Mapping[str, NDArray[np.generic]], kind: str, version: int
+) -> None:
+    """Raise `ModelFormatError` unless the arrays of a file are of a kind and a version."""
+    found = str(data.get("format", "unknown")), int(data.get("version", 0))
+    if found != (kind, version):
+        raise ModelFormatError(
+            f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
+            "make it again with this release",
+        )
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Read an `.npz` of any making; nothing in it may be pickled.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    """
+    if not path.is_file():
+        raise InputFileError(f"{path} does not exist", "check the path")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
