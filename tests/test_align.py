@@ -56,6 +56,13 @@ def test_gloss_does_not_tilt_a_head(person):
     assert (np.array(found) < [1.5, 0.8, 1.5]).all()
 
 
+@pytest.mark.parametrize("depth", [-30.0, 20.0, 110.0])
+def test_a_face_at_or_behind_the_camera_is_not_looked_for(depth):
+    head, guess = known("clara"), seen_at([0.0, 0.0, 0.0], [0.0, 0.0, depth])
+    assert head.refine(glossy("clara"), guess) is guess
+    assert head.error(glossy("clara"), guess) > 1e6
+
+
 def test_a_head_is_put_into_the_pictures_light(monkeypatch):
     """Without, the same head is placed worse: shading is taken for details."""
     lit = off("kofi", known("kofi").refine(glossy("kofi"), TRUE))

@@ -356,3 +356,18 @@ def test_typical_classes_find_lips_by_the_skin_alone(light):
     assert maps[lips][label == lips].mean() > 0.6
     assert maps[lips][label == 0].mean() < 0.1
     assert maps[lips][label == TEETH].mean() < 0.3
+
+
+PAINTS = [(60, 60, 170), (235, 110, 40), (180, 20, 120), (120, 150, 40)]
+
+
+@pytest.mark.parametrize("paint", PAINTS, ids=["blue", "orange", "magenta", "green"])
+def test_lips_like_nobodys_are_learned_nevertheless(paint):
+    picture, label = painted(5)
+    picture[label == 1] = paint + np.random.default_rng(1).normal(
+        0, 4, (int((label == 1).sum()), 3)
+    )
+    maps = learn_classes([picture], [expected(label, 4.0)]).probabilities(picture)
+    lips = CLASSES.index("lips")
+    assert maps[lips][label == lips].mean() > 0.7
+    assert maps[lips][label == 0].mean() < 0.1

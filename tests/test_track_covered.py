@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ from abs_engine.track.covered import (
     UsualMouth,
     mouth_evidence,
 )
+from abs_engine.track.place import shifted
 
 CAMERA = Camera.ideal((320, 240))
 POSE = seen_at([0, 0, 0], [0, 10, 650])
@@ -88,12 +90,16 @@ def test_a_covered_frame_holds_nothing_but_the_heads_pose(monkeypatch):
     evidence = iter([MouthEvidence(0.01, 0.0), None])
     monkeypatch.setattr(tracker, "_evidence", lambda *_: next(evidence))
     setting = replace(toy_setting(), usual=USUAL)
+    moved = SimpleNamespace(shift=np.array([0.0, 0.1, 0.0, 1.0, 2.0, 30.0]))
+    setting = replace(setting, calibration=moved)
     image = np.zeros((240, 320, 3), np.uint8)
     results = [r for _, r in tracker.track(setting, [(image, POSE), (image, POSE)])]
     assert [r.status for r in results] == [COVERED, OUTSIDE]
     for result in results:
         assert result.covered
         assert not result.found
-        assert result.pose is POSE
+        wanted = shifted(POSE, moved.shift, setting.model.pivot)  # as in the frames before it
+        np.testing.assert_allclose(result.pose.translation, wanted.translation)
+        np.testing.assert_allclose(result.pose.rotation, wanted.rotation)
         assert np.isnan(result.lips).all()
         assert np.isnan(result.aperture)

@@ -40,6 +40,21 @@ def test_the_middle_of_several_boxes_places_the_mouth(model, monkeypatch):
     assert not shift[:3].any()
 
 
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        [None, None, None, FaceBox(100, 60, 120)],
+        [FaceBox(10, 10, 30), FaceBox(250, 10, 30), FaceBox(0, 0, 200), None],
+    ],
+    ids=["hardly any", "of others"],
+)
+def test_boxes_that_are_few_or_far_off_do_not_count(model, monkeypatch, boxes):
+    left = iter(boxes)
+    monkeypatch.setattr(place, "find_face", lambda _image: next(left))
+    blank = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    assert not shift_of_boxes(model, [CalibrationFrame(blank, POSE)] * 4, CAMERA).any()
+
+
 def test_without_any_box_the_poses_stay(model, monkeypatch):
     monkeypatch.setattr(place, "find_face", lambda _image: None)
     blank = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)

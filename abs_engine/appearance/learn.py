@@ -7,6 +7,7 @@ below the lip and at the corners changes, is taken as less certain than it was i
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ _LIPS_SPREAD = np.array(
 )
 _LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's lips
 _LIPS_HELD = 0.15  # of the pixels where lips are expected: as many count for anybody's lips
+_UNUSUAL = 0.1  # of where lips are expected; if less looks like lips, they are painted
 _FAR = 9.0  # squared deviations from them, beyond which a colour is no lips'
 _MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
 
@@ -49,8 +51,9 @@ def learn_classes(
 
     Expectation maximisation in which a pixel's prior over the classes comes from its place. Lips
     learn only where lips are surely expected, skin where it is likelier than not. Lips are held to
-    what is beside such skin in anybody, else a smile's teeth would be learned for them; teeth and
-    dark, which may hardly show in the clip, are held near what their colours are like in anybody.
+    what is beside such skin in anybody, else a smile's teeth would be learned for them, unless
+    hardly anything is like that: painted lips are what is reddest there. Teeth and dark, which may
+    hardly show in the clip, are held near what their colours are like in anybody.
 
     Parameters
     ----------
@@ -76,25 +79,55 @@ def learn_classes(
     certain = prior[0] > 0.9 * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
-    around = prior[0] > 0.5
-    core = prior[1] > _CORE * prior[1].max()
+    around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
     _enough("skin", prior[0] * around)
     _enough("lips", prior[1] * core)
     skin = _skin(samples[certain])
-    lips = typical = _typical_lips(skin)
-    anchor = inside = _inside_guess(skin)
-    strength, held = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
-    for _ in range(rounds):
-        share = _posterior((skin, lips, inside), samples, prior)
-        lips = lips.anchored(samples, share[1] * core, typical, held)
-        inside = inside.anchored(samples, share[2], anchor, strength)
-        skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
+    typical = _typical_lips(skin)
+    found = _separated(samples, prior, skin, typical, typical, rounds)
+    usual = found.share[1] @ core >= _UNUSUAL * (prior[1] @ core)
+    if not usual:
+        found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None, rounds)
+    share, inside = found.share, found.inside
     _enough("skin", share[0] * around)
     _enough("lips", share[1] * core)
-    lips = _likely(fit_mixture(samples, share[1] * core, LIP_COMPONENTS), skin)
-    lips = shaded(lips, _LIP_SHADING)
+    lips = fit_mixture(samples, share[1] * core, LIP_COMPONENTS)
+    lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
     skin = shaded(fit_mixture(samples, share[0] * around, SKIN_COMPONENTS), _SKIN_SHADING)
     return _assembled(skin, lips, inside, reference)
+
+
+@dataclass(frozen=True, eq=False)
+class _Separated:
+    """Skin and what is inside the mouth, and how probable each of `PLACES` is, (3, N)."""
+
+    skin: Mixture
+    inside: Mixture
+    share: FloatArray
+
+
+def _separated(
+    samples: FloatArray,
+    prior: FloatArray,
+    skin: Mixture,
+    lips: Mixture,
+    held: Mixture | None,
+    rounds: int,
+) -> _Separated:
+    """Expectation maximisation from a guess of the lips, which may be held to anybody's."""
+    around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
+    anchor = inside = _inside_guess(skin)
+    strength, count = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
+    for _ in range(rounds):
+        share = _posterior((skin, lips, inside), samples, prior)
+        own = share[1] * core
+        if held is None:
+            lips = shaded(lips.updated(samples, own), _LIP_SHADING)
+        else:
+            lips = lips.anchored(samples, own, held, count)
+        inside = inside.anchored(samples, share[2], anchor, strength)
+        skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
+    return _Separated(skin, inside, share)
 
 
 def typical_classes(
@@ -192,6 +225,15 @@ def _typical_lips(skin: Mixture) -> Mixture:
     """Lips of anybody beside this skin."""
     centre = skin.weights @ skin.means + _LIPS_MEAN
     return Mixture(np.ones(1), centre[None], _LIPS_SPREAD[None] + _LIPS_NOISE)
+
+
+def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
+    """The reddest part of where lips are expected: for lips that are painted, or in odd light."""
+    centre = skin.weights @ skin.means
+    redness = (samples[:, 0] - centre[0]) - (samples[:, 1] - centre[1])
+    expected = prior > 0.5 * prior.max()
+    threshold = np.quantile(redness[expected], 0.4)
+    return single(samples, prior * (redness >= threshold) * expected)
 
 
 def _likely(lips: Mixture, skin: Mixture) -> Mixture:

@@ -47,7 +47,7 @@ FAR_PITCH, FAR_YAW = (0.0, -0.2, 0.2), (0.0, -0.4, 0.4)  # rad
 FAR_DEPTH = 1.0, 0.8, 0.65  # times the guessed distance
 NEAR_YAW = -0.45, -0.15, 0.15, 0.45  # rad, about where a head was a moment ago
 NEAR_SWING = 0.0, 1.0  # the face turns about its own middle, or is swung about the head's
-NEAREST = 100.0  # mm from the camera; nothing is looked for nearer to it
+NEAREST = 50.0  # mm from the camera; no part of a face is looked for nearer to it
 MOTIONS = 20  # of a face whose skull keeps still
 USUAL = 0.3  # standard deviation of the weight of a face unit
 
@@ -145,8 +145,14 @@ class KnownHead:
         away = one.apply(points) - other.apply(points)
         return float(np.sqrt((away**2).sum(axis=1).mean()))
 
+    def _before(self, pose: Pose) -> bool:
+        """Whether the whole face lies before the camera, not nearer than `NEAREST`."""
+        return bool(pose.apply(self.face.mean.astype(np.float64))[:, 2].min() >= NEAREST)
+
     def error(self, image: Image, pose: Pose) -> float:
         """How badly the head at `pose` explains an image: in units of the colour's noise."""
+        if not self._before(pose):
+            return 1e9
         window = _face_window(self.face, pose, self.camera, DRAWN_FACE, 1.0)
         term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), self.face))
         one = Candidates.one(np.zeros(self.face.n_modes), pose)
@@ -179,6 +185,8 @@ class KnownHead:
 
     def _step(self, image: Image, guess: _Guess, width: float, reach: float) -> _Guess:
         """Draw, look for what was drawn, and move to where it is."""
+        if not self._before(guess.pose):
+            return replace(guess, agreement=-1.0)
         window = _face_window(self.face, guess.pose, self.camera, width, 2.0)
         one = Candidates.one(guess.weights, guess.pose)
         buffers = self.renderer.draw(self._moving, one, self.camera, window)[0]
@@ -196,7 +204,7 @@ class KnownHead:
             points, motions, window.to_image(found.found), found.root * window.scale,
             self.camera, (guess.pose, guess.weights),
         )  # fmt: skip
-        if pose.apply(self._centre)[2] < NEAREST:
+        if not self._before(pose):
             return replace(guess, agreement=found.agreement)
         return _Guess(pose, weights, found.agreement)
 

@@ -34,7 +34,6 @@ from abs_engine.track.place import CalibrationFrame, place_mouth, shifted
 from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 # what the boxes of several frames leave open: radians, mm,
 SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0])
@@ -87,7 +86,8 @@ def calibrate(
     """Fit the person's mouth and the clip's colours by turns.
 
     Each round learns the colours from where the model now stands, fits every frame's posture,
-    then one person and one pose correction to all of the frames together.
+    then one person and one pose correction to all of the frames together. In the first, an unknown
+    mouth is looked for by colours that anybody's lips have beside such skin.
 
     Parameters
     ----------
@@ -98,6 +98,13 @@ def calibrate(
     rounds : int
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
+
+    Raises
+    ------
+    FaceNotFoundError, TooFewPixelsError
+        If the frames do not show enough of skin and lips to learn from.
+    ValueError
+        If there is no round.
     """
     vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
     person, shift = np.zeros(model.n_person), np.zeros(6)

@@ -23,6 +23,8 @@ Image = NDArray[np.uint8]
 
 # mm up and down, how far the mouth is searched: face boxes may be that wrong
 MOUTH_REACH = 30.0
+# a box that is farther off than this, mm and share of the depth, is another face's, or none's
+ELSEWHERE_MM, ELSEWHERE_DEPTH = 60.0, 0.35
 SEARCHED = (0.8, 1.6)
 """Mouth widths that the searched window is wider and higher by than the one that is fitted."""
 TOGETHER = 2.0
@@ -62,20 +64,25 @@ def shift_of_boxes(
     """Where the faces of several frames put the mouth, less where the first one's did.
 
     A box wanders by a tenth of its size from frame to frame of a face at rest; the median of
-    several does so less.
+    several does so less. Boxes about something else, far from where the face was followed to,
+    do not count.
 
     Returns
     -------
     (6,) float64
-        Constant correction of the poses, radians and mm; zeros where no face is found.
+        Constant correction of the poses, radians and mm; zeros where fewer than half of the
+        frames show the face.
     """
     moves = []
     for frame in frames:
         box = find_face(frame.image)
-        if box is not None:
-            found = first_pose(box, camera, model.pivot).apply(model.pivot)
-            moves.append(found - frame.pose.apply(model.pivot))
-    middle = np.median(moves, axis=0) if moves else np.zeros(3)
+        if box is None:
+            continue
+        mouth = frame.pose.apply(model.pivot)
+        move = first_pose(box, camera, model.pivot).apply(model.pivot) - mouth
+        if np.abs(move[:2]).max() < ELSEWHERE_MM and abs(move[2]) < ELSEWHERE_DEPTH * mouth[2]:
+            moves.append(move)
+    middle = np.median(moves, axis=0) if 2 * len(moves) >= len(frames) else np.zeros(3)
     return np.concatenate([np.zeros(3), middle])
 
 
@@ -115,6 +122,7 @@ def place_mouth(
             for dz in (-1.2, -0.6, 0.0, 0.6, 1.2)
         ]
     )
+    # closed, open and widely open: the coarsest choice of what a mouth may look like
     postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
     total = np.zeros(len(grid))
     for frame in frames:

@@ -46,6 +46,7 @@ def calibrate_well(
         Known ones; by default they are learned.
     placed : bool
         Whether somebody told where the mouth is; by default the faces that are found tell it.
+        In either case it is then looked for by colour within `place.MOUTH_REACH`.
 
     Returns
     -------

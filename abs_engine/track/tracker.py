@@ -167,7 +167,8 @@ def track(
         hidden = _hidden(setting, image, pose)
         if hidden:
             last = None
-            yield image, replace(_lost(setting, index), pose=pose, status=hidden, covered=True)
+            there = shifted(pose, setting.calibration.shift, setting.model.pivot)
+            yield image, replace(_lost(setting, index), pose=there, status=hidden, covered=True)
             continue
         result = _fit(setting, index, image, pose, last)
         last = result.vector
