@@ -37,7 +37,6 @@ _LIPS_SPREAD = np.array(
 _LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's lips
 _LIPS_HELD = 0.15  # of the pixels where lips are expected: as many count for anybody's lips
 _UNUSUAL = 0.1  # of where lips are expected; if less looks like lips, they are painted
-_FAR = 9.0  # squared deviations from them, beyond which a colour is no lips'
 _MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
 
 
@@ -237,10 +236,9 @@ def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
 
 
 def _likely(lips: Mixture, skin: Mixture) -> Mixture:
-    """The components that may be lips' beside this skin; the likeliest if none may."""
-    offset = lips.means - skin.weights @ skin.means - _LIPS_MEAN
-    far = np.einsum("kd,de,ke->k", offset, np.linalg.inv(_LIPS_SPREAD), offset)
-    kept = np.flatnonzero(far < max(_FAR, far.min() + 1e-9))
+    """The components that are not greener than this skin, as teeth are; the least green if all."""
+    green = lips.means[:, 1] - skin.weights @ skin.means[:, 1]
+    kept = np.flatnonzero(green <= max(0.0, green.min()))
     weights = lips.weights[kept]
     return Mixture(weights / weights.sum(), lips.means[kept], lips.covariances[kept])
 

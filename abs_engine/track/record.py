@@ -60,7 +60,9 @@ class Recorder:
         self._results.append(result)
 
     def arrays(self) -> dict[str, Any]:
-        """What ``results.npz`` holds, T frames. Rows of lost and covered frames are NaN.
+        """What ``results.npz`` holds, T frames.
+
+        Rows of lost frames are NaN; so are those of covered frames, but for the head's pose.
 
         Returns
         -------
