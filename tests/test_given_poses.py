@@ -372,7 +372,7 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):
     _, folder = run
     arrays = tracked(truth, tmp_path / "run", folder, "--colours", folder / "colours.npz")
-    assert arrays["found"].all()
     assert [read_poses(f).average_head for f in (folder, tmp_path / "run")] == [False, True]
+    assert arrays["found"].all()
     assert arrays["parameters"][:, :6].any()
     assert np.corrcoef(arrays["aperture"], truth.aperture)[0, 1] > 0.9
