@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.files import write_new
 
+_TAKEN = {"format", "version", "file", "allow_pickle"}
+"""What the file says itself, and arguments of `numpy.savez_compressed`."""
+
 
 def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generic]]:
     """Read an `.npz` that names its `format` and `version`.
@@ -37,9 +40,12 @@ def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) ->
     ----------
     path : Path
         Must not exist.
-    kind, version : str, int
-        Its `format` and `version`.
+    kind : str
+        Its `format`.
+    version : int
+        Its `version`.
     arrays : mapping of str to array, number, text, or sequences of these
+        None of them is called `format`, `version`, `file` or `allow_pickle`.
 
     Raises
     ------
@@ -47,7 +53,12 @@ def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) ->
         If it exists or cannot be written.
     TypeError
         If something would have to be pickled, which `read_npz` refuses.
+    ValueError
+        If an array has a name that is taken.
     """
+    taken = sorted(_TAKEN & arrays.keys())
+    if taken:
+        raise ValueError(f"no array of an NPZ file can be called '{taken[0]}'")
     fields: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
     pickled = [name for name, value in fields.items() if value.dtype.hasobject]
     if pickled:
@@ -61,12 +72,28 @@ def check_format(
     path: Path, data: Mapping[str, NDArray[np.generic]], kind: str, version: int
 ) -> None:
     """Raise `ModelFormatError` unless the arrays of a file are of a kind and a version."""
-    found = str(data.get("format", "unknown")), int(data.get("version", 0))
+    found = format_of(data), _version_of(data)
     if found != (kind, version):
         raise ModelFormatError(
             f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
             "make it again with this release",
         )
+
+
+def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
+    """What a file says that it is; "unknown" where that is missing, or not a line of text."""
+    named = data.get("format")
+    if named is None or named.ndim or named.dtype.kind != "U":
+        return "unknown"
+    return str(named) if str(named).isprintable() else "unknown"
+
+
+def _version_of(data: Mapping[str, NDArray[np.generic]]) -> int | str:
+    """The version of a file; 0 where it is missing, "unknown" where it is not an integer."""
+    told = data.get("version")
+    if told is None:
+        return 0
+    return "unknown" if told.ndim or told.dtype.kind not in "iu" else int(told)
 
 
 def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
@@ -81,6 +108,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
         raise InputFileError(f"{path} does not exist", "check the path")
     try:
         with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
+            # what is no array within the archive comes as bytes
+            return {name: np.asarray(archive[name]) for name in archive.files}
     except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+
 import cv2
 import numpy as np
 import pytest
@@ -201,7 +203,40 @@ def test_what_is_written_is_read_with_its_kind_and_version(tmp_path):
         write_npz(path, "k", 3, arrays)
     with pytest.raises(TypeError, match="code is neither"):
         write_npz(tmp_path / "o.npz", "k", 3, {"code": np.array([{}], object)})
+    for taken in ("format", "version", "file", "allow_pickle"):
+        with pytest.raises(ValueError, match=f"can be called '{taken}'"):
+            write_npz(tmp_path / "o.npz", "k", 3, arrays | {taken: 1})
     assert [p.name for p in tmp_path.iterdir()] == ["k.npz"]
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"format": "k", "version": "x"}, "is k version unknown"),
+        ({"format": "k", "version": "1"}, "is k version unknown"),
+        ({"format": "k", "version": 1.5}, "is k version unknown"),
+        ({"format": "k", "version": 1 + 0j}, "is k version unknown"),
+        ({"format": "k", "version": [1, 2]}, "is k version unknown"),
+        ({"format": "k", "version": []}, "is k version unknown"),
+        ({"format": "k"}, "is k version 0"),
+        ({"format": ["k", "k"], "version": 1}, "is unknown version 1"),
+        ({"format": 3, "version": 1}, "is unknown version 1"),
+        ({"format": "k\nk", "version": 1}, "is unknown version 1"),
+    ],
+)
+def test_formats_and_versions_that_are_none_are_refused_by_name(tmp_path, told, said):
+    np.savez(tmp_path / "k.npz", **told)
+    with pytest.raises(ModelFormatError, match=f"{said}, wanted k version 1") as caught:
+        read_npz(tmp_path / "k.npz", "k", 1)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_array_in_an_archive_is_one_of_bytes(tmp_path):
+    with zipfile.ZipFile(tmp_path / "k.npz", "w") as archive:
+        archive.writestr("format", "k")
+        archive.writestr("version", "1")
+    with pytest.raises(ModelFormatError, match="unknown version unknown"):
+        read_npz(tmp_path / "k.npz", "k", 1)
 
 
 def test_pictures(tmp_path):

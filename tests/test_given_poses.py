@@ -123,6 +123,70 @@ def test_what_is_no_file_of_poses_is_refused(tmp_path):
         read_poses(tmp_path)
 
 
+NO_ARRAYS = {
+    "a single number": ({"shifts": np.array(700.0)}, r"shape \(4, 3\) and translations of \(\)"),
+    "one frame": ({"shifts": SHIFTS[0]}, r"translations of \(3,\)"),
+    "single numbers": ({"turns": np.array(0.0), "shifts": np.array(0.0)}, r"translations of \(\)"),
+    "text": ({"shifts": SHIFTS.astype(str)}, "no real numbers"),
+    "words": ({"turns": np.full((T, 3), "x")}, "no real numbers"),
+    "complex": ({"shifts": SHIFTS + 0j}, "no real numbers"),
+    "complex turns": ({"turns": matrices() + 0j}, "no real numbers"),
+    "truth values": ({"shifts": SHIFTS > 2}, "no real numbers"),
+    "marks of other frames": ({"found": np.ones(T + 1, bool)}, "found of .* of each of 4 frames"),
+    "marks that are numbers": ({"found": np.full(T, np.nan)}, "found of .* does not say yes or no"),
+    "a mark": ({"found": True}, "found of .* does not say yes or no"),
+}
+
+
+@pytest.mark.parametrize("what", NO_ARRAYS)
+def test_arrays_that_are_no_poses_are_refused_by_name(tmp_path, what):
+    arrays, said = NO_ARRAYS[what]
+    with pytest.raises(ModelFormatError, match=said) as caught:
+        read_poses(write_npz(tmp_path / "bad.npz", **arrays))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (0, 3, 3)])
+def test_no_frames_are_refused_by_name(tmp_path, shape):
+    with pytest.raises(InputFileError, match="has no frames; give a pose for each"):
+        read_poses(write_npz(tmp_path / "none.npz", np.zeros(shape), np.zeros((0, 3))))
+
+
+def test_whole_numbers_of_any_kind_are_numbers(tmp_path):
+    shifts = SHIFTS.astype(np.uint16)
+    given = read_poses(write_npz(tmp_path / "whole.npz", shifts=shifts))
+    np.testing.assert_array_equal([pose.translation for pose in given.poses], SHIFTS)
+
+
+def gaps(path: Path) -> list[int]:
+    return [k for k, pose in enumerate(read_poses(path).poses) if pose is None]
+
+
+@pytest.mark.parametrize("numbers", [0.0, np.inf, np.nan, 1e6])
+def test_what_is_not_found_is_no_pose_whatever_its_numbers(tmp_path, numbers):
+    turns, shifts = (changed(a, numbers, LOST) for a in (TURNS, SHIFTS))
+    found = np.arange(T) != LOST
+    for kind in (bool, np.uint8):
+        path = write_npz(tmp_path / "a.npz", turns, shifts, found=found.astype(kind))
+        assert gaps(path) == [LOST]
+    all_covered = np.ones(T, bool)  # which means something of a run only
+    assert gaps(write_npz(tmp_path / "b.npz", found=found, covered=all_covered)) == [LOST]
+
+
+def test_frames_of_a_run_that_are_not_found_have_a_pose_where_they_are_covered(tmp_path):
+    run = {"format": "abs_engine.run", "version": 1}
+    found = np.array([True, False, False, True])
+    covered = np.array([False, True, False, False])
+    assert gaps(write_npz(tmp_path / "a.npz", **run, found=found, covered=covered)) == [2]
+    assert gaps(write_npz(tmp_path / "b.npz", **run, found=found)) == [1, 2]
+    shifts = changed(SHIFTS, np.nan, 1)
+    turns = changed(TURNS, np.nan, 1)
+    path = write_npz(tmp_path / "c.npz", turns, shifts, **run, found=found, covered=covered)
+    assert gaps(path) == [1, 2]
+    with pytest.raises(ModelFormatError, match=r"covered of .* does not say yes or no"):
+        read_poses(write_npz(tmp_path / "d.npz", **run, found=found, covered=covered[:2]))
+
+
 def test_truth_that_knows_no_camera_is_refused_by_name(tmp_path):
     path = write_npz(tmp_path / "truth.npz", format="abs_engine.truth", version=2)
     with pytest.raises(ModelFormatError, match="DATASET/CLIP/CAMERA"):
@@ -158,8 +222,32 @@ def test_poses_of_a_run_by_another_camera_are_refused(tmp_path):
     for other in (Camera.ideal((96, 80), 300.0), Camera.ideal((80, 96))):
         with pytest.raises(ParameterError, match=r"another camera .*--camera"):
             given.check(T, other, MOUTH)
-    with pytest.raises(ModelFormatError, match="version 9"):
-        read_poses(write_npz(tmp_path / "new.npz", **run | {"version": 9}))
+    for version, said in ((9, "9"), ("x", "unknown"), ([1, 2], "unknown")):
+        with pytest.raises(ModelFormatError, match=f"version {said}"):
+            read_poses(write_npz(tmp_path / "new.npz", **run | {"version": version}))
+    several = write_npz(tmp_path / "several.npz", **run | {"format": ["abs_engine.run"] * 2})
+    assert read_poses(several).camera is None  # not known to be a run
+    for name, wrong in (
+        ("camera_size", np.array([96.0, np.inf])),
+        ("camera_size", np.array(96)),
+        ("camera_matrix", CAMERA.matrix[:2]),
+        ("camera_matrix", CAMERA.matrix.astype(str)),
+        ("camera_distortion", CAMERA.distortion + 0j),
+    ):
+        with pytest.raises(ModelFormatError, match="holds no camera"):
+            read_poses(write_npz(tmp_path / "wrong.npz", **run | {name: wrong}))
+
+
+def test_poses_of_an_average_head_are_not_held(tmp_path):
+    run = {"format": "abs_engine.run", "version": 1}
+    average = read_poses(write_npz(tmp_path / "a.npz", **run, person_weights=np.zeros(8)))
+    average.check(T, CAMERA, MOUTH)
+    with pytest.raises(ParameterError, match=r"average head.*leave out --person, or give poses"):
+        average.check(T, CAMERA, MOUTH, held=True)
+    for more in ({}, {"person_weights": np.zeros(0)}):
+        read_poses(write_npz(tmp_path / "b.npz", **run, **more)).check(T, CAMERA, MOUTH, held=True)
+    other = read_poses(write_npz(tmp_path / "c.npz", person_weights=np.zeros(8)))
+    other.check(T, CAMERA, MOUTH, held=True)  # no run
 
 
 def test_given_motion_looks_at_nothing_but_counts():
@@ -197,6 +285,18 @@ def test_bad_poses_end_the_command_in_one_line(tmp_path, capsys, rows, more, sai
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_an_average_heads_run_with_a_person_ends_the_command_in_one_line(tmp_path, capsys):
+    video = write_noise(tmp_path / "noise.mp4", T)
+    (tmp_path / "average").mkdir()
+    run = {"format": "abs_engine.run", "version": 1, "person_weights": np.zeros(8)}
+    write_npz(tmp_path / "average" / "results.npz", **run)
+    words = ["track", video, "-o", tmp_path / "run", "--renderer", "cpu", "--person", "clara"]
+    assert main([str(w) for w in [*words, "--poses", tmp_path / "average"]]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "leave out --person, or give poses of a run with --person" in line
+    assert not (tmp_path / "run").exists()
 
 
 def test_poses_that_never_show_the_mouth_end_the_command(tmp_path, capsys):
@@ -272,6 +372,7 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):
     _, folder = run
     arrays = tracked(truth, tmp_path / "run", folder, "--colours", folder / "colours.npz")
+    assert [read_poses(f).average_head for f in (folder, tmp_path / "run")] == [False, True]
     assert arrays["found"].all()
     assert arrays["parameters"][:, :6].any()
     assert np.corrcoef(arrays["aperture"], truth.aperture)[0, 1] > 0.9

@@ -134,13 +134,24 @@ def test_the_command_says_which_camera_helps_most(lips, capsys):
     assert "with cameras at 0" in first
     assert [row.split()[0] for row in rows] == ["-30", "0", "60"]
     assert [row.endswith("best") for row in rows] == [False, False, True]
+    assert main(["cameras", str(lips), "--yaw", "-0.0", "--have", "-0.0"]) == 0
+    first, _, row = capsys.readouterr().out.splitlines()
+    assert "with cameras at 0," in first
+    assert row.split()[0] == "0"
     assert main(["cameras", str(lips), "--yaw", "0"]) == 0
     assert "with no camera" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--yaw", "120"], "does not see the lips"), (["--noise", "0"], "above 0 mm")],
+    [
+        (["--yaw", "120"], "does not see the lips"),
+        (["--yaw", "nan"], "does not see the lips"),
+        (["--have", "inf"], "does not see the lips"),
+        (["--noise", "0"], "above 0 mm"),
+        (["--noise", "inf"], "finite noise above 0 mm"),
+        (["--noise", "nan"], "finite noise above 0 mm"),
+    ],
 )
 def test_the_command_refuses_in_one_line(lips, capsys, words, said):
     assert main(["cameras", str(lips), *words]) == 2

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.mixture import Mixture
-from abs_engine.assets import read_npz
 from abs_engine.errors import ModelFormatError
+from abs_engine.npz import read_npz
 
 FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "teeth", "dark")

@@ -50,8 +50,10 @@ def cameras(chosen: Namespace) -> int:
 
 def gain_lines(gains: list[CameraGain], have: list[float]) -> list[str]:
     """A line for each camera in the order of their yaws, and which helps most."""
+    from abs_engine.systems.physics.cameras import yaw_name
+
     best = gains[0]
-    known = f"with cameras at {', '.join(f'{yaw:g}' for yaw in have)}" if have else "with no camera"
+    known = f"with cameras at {', '.join(map(yaw_name, have))}" if have else "with no camera"
     lines = [f"{known}, the lips are expected to be {best.before:.2f} mm off; with one more"]
     lines.append(f"{'at':>6}{'dots seen':>12}{'remains':>12}")
     lines += [

@@ -31,7 +31,7 @@ Head poses are a run's or filmed truth's (the folder), or a file of them:
   CSV   a line of names, then a line for each frame: head_rx head_ry head_rz (rotation vector,
         radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
   NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
-        run; NaN where not known
+        run; NaN, or False in found, where not known
 x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
 (x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
 taken as they are with --person, else as a first guess; frames without one are not tracked.

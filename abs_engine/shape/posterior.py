@@ -81,7 +81,7 @@ def reconstruct(
     ------
     ParameterError
         If nothing is observed, it does not fit, is not finite or of no degree of freedom, or the
-        noise is not positive.
+        noise is not positive and finite.
 
     Notes
     -----
@@ -108,7 +108,8 @@ def expected_posterior(
     Raises
     ------
     ParameterError
-        If nothing is observed, what is observed does not fit, or the noise is not positive.
+        If nothing is observed, what is observed does not fit, or the noise is not positive
+        and finite.
     """
     covariance = _posterior(physics, rows, noise)[1]
     return Posterior(physics, np.zeros(len(covariance)), covariance)
@@ -120,10 +121,10 @@ def _posterior(
     """A (n, P), the coefficients' covariance (P, P), and the noise's variance."""
     noise = physics.noise if noise is None else noise
     seen = _picked(rows, physics.matrix)
-    if len(seen) == 0 or not noise > 0:
+    if len(seen) == 0 or not 0 < noise < np.inf:
         raise ParameterError(
-            "nothing is observed, or the noise is not positive",
-            "observe a coordinate or more, with a noise above 0 mm",
+            "nothing is observed, or the noise is not positive, or not finite",
+            "observe a coordinate or more, with a finite noise above 0 mm",
         )
     root = np.sqrt(physics.variances)
     scaled = seen * root / noise  # in standard deviations, so that small modes are not lost

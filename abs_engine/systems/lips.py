@@ -131,7 +131,7 @@ def prepare_lips(
         tell("finding and following the face")
         frames = choose_frames(motion.poses(read_frames(video)), str(video))
     else:
-        given.check(info.frames, camera, model.pivot)
+        given.check(info.frames, camera, model.pivot, held=model.known)
         motion = GivenMotion(given.poses)
         frames = _frames_of_poses(video, motion, camera, model)
     tell("fitting the mouth" if colours else "learning the clip's colours, fitting the mouth")

@@ -6,8 +6,9 @@ what ``results.csv`` of a run has. Perhaps ``index`` or ``frame`` counts the lin
 are not looked at. The six cells of a frame without a pose are empty.
 
 An NPZ file has ``rotation``, (T, 3) rotation vectors or (T, 3, 3) matrices, and ``translation``
-(T, 3): what ``results.npz`` has. A frame without a pose is NaN in all of them, and False in
-``found`` if that is there.
+(T, 3): what ``results.npz`` has. A frame without a pose is NaN in all of them, or False in
+``found`` if that is there. In a run, a frame that is True in ``covered`` is not found, but has the
+head's pose.
 
 All are from the head frame (x to the subject's left, y up, z out of the face) to the camera's (x
 right, y down, z forward), x_cam = R x_head + t: a face that looks into the camera is turned by half
@@ -27,7 +28,7 @@ from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.evaluate.csv_table import read_table
 from abs_engine.geometry import Pose, rotations
-from abs_engine.npz import check_format, read_arrays
+from abs_engine.npz import check_format, format_of, read_arrays
 from abs_engine.track.given import other_count
 from abs_engine.track.record import FORMAT, RESULTS, VERSION
 from abs_engine.truth import load_truth
@@ -56,14 +57,17 @@ class GivenPoses:
         Head to camera in each frame; None where it is not known.
     camera : Camera or None
         What they refer to, where the file knows it.
+    average_head : bool
+        Whether they are known to be of a run that fitted the average head.
     """
 
     path: Path
     poses: tuple[Pose | None, ...]
     camera: Camera | None = None
+    average_head: bool = False
 
-    def check(self, frames: int, camera: Camera, mouth: FloatArray) -> None:
-        """Refuse poses of other frames, of another camera, in other axes or units.
+    def check(self, frames: int, camera: Camera, mouth: FloatArray, *, held: bool = False) -> None:
+        """Refuse poses of other frames, of another camera or head, in other axes or units.
 
         Parameters
         ----------
@@ -72,6 +76,8 @@ class GivenPoses:
         camera : Camera
             Which the tracker uses.
         mouth : (3,) float64, mm, head frame
+        held : bool
+            Whether they will be taken as they are, for a known head.
 
         Raises
         ------
@@ -84,6 +90,11 @@ class GivenPoses:
             raise ParameterError(
                 f"the poses of {self.path} are of another camera than the video's",
                 "give the camera that they refer to with --camera",
+            )
+        if held and self.average_head:
+            raise ParameterError(
+                f"{self.path} has poses of the average head, whose origin is not the person's",
+                "leave out --person, or give poses of a run with --person",
             )
         there = [(k, pose) for k, pose in enumerate(self.poses) if pose is not None]
         if not there:
@@ -149,45 +160,88 @@ def _check_order(path: Path, numbers: FloatArray, name: str) -> None:
 
 def _from_npz(path: Path) -> GivenPoses:
     arrays: dict[str, NDArray[Any]] = read_arrays(path)
-    if str(arrays.get("format", "")) == TRUTH_FORMAT:
+    if format_of(arrays) == TRUTH_FORMAT:
         raise ModelFormatError(
             f"{path} holds the head's place in the world, not before a camera",
             "give the folder of the camera, DATASET/CLIP/CAMERA",
         )
-    of_run = str(arrays.get("format", "")) == FORMAT
+    of_run = format_of(arrays) == FORMAT
     if of_run:
         check_format(path, arrays, FORMAT, VERSION)
     missing = [name for name in ("rotation", "translation") if name not in arrays]
     if missing:
         raise ModelFormatError(f"{path} lacks the array {missing[0]}", HELP)
     turn, shift = arrays["rotation"], arrays["translation"]
-    shapes = (len(shift), 3), (len(shift), 3, 3)
-    if shift.shape != shapes[0] or turn.shape not in shapes or turn.dtype.kind not in "fi":
+    frames = shift.shape[:1]  # () of a single number
+    if shift.shape != (*frames, 3) or turn.shape not in ((*frames, 3), (*frames, 3, 3)):
         raise ModelFormatError(
             f"{path} has rotations of shape {turn.shape} and translations of {shift.shape}", HELP
         )
+    if not _real(turn, shift):
+        raise ModelFormatError(f"the rotations or translations of {path} are no real numbers", HELP)
+    turn, shift = turn.astype(np.float64), shift.astype(np.float64)
+    found = _marks(path, arrays, "found", len(shift), missing=True)
+    there = found
+    if of_run:
+        there = found | _marks(path, arrays, "covered", len(shift), missing=False)
+    turn[~there] = shift[~there] = np.nan
     poses = _poses(path, turn, shift)
-    found = arrays.get("found")
-    if found is not None and found.shape == (len(poses),):
-        lacking = [k for k, pose in enumerate(poses) if pose is None and found[k]]
-        if lacking:
-            raise ParameterError(
-                f"{path} has no finite pose in frame {lacking[0]}, which is marked as found",
-                "mark it as not found, or give its pose",
-            )
-    return GivenPoses(path, poses, _camera_of(arrays) if of_run else None)
+    lacking = [k for k, pose in enumerate(poses) if pose is None and found[k]]
+    if "found" in arrays and lacking:
+        raise ParameterError(
+            f"{path} has no finite pose in frame {lacking[0]}, which is marked as found",
+            "mark it as not found, or give its pose",
+        )
+    if not of_run:
+        return GivenPoses(path, poses)
+    return GivenPoses(path, poses, _camera_of(path, arrays), _of_average_head(arrays))
 
 
-def _camera_of(arrays: dict[str, NDArray[Any]]) -> Camera | None:
+def _real(*arrays: NDArray[Any]) -> bool:
+    """Whether all of them hold real numbers; truth values are none."""
+    return all(array.dtype.kind in "fiu" for array in arrays)
+
+
+def _marks(
+    path: Path, arrays: dict[str, NDArray[Any]], name: str, frames: int, *, missing: bool
+) -> NDArray[np.bool_]:
+    """What an array says of each frame (T,), bool; `missing` in all of them where it is not there.
+
+    Raises
+    ------
+    ModelFormatError
+        If it says something else.
+    """
+    marks = arrays.get(name, np.full(frames, missing))
+    if marks.shape != (frames,) or marks.dtype.kind not in "biu":
+        raise ModelFormatError(
+            f"the array {name} of {path} does not say yes or no of each of {frames} frames",
+            "give True or False for each, or leave it out",
+        )
+    return marks.astype(np.bool_)
+
+
+def _of_average_head(arrays: dict[str, NDArray[Any]]) -> bool:
+    """Whether a run fitted a person's mouth, which only the average head leaves open."""
+    return "person_weights" in arrays and arrays["person_weights"].size > 0
+
+
+def _camera_of(path: Path, arrays: dict[str, NDArray[Any]]) -> Camera | None:
     """The camera that a run used; None where it does not tell."""
-    if not {"camera_matrix", "camera_distortion", "camera_size"} <= arrays.keys():
+    names = ("camera_matrix", "camera_distortion", "camera_size")
+    if not set(names) <= arrays.keys():
         return None
-    width, height = (int(n) for n in arrays["camera_size"])
-    return Camera(arrays["camera_matrix"], (width, height), arrays["camera_distortion"])
+    matrix, distortion, size = (arrays[name] for name in names)
+    shaped = (matrix.shape, size.shape) == ((3, 3), (2,)) and size.dtype.kind in "iu"
+    if not shaped or not _real(matrix, distortion):
+        raise ModelFormatError(f"{path} holds no camera", "track the video again")
+    return Camera(matrix, (int(size[0]), int(size[1])), distortion)
 
 
 def _poses(path: Path, turns: FloatArray, shifts: FloatArray) -> tuple[Pose | None, ...]:
     """Poses of rotations (T, 3) or (T, 3, 3) and translations (T, 3); None for rows of NaN."""
+    if len(shifts) == 0:
+        raise InputFileError(f"{path} has no frames", "give a pose for each frame of the video")
     numbers = np.hstack([np.reshape(turns, (len(turns), -1)), shifts]).astype(np.float64)
     lost = np.asarray(np.isnan(numbers).all(axis=1))
     bad = np.flatnonzero(~np.isfinite(numbers).all(axis=1) & ~lost)

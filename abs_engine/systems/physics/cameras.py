@@ -46,6 +46,11 @@ def direction_of(yaw: float, up: float = 0.0) -> FloatArray:
     return np.array([np.sin(a) * np.cos(b), np.sin(b), np.cos(a) * np.cos(b)])
 
 
+def yaw_name(yaw: float) -> str:
+    """What a camera at a yaw in degrees is called; -0 is 0."""
+    return f"{yaw + 0.0:g}"
+
+
 def rank_yaws(
     physics: LearnedPhysics,
     speaker: Speaker,
@@ -83,7 +88,7 @@ def rank_yaws(
     ModelFormatError
         If the lips were trained on another speaker's head.
     ParameterError
-        If no yaw is given, one is beyond the profile, or the noise is not positive.
+        If no yaw is given, one is beyond the profile, or the noise is not positive and finite.
 
     Notes
     -----
@@ -96,7 +101,7 @@ def rank_yaws(
     return rank_cameras(
         physics,
         shell_points(speaker, cut_lip_shell(speaker)),
-        {f"{yaw:g}": direction_of(yaw) for yaw in yaws},
+        {yaw_name(yaw): direction_of(yaw) for yaw in yaws},
         noise=noise,
         have=tuple(direction_of(yaw) for yaw in have),
         seen=lambda towards: np.array([not _hidden(p, towards, triangles) for p in places]),
