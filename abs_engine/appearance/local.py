@@ -80,6 +80,12 @@ class LocalModel:
         """Return the number of points, N."""
         return len(self.vertices)
 
+    @property
+    def inverse(self) -> FloatArray:
+        """One over `spread` (N, 8), which counts as a tenth of its median where it is smaller."""
+        floor = 0.1 * np.median(self.spread, axis=0) + 1e-6
+        return np.asarray(1 / np.maximum(self.spread, floor))
+
     def at(self, parameters: ArrayLike) -> FloatArray:
         """Descriptors (..., N, 8) at parameters (..., P); those beyond the model's are not read."""
         given = np.asarray(parameters, np.float64)

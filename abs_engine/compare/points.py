@@ -13,9 +13,14 @@ from abs_engine.appearance.patches import Patches
 from abs_engine.appearance.sight import in_sight
 from abs_engine.appearance.windows import Windows
 from abs_engine.camera import Camera, Window
-from abs_engine.compare.descriptor import ToCandidates, with_penalty, wrong_match
-from abs_engine.compare.penalty import ExponentialPenalty
-from abs_engine.objective import Evaluation
+from abs_engine.compare.descriptor import (
+    Epsilon,
+    ToCandidates,
+    penalty_roots,
+    with_penalty,
+    wrong_match,
+)
+from abs_engine.compare.penalty import Penalty
 from abs_engine.scene import Renderer, Scene
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +29,7 @@ DEPTH_SCALE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class LocalError:
+class LocalError(Epsilon):
     """Epsilon of N points' local appearance, as an objective (`la`). Made by `local_error`.
 
     N is the model's number of points and N_d is 8. A point that is hidden or turned away costs
@@ -48,7 +53,7 @@ class LocalError:
     wrong : (N,) float64
         What a wrong match costs of each point, times the share of the training frames that show
         it: one that is often hidden is no offence.
-    penalty : ExponentialPenalty, optional
+    penalty : Penalty, optional
         A(a), over the first weights of a candidate; times `PENALTY_SHARE`, times `wrong`'s mean.
     """
 
@@ -62,26 +67,16 @@ class LocalError:
     window: Window
     candidates: ToCandidates
     wrong: FloatArray
-    penalty: ExponentialPenalty | None = None
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Epsilon and its terms at one parameter vector (n,)."""
-        value, share = self._parts(x[None])
-        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
-        return Evaluation(float(value[0]), terms)
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
-        return self._parts(vectors)[0]
+    penalty: Penalty | None = None
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to epsilon at one parameter vector, (8 N + 1,)."""
+        """What is squared and summed to epsilon at one parameter vector, (8 N + P,)."""
         found, shown, weights = self._found(x[None])
         differ = (found[0] - self.model.at(weights[0])) * self.inverse
         hidden = np.broadcast_to(np.sqrt(self.wrong)[:, None], differ.shape)
         data = np.where(shown[0][:, None], differ, hidden) / np.sqrt(differ.size)
-        share = with_penalty(np.zeros(1), weights, self.penalty, float(self.wrong.mean()))[1]
-        return np.asarray(np.append(data, np.sqrt(share)), np.float64)
+        roots = penalty_roots(weights, self.penalty, float(self.wrong.mean()))[0]
+        return np.asarray(np.append(data, roots), np.float64)
 
     def seen(self, x: FloatArray) -> NDArray[np.bool_]:
         """Which points (N,) a parameter vector (n,) shows."""
@@ -119,7 +114,7 @@ def local_error(
     window: Window,
     candidates: ToCandidates,
     renderer: Renderer,
-    penalty: ExponentialPenalty | None = None,
+    penalty: Penalty | None = None,
     whiten: bool = False,
 ) -> LocalError:
     """The local appearance error of a frame.
@@ -137,7 +132,7 @@ def local_error(
     candidates : callable
         Parameter vectors (B, n) to candidates.
     renderer : Renderer
-    penalty : ExponentialPenalty, optional
+    penalty : Penalty, optional
     whiten : bool
         Divide differences by the spread that the model leaves unexplained, so that all components
         have a like weight; the paper compares them raw.
@@ -151,8 +146,7 @@ def local_error(
     """
     windows = Windows(Patches.around(scene, model.vertices), model.sigma, model.unit)
     maps = DescriptorMaps.of(window.sample(np.asarray(frame, np.float32)), windows.scales)
-    floor = 0.1 * np.median(model.spread, axis=0) + 1e-6
-    inverse = 1 / np.maximum(model.spread, floor) if whiten else np.ones_like(model.spread)
+    inverse = model.inverse if whiten else np.ones_like(model.spread)
     cost = np.empty(len(model))
     for n, (scale, factor) in enumerate(zip(windows.at_rest, inverse, strict=True)):
         others = maps.maps[scale, ::4, ::4].reshape(-1, N_D) * factor

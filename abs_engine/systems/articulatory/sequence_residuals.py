@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from abs_engine.appearance.local import N_D
 from abs_engine.appearance.sight import in_sight
 from abs_engine.camera import Window
-from abs_engine.compare.descriptor import PENALTY_SHARE, TextureError
-from abs_engine.compare.penalty import ExponentialPenalty
+from abs_engine.compare.descriptor import TextureError, penalty_roots
 from abs_engine.compare.points import DEPTH_SCALE, LocalError
 from abs_engine.scene import Candidates
 
@@ -51,21 +50,8 @@ def parts(error: TextureError | LocalError, vectors: FloatArray) -> Parts:
     else:
         rows, there, data = _local(error, many)
         wrong = float(error.wrong.mean())
-    terms = _penalty(error.penalty, many.weights, wrong)
+    terms = penalty_roots(many.weights, error.penalty, wrong)
     return Parts(rows, there, data + (terms**2).sum(axis=1), terms)
-
-
-def _penalty(penalty: ExponentialPenalty | None, weights: FloatArray, wrong: float) -> FloatArray:
-    if penalty is None:
-        return np.zeros((len(weights), 0))
-    out = np.empty((len(weights), len(penalty.lower)))
-    for k in range(out.shape[1]):
-        one = slice(k, k + 1)
-        own = ExponentialPenalty(
-            penalty.lower[one], penalty.upper[one], penalty.softness, penalty.strength
-        )
-        out[:, k] = own(weights[:, one])
-    return np.sqrt(PENALTY_SHARE * wrong * out)
 
 
 def _texture(
