@@ -15,9 +15,10 @@ from abs_engine.synth.sequence import portrait
 from abs_engine.systems.articulatory.build import build
 from abs_engine.systems.articulatory.filmed import VisemePictures, split
 from abs_engine.systems.articulatory.fitting import fit, problem
-from abs_engine.systems.articulatory.models import MODELS, face_shape
+from abs_engine.systems.articulatory.models import MODELS
 from abs_engine.systems.articulatory.page import goal_rows, reproduction_page
 from abs_engine.systems.articulatory.search import Watched, compare_solvers
+from abs_engine.systems.articulatory.shape import face_shape
 from abs_engine.systems.articulatory.visemes import Speech, find_visemes, splits, summary
 
 RENDERER = CpuRenderer()

@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli.commands import _next_free, _renderer
 from abs_engine.cli.progress import Progress
-from abs_engine.files import NewFolder, check_free, parent_folder
+from abs_engine.cli.render import _count
+from abs_engine.files import NewFolder, Unfinished, check_free, parent_folder
+from abs_engine.release import engine_version
 
 if TYPE_CHECKING:
     from abs_engine.scene import Renderer
 
 Tell = Callable[[str], None]
 PAGE = "index.html"
+RESUMED = ("001",)
+"""Papers whose full run takes hours."""
 
 
 def add_reproduce(command: ArgumentParser) -> None:
@@ -32,6 +36,10 @@ def add_reproduce(command: ArgumentParser) -> None:
     add("--seed", type=int, default=0, help="of filming and learning (default: 0)")
     add("--person", metavar="NAME", default="clara",
         help="of 001: whose face, of the bundled people (default: clara)")  # fmt: skip
+    add("--sentences", type=_count, metavar="N",
+        help="of 001: only so many of the 77 sentences, evenly chosen")  # fmt: skip
+    add("--workers", type=_count, metavar="N", default=1,
+        help="of 001: processes that track sentences (default: 1)")  # fmt: skip
 
 
 def reproduce(chosen: Namespace) -> int:
@@ -42,13 +50,24 @@ def reproduce(chosen: Namespace) -> int:
         with (
             _renderer(chosen.renderer) as renderer,
             Progress(f"reproduce {chosen.paper}") as progress,
-            NewFolder(output) as made,
+            _folder(chosen, output, renderer) as made,
         ):
             lines = PAPERS[chosen.paper](chosen, made.work, renderer, progress.announce)
             made.finish()
     print("\n".join(lines))
     print(f"wrote {output}; open {output / PAGE}")
     return 0
+
+
+def _folder(chosen: Namespace, output: Path, renderer: Renderer) -> NewFolder | Unfinished:
+    """A folder that an interrupted run leaves only where the same command goes on with it."""
+    if chosen.quick or chosen.paper not in RESUMED:
+        return NewFolder(output)
+    words = chosen.paper, chosen.seed, chosen.person, chosen.sentences, renderer.description
+    folder = Unfinished(output, "\n".join(map(str, (*words, engine_version()))))
+    if folder.resumed:
+        print(f"going on with {folder.work}", flush=True)
+    return folder
 
 
 def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
@@ -68,7 +87,8 @@ def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Te
     return score_lines(
         make(
             folder, renderer, quick=chosen.quick, seed=chosen.seed, person=chosen.person, tell=tell,
-            parts=PARTS,
+            parts=PARTS, sentences=chosen.sentences, workers=chosen.workers,
+            renderer_name=chosen.renderer,
         )
     )  # fmt: skip
 

@@ -18,8 +18,9 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, Renderer
-from abs_engine.systems.articulatory.models import MODELS, TEXTURES, FaceShape, TalkingFace
-from abs_engine.track.pose import PoseFrame, pose_spec
+from abs_engine.systems.articulatory.models import MODELS, TEXTURES, TalkingFace
+from abs_engine.systems.articulatory.shape import FaceShape
+from abs_engine.track.pose import PoseFrame
 
 FloatArray = NDArray[np.float64]
 TOLERANCE = 1e-4
@@ -85,15 +86,6 @@ class Problem:
     def wrong(self) -> float:
         """What a wrong match costs, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.error.wrong))
-
-
-def full_spec(shape: FaceShape) -> ParamSpec:
-    """Six parameters of pose, then the articulatory ones."""
-    both, own = pose_spec(0), shape.spec
-    return ParamSpec(
-        both.names + own.names, both.units + own.units, np.r_[both.scale, own.scale],
-        np.r_[both.lower, own.lower], np.r_[both.upper, own.upper],
-    )  # fmt: skip
 
 
 def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
@@ -172,7 +164,7 @@ def problem(
             face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
             candidates, renderer, shape.penalty, whiten=True,
         )  # fmt: skip
-    return Problem(error, frame, shape.spec if pose_known else full_spec(shape), pose_known)
+    return Problem(error, frame, shape.spec if pose_known else shape.full, pose_known)
 
 
 @dataclass(frozen=True, eq=False)

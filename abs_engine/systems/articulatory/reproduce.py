@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import json
-import time
+import resource
+import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from abs_engine.assets import Speaker, load_speaker
+from abs_engine.assets import load_speaker
 from abs_engine.files import png
 from abs_engine.release import engine_version
 from abs_engine.scene import Renderer
 from abs_engine.systems.articulatory.build import dense_head, left_out_errors
 from abs_engine.systems.articulatory.figures import boxplot_figure, figure_bytes, nomogram_figure
 from abs_engine.systems.articulatory.filmed import BEADS
+from abs_engine.systems.articulatory.gathered import FULL, QUICK, STAGES, Report
 from abs_engine.systems.articulatory.models import MODELS, TalkingFace
 from abs_engine.systems.articulatory.page import reproduction_page
 from abs_engine.systems.articulatory.search import compare_solvers, compare_tolerances
@@ -36,78 +38,13 @@ from abs_engine.systems.articulatory.visemes import (
 
 PERSON = "clara"
 RESULTS, PAGE = "results.json", "index.html"
+FILMED = "filmed"
 SEARCH_MODEL, REPORTED = "tex_lin", 300
 """Model of the comparison of solvers, and the budget of which results.json tells."""
 
 
-@dataclass(frozen=True)
-class Amount:
-    """How much is done.
-
-    Parameters
-    ----------
-    size : tuple of int
-        Of the pictures.
-    rounds : int
-        Splits of the visemes; five test each once.
-    searched, stopped : int
-        Visemes in the comparisons of solvers and of stopping rules.
-    budgets : tuple of int
-    """
-
-    size: tuple[int, int]
-    rounds: int
-    searched: int
-    stopped: int
-    budgets: tuple[int, ...]
-
-
-QUICK = Amount((320, 240), 1, 4, 4, (150, 300))
-FULL = Amount((640, 480), 5, 14, 11, (150, 300, 600))
-
-
-@dataclass
-class Report:
-    """What is collected on the way; the parts that come later add to it.
-
-    Parameters
-    ----------
-    folder : Path
-    renderer : Renderer
-    speaker : Speaker
-    person : str
-    seed : int
-    quick : bool
-    tell : callable
-        Told what is done next.
-    results : dict
-    figures : list of (str, str)
-        Address and caption.
-    """
-
-    folder: Path
-    renderer: Renderer
-    speaker: Speaker
-    person: str
-    seed: int
-    quick: bool
-    tell: Callable[[str], None]
-    results: dict[str, Any] = field(default_factory=dict)
-    figures: list[tuple[str, str]] = field(default_factory=list)
-
-    @property
-    def amount(self) -> Amount:
-        """How much is done."""
-        return QUICK if self.quick else FULL
-
-    def figure(self, name: str, content: bytes, caption: str) -> None:
-        """Write a figure."""
-        (self.folder / name).write_bytes(content)
-        self.figures.append((name, caption))
-
-
-Part = Callable[[Report, Speech, TalkingFace], None]
-"""A later experiment: a report, the filmed corpus with beads, and a face learned from all of it."""
+Part = Callable[[Report, Speech], None]
+"""A later experiment: a report, and the filmed corpus with beads."""
 
 
 def reproduce(
@@ -119,13 +56,17 @@ def reproduce(
     person: str = PERSON,
     tell: Callable[[str], None] = lambda _text: None,
     parts: tuple[Part, ...] = (),
+    sentences: int | None = None,
+    workers: int = 1,
+    renderer_name: str = "auto",
 ) -> dict[str, Any]:
     """Make tables, figures and a page.
 
     Parameters
     ----------
     folder : Path
-        Empty; gets ``index.html``, ``results.json``, figures, and the filmed corpora.
+        Empty, or as an interrupted run with the same choices left it; gets ``index.html``,
+        ``results.json``, figures, the filmed corpora, and the tracked sentences.
     renderer : Renderer
     quick : bool
         Small pictures and one split: minutes.
@@ -136,38 +77,62 @@ def reproduce(
         Told what is done next.
     parts : tuple of callable
         Further experiments, which add to the results and the figures.
+    sentences : int, optional
+        How many, evenly chosen; by default all, or the first two if it is quick.
+    workers : int
+        Processes that track sentences.
+    renderer_name : str
+        What they draw with.
 
     Returns
     -------
     dict
         What ``results.json`` holds.
     """
-    started = time.perf_counter()
-    report = Report(folder, renderer, load_speaker(), person, seed, quick, tell)
-    (folder / "filmed").mkdir()
+    amount = QUICK if quick else FULL
+    amount = replace(amount, sentences=sentences or amount.sentences)
+    report = Report(
+        folder, renderer, load_speaker(), person, seed, quick, tell, amount, workers, renderer_name
+    )
+    (folder / FILMED).mkdir(exist_ok=True)
     report.results |= _empty()
     tell("filming visemes with beads")
     beaded = _filmed(report, "beads", BEADS)
-    _shape(report, beaded)
+    report.stage("shape", lambda own: _shape(own, beaded))
     tell("filming visemes of the bare face")
     bare = _filmed(report, "bare", 0)
-    _visemes(report, beaded, bare)
-    _search(report, bare)
-    if parts:
-        whole = beaded.learn(range(len(beaded.pictures)), renderer)
-        for part in parts:
-            part(report, beaded, whole)
+    report.stage("visemes", lambda own: _visemes(own, beaded, bare))
+    report.stage("search", lambda own: _search(own, bare))
+    for part in parts:
+        part(report, beaded)
+    taken = report.results["stage_seconds"]
     report.results |= {
-        "command": f"abs-engine reproduce 001{' --quick' if quick else ''} --seed {seed} "
-        f"--person {person}",
+        "command": _command(report, sentences),
         "person": person, "seed": seed, "quick": quick, "renderer": renderer.description,
-        "engine_version": engine_version(), "seconds": round(time.perf_counter() - started, 1),
+        "engine_version": engine_version(), "seconds": round(sum(taken.values()), 1),
+        "peak_memory_mb": _peak(),
     }  # fmt: skip
     text = json.dumps(report.results, indent=1) + "\n"
     (folder / RESULTS).write_text(text, encoding="utf-8")
     page = reproduction_page(report.results, report.figures)
     (folder / PAGE).write_text(page, encoding="utf-8")
+    shutil.rmtree(folder / STAGES)
     return report.results
+
+
+def _command(report: Report, sentences: int | None) -> str:
+    """What was typed."""
+    words = ["abs-engine reproduce 001", *(["--quick"] if report.quick else [])]
+    words += [f"--seed {report.seed}", f"--person {report.person}"]
+    words += [f"--sentences {sentences}"] if sentences else []
+    words += [f"--workers {report.workers}"] if report.workers > 1 else []
+    return " ".join(words)
+
+
+def _peak() -> float:
+    """Largest memory of this process and of any that it started, MB."""
+    both = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
+    return round(max(resource.getrusage(who).ru_maxrss for who in both) / 1024, 1)
 
 
 def _empty() -> dict[str, Any]:
@@ -181,7 +146,7 @@ def _empty() -> dict[str, Any]:
 
 def _filmed(report: Report, name: str, beads: int) -> Speech:
     return film_speech(
-        report.speaker, report.person, report.folder / "filmed" / name, beads=beads,
+        report.speaker, report.person, report.folder / FILMED / name, beads=beads,
         size=report.amount.size, seed=report.seed,
     )  # fmt: skip
 

@@ -2,40 +2,55 @@
 
 from __future__ import annotations
 
+from abs_engine.synth.french import SENTENCES
 from abs_engine.systems.articulatory.filmed import SIZE
-from abs_engine.systems.articulatory.models import TalkingFace
-from abs_engine.systems.articulatory.reproduce import Report
+from abs_engine.systems.articulatory.gathered import Amount, Report
+from abs_engine.systems.articulatory.models import MODELS
+from abs_engine.systems.articulatory.reproduce import FILMED
 from abs_engine.systems.articulatory.sentences import (
     FIGURE,
     TREES,
-    run_quick,
+    chosen,
     run_sentences,
     run_trees,
 )
+from abs_engine.systems.articulatory.sentences_work import Job, Work
 from abs_engine.systems.articulatory.teleconference import FIGURE as FIGURE_10
 from abs_engine.systems.articulatory.teleconference import run_teleconference
 from abs_engine.systems.articulatory.trees import CONSONANTS, VOWELS
 from abs_engine.systems.articulatory.visemes import Speech, film_speech
 
+TRACKED = "tracked"
+LINEAR = tuple(name for name in MODELS if name.endswith("lin"))
 _CUT = {VOWELS: 3, CONSONANTS: 6}
 """Into how many groups the paper's text cuts its trees."""
 
 
-def sentences_part(report: Report, speech: Speech, face: TalkingFace) -> None:
-    """Figures 7 and 8 and the table over the sentences, 320x240."""
+def sentences_part(report: Report, speech: Speech) -> None:
+    """Figures 7 and 8 and the tables over the sentences, 320x240."""
+    report.stage("sentences", lambda own: _sentences(own, speech))
+
+
+def _sentences(report: Report, speech: Speech) -> None:
     if speech.pictures.camera.size != SIZE:
         report.tell("filming visemes for the sentences")
         speech = film_speech(
-            report.speaker, report.person, report.folder / "filmed" / "sentences",
+            report.speaker, report.person, report.folder / FILMED / "sentences",
             beads=speech.beads, size=SIZE, seed=report.seed,
         )  # fmt: skip
-        face = speech.learn(range(len(speech.pictures)), report.renderer)
-    run = run_quick if report.quick else run_sentences
-    done = run(
-        report.speaker, speech, face, report.renderer, report.folder, seed=report.seed,
+    report.tell("learning appearance for the sentences")
+    face = speech.learn(range(len(speech.pictures)), report.renderer)
+    work = Work(
+        report.folder / TRACKED, report.person, speech.beads, speech.pictures.camera, face,
+        speech.built.alpha, report.renderer.description, report.seed, report.amount.frames,
+    )  # fmt: skip
+    done = run_sentences(
+        work, report.speaker, speech, report.renderer, report.folder,
+        jobs=jobs_of(report.amount), workers=report.workers, renderer_name=report.renderer_name,
         tell=report.tell,
     )  # fmt: skip
     report.results["sentences"] = done.told()
+    report.results["sentences_each"] = done.told_each()
     report.figures.append((FIGURE, "Figure 8: a tracked sentence; the truth is the solid line."))
     trees = run_trees(done, face, report.folder)
     report.results["trees"] = {
@@ -44,11 +59,22 @@ def sentences_part(report: Report, speech: Speech, face: TalkingFace) -> None:
     report.figures.append((TREES, "Figure 7: phonemes by the faces that tex_cst found."))
 
 
-def teleconference_part(report: Report, speech: Speech, face: TalkingFace) -> None:
-    """Figure 10 and the errors with the worn camera; in the quick version of fewer frames."""
+def jobs_of(amount: Amount) -> list[Job]:
+    """The sentences; models that are constant on some of them, the linear ones on all."""
+    sentences = SENTENCES[: amount.sentences] if amount.frames else chosen(amount.sentences)
+    twins = chosen(amount.twins, sentences)
+    return [Job(s, MODELS if s in twins else LINEAR) for s in sentences]
+
+
+def teleconference_part(report: Report, speech: Speech) -> None:
+    """Figure 10 and the errors with the worn camera."""
+    report.stage("teleconference", lambda own: _teleconference(own, speech))
+
+
+def _teleconference(report: Report, speech: Speech) -> None:
     done = run_teleconference(
         report.speaker, speech, report.renderer, report.folder, seed=report.seed,
-        tell=report.tell, frames=24 if report.quick else None,
+        tell=report.tell, frames=report.amount.worn,
     )  # fmt: skip
     report.results["teleconference"] = done.told()
     report.figures.append((FIGURE_10, "Figure 10: a sequence that a worn camera filmed."))

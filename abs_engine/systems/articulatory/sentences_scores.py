@@ -12,9 +12,9 @@ from abs_engine.assets import Speaker
 from abs_engine.evaluate.metrics.closure import closed_intervals
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.speech import Segment
-from abs_engine.systems.articulatory.models import FaceShape
 from abs_engine.systems.articulatory.sentences_filmed import RATE, Filmed
 from abs_engine.systems.articulatory.sequence import Tracked
+from abs_engine.systems.articulatory.shape import FaceShape
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -30,8 +30,9 @@ class Curves:
     Parameters
     ----------
     evaluations : (T,) int64
-    rms, lips : (T,) float64, mm
-        Of all points, and of those on the lips and around them, in head coordinates.
+    rms, lips, rest : (T,) float64, mm
+        Of all points, of those on the lips and around them, and of all others, in head
+        coordinates.
     width, aperture : (T,) float64, mm
         Of the lips, by their landmarks among the points.
     gap : (T,) float64, mm
@@ -41,6 +42,7 @@ class Curves:
     evaluations: NDArray[np.int64]
     rms: FloatArray
     lips: FloatArray
+    rest: FloatArray
     width: FloatArray
     aperture: FloatArray
     gap: FloatArray
@@ -102,7 +104,8 @@ def curves(speaker: Speaker, shape: FaceShape, filmed: Filmed, tracked: Tracked)
     width, aperture = lip_size(shape, points)
     return Curves(
         tracked.evaluations, np.sqrt(away.mean(axis=1)),
-        np.sqrt(away[:, shape.lips].mean(axis=1)), width, aperture,
+        np.sqrt(away[:, shape.lips].mean(axis=1)),
+        np.sqrt(np.delete(away, shape.lips, axis=1).mean(axis=1)), width, aperture,
         mesh_gaps(speaker, shape, tracked.alpha),
     )  # fmt: skip
 

@@ -20,17 +20,17 @@ from abs_engine.systems.articulatory.filmed import (
     SIZE,
     VisemePictures,
     film_visemes,
+    read_visemes,
     split,
 )
 from abs_engine.systems.articulatory.fitting import FROM_NEUTRAL, TOLERANCE, Problem, fit, problem
 from abs_engine.systems.articulatory.models import (
     MODELS,
-    FaceShape,
     TalkingFace,
-    face_shape,
     learn_face,
     sightings,
 )
+from abs_engine.systems.articulatory.shape import FaceShape, face_shape
 
 FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"
@@ -102,7 +102,7 @@ def film_speech(
     person : str
         One of the speaker's.
     folder : Path
-        Gets the data set of the pictures; must not exist.
+        Gets the data set of the pictures; where it exists, that is taken for this corpus.
     beads : int
         On the face; 0 films it bare.
     size : tuple of int
@@ -115,14 +115,17 @@ def film_speech(
 
     Raises
     ------
-    ParameterError, OutputError, StudioError
-        As `speak_corpus`, `build` and `film_visemes`.
+    ParameterError, OutputError, StudioError, InputFileError, ModelFormatError
+        As `speak_corpus`, `build`, `film_visemes` and `read_visemes`.
     """
     spoken = speak_corpus(speaker, speaker.named(person), visemes, noise=NOISE, seed=seed)
     built = build(spoken.corpus)
-    pictures = film_visemes(
-        speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
-    )
+    if folder.exists():
+        pictures = read_visemes(folder, spoken.corpus.visemes)
+    else:
+        pictures = film_visemes(
+            speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
+        )
     shape = face_shape(speaker, spoken, built, person)
     return Speech(person, spoken, built, shape, pictures, beads)
 
