@@ -143,16 +143,21 @@ def test_a_worker_draws_by_itself(tmp_path, monkeypatch):
 def test_sentences_are_chosen_evenly():
     assert chosen(None) == SENTENCES
     assert chosen(100) == SENTENCES
-    few = chosen(11)
-    assert [SENTENCES.index(s) for s in few] == list(range(0, 77, 7))
-    assert chosen(1) == SENTENCES[:1]
+    for count in (1, 5, 11, 40):
+        own = [SENTENCES.index(s) for s in chosen(count)]
+        assert len(own) == count
+        assert own[0] == 0
+        assert np.diff([*own, 77]).max() <= 2 * 128 / count
+        assert set(chosen(count)) < set(chosen(count + 1))
 
 
 def test_the_linear_models_have_all_sentences():
     full = jobs_of(FULL)
-    assert [job.sentence for job in full] == list(SENTENCES)
+    assert {job.sentence for job in full} == set(SENTENCES)
     assert sum(len(job.models) == 4 for job in full) == FULL.twins
     assert {job.models for job in full if len(job.models) < 4} == {("tex_lin", "la_lin")}
+    fewer = jobs_of(replace(FULL, sentences=20))
+    assert fewer == full[:20]
     assert [(j.sentence.name, len(j.models)) for j in jobs_of(QUICK)] == [
         ("massue", 4), ("bouquet", 4)
     ]  # fmt: skip

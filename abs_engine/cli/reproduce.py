@@ -63,7 +63,7 @@ def _folder(chosen: Namespace, output: Path, renderer: Renderer) -> NewFolder | 
     """A folder that an interrupted run leaves only where the same command goes on with it."""
     if chosen.quick or chosen.paper not in RESUMED:
         return NewFolder(output)
-    words = chosen.paper, chosen.seed, chosen.person, chosen.sentences, renderer.description
+    words = chosen.paper, chosen.seed, chosen.person, renderer.description
     folder = Unfinished(output, "\n".join(map(str, (*words, engine_version()))))
     if folder.resumed:
         print(f"going on with {folder.work}", flush=True)
@@ -80,7 +80,7 @@ def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: 
 
 def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the goals."""
-    from abs_engine.systems.articulatory.page import score_lines
+    from abs_engine.systems.articulatory.goals import score_lines
     from abs_engine.systems.articulatory.reproduce import reproduce as make
     from abs_engine.systems.articulatory.sentences_parts import PARTS
 

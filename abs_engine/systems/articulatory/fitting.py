@@ -17,7 +17,7 @@ from abs_engine.objective import Evaluation, Objective
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
-from abs_engine.scene import Candidates, Renderer
+from abs_engine.scene import Renderer
 from abs_engine.systems.articulatory.models import MODELS, TEXTURES, TalkingFace
 from abs_engine.systems.articulatory.shape import FaceShape
 from abs_engine.track.pose import PoseFrame
@@ -28,6 +28,9 @@ TOLERANCE = 1e-4
 LIMIT = 600
 FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
+OF_POINTS = 0.003
+"""Strength of A(a) beside local appearance, whose noise is less of what a wrong match costs than
+that of textures; chosen on `french.PRACTICE`, like that of `ImprobablePenalty`."""
 MARGIN = 10.0
 """Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
@@ -148,21 +151,17 @@ def problem(
     if name not in MODELS:
         raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
-    window = face_window(shape, alpha, pose, camera) if window is None else window
-
-    def candidates(vectors: FloatArray) -> Candidates:
-        return frame.candidates(vectors)
-
+    seen = face_window(shape, alpha, pose, camera) if window is None else window
     error: TextureError | LocalError
     if name in TEXTURES:
         error = texture_error(
-            face.texture(name), shape.surface, picture, camera, window, candidates,
+            face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
             np.concatenate([np.zeros(6), alpha]), renderer, shape.penalty, face.dressed[name],
         )  # fmt: skip
     else:
         error = local_error(
-            face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
-            candidates, renderer, shape.penalty, whiten=True,
+            face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
+            frame.candidates, renderer, replace(shape.penalty, strength=OF_POINTS), whiten="all",
         )  # fmt: skip
     return Problem(error, frame, shape.spec if pose_known else shape.full, pose_known)
 

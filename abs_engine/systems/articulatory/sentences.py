@@ -121,10 +121,18 @@ def _mean(rows: Sequence[Any]) -> float:
 
 
 def chosen(count: int | None, of: Sequence[Sentence] = SENTENCES) -> tuple[Sentence, ...]:
-    """So many sentences, evenly chosen, the first among them; by default all."""
-    if count is None or count >= len(of):
-        return tuple(of)
-    return tuple(of[k * len(of) // count] for k in range(max(count, 1)))
+    """So many sentences, evenly spread, the first among them, in their order; by default all.
+
+    Fewer are always among more, so that a run may be made longer.
+    """
+    spread = in_spread_order(of)[: len(of) if count is None else count]
+    return tuple(s for s in of if s in spread)
+
+
+def in_spread_order(of: Sequence[Sentence]) -> tuple[Sentence, ...]:
+    """All, such that those of any beginning are evenly spread: by their reversed binary number."""
+    bits = max(1, (len(of) - 1).bit_length())
+    return tuple(of[k] for k in sorted(range(len(of)), key=lambda k: f"{k:0{bits}b}"[::-1]))
 
 
 def run_sentences(

@@ -11,6 +11,7 @@ from abs_engine.systems.articulatory.sentences import (
     FIGURE,
     TREES,
     chosen,
+    in_spread_order,
     run_sentences,
     run_trees,
 )
@@ -28,7 +29,8 @@ _CUT = {VOWELS: 3, CONSONANTS: 6}
 
 def sentences_part(report: Report, speech: Speech) -> None:
     """Figures 7 and 8 and the tables over the sentences, 320x240."""
-    report.stage("sentences", lambda own: _sentences(own, speech))
+    count = report.amount.sentences or len(SENTENCES)
+    report.stage(f"sentences-{count}", lambda own: _sentences(own, speech))
 
 
 def _sentences(report: Report, speech: Speech) -> None:
@@ -60,10 +62,12 @@ def _sentences(report: Report, speech: Speech) -> None:
 
 
 def jobs_of(amount: Amount) -> list[Job]:
-    """The sentences; models that are constant on some of them, the linear ones on all."""
-    sentences = SENTENCES[: amount.sentences] if amount.frames else chosen(amount.sentences)
-    twins = chosen(amount.twins, sentences)
-    return [Job(s, MODELS if s in twins else LINEAR) for s in sentences]
+    """The sentences in spread order; the constant models have some, the linear ones all."""
+    if amount.frames:
+        return [Job(s, MODELS) for s in SENTENCES[: amount.sentences]]
+    twins = SENTENCES if amount.twins is None else chosen(amount.twins)
+    which = in_spread_order(SENTENCES)[: amount.sentences]
+    return [Job(s, MODELS if s in twins else LINEAR) for s in which]
 
 
 def teleconference_part(report: Report, speech: Speech) -> None:

@@ -184,7 +184,8 @@ def track_sentences(
     if workers <= 1 or len(left) <= 1:
         for job in left:
             clock(job, "filming and tracking")
-            track_job(work, job, speaker, renderer)
+            for rest in work.left([job]):  # another process may have done it since
+                track_job(work, rest, speaker, renderer)
             clock.done += 1
         return
     context = multiprocessing.get_context("spawn")  # an OpenGL context does not survive a fork
@@ -226,4 +227,5 @@ def _open(work: Work, renderer_name: str) -> None:
 
 def _track_apart(job: Job) -> None:
     work, speaker, renderer = _here[0]
-    track_job(work, job, speaker, renderer)
+    for rest in work.left([job]):
+        track_job(work, rest, speaker, renderer)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from abs_engine.appearance.region import part
 from abs_engine.appearance.sight import Sighting
 from abs_engine.assets import Speaker
-from abs_engine.compare.penalty import ImprobablePenalty, Penalty
+from abs_engine.compare.penalty import ImprobablePenalty
 from abs_engine.geometry import Pose
 from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, Scene
@@ -58,7 +58,7 @@ class FaceShape:
         Vertices of the head that may carry local appearance: skin and lips of `surface`.
     spec : ParamSpec
         Names, first steps and bounds of the parameters.
-    penalty : Penalty
+    penalty : ImprobablePenalty
     neutral : (P,) float64
         The person at rest, by the direct inversion.
     """
@@ -73,7 +73,7 @@ class FaceShape:
     kept: NDArray[np.int64]
     marks: NDArray[np.int64]
     spec: ParamSpec
-    penalty: Penalty
+    penalty: ImprobablePenalty
     neutral: FloatArray
 
     def points(self, alpha: FloatArray) -> FloatArray:
