@@ -23,14 +23,17 @@ from abs_engine.systems.articulatory.shape import FaceShape
 from abs_engine.track.pose import PoseFrame
 
 FloatArray = NDArray[np.float64]
-TOLERANCE = 1e-4
-"""Stop when the simplex's values differ by less than that share of what a wrong match costs."""
+TOLERANCE, TOLERANCE_OF_POINTS = 1e-4, 1e-5
+"""Stop when the simplex's values differ by less than that share of what a wrong match costs; beside
+local appearance, for which a wrong match costs far more than noise does, by less than the second.
+Chosen on another person's visemes: with 1e-4 points end a twentieth farther off, with 1e-6 as far.
+"""
 LIMIT = 600
 FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
-OF_POINTS = 0.003
-"""Strength of A(a) beside local appearance, whose noise is less of what a wrong match costs than
-that of textures; chosen on `french.PRACTICE`, like that of `ImprobablePenalty`."""
+OF_POINTS = 0.1
+"""Share of A(a)'s strength that counts beside local appearance, whose noise is less of what a wrong
+match costs than that of textures; chosen on `french.PRACTICE`, like that strength."""
 MARGIN = 10.0
 """Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
@@ -89,6 +92,12 @@ class Problem:
     def wrong(self) -> float:
         """What a wrong match costs, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.error.wrong))
+
+    @property
+    def tolerance(self) -> float:
+        """The usual stopping rule of a fit from far away, in units of epsilon."""
+        share = TOLERANCE if isinstance(self.error, TextureError) else TOLERANCE_OF_POINTS
+        return share * self.wrong
 
 
 def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
@@ -159,9 +168,10 @@ def problem(
             np.concatenate([np.zeros(6), alpha]), renderer, shape.penalty, face.dressed[name],
         )  # fmt: skip
     else:
+        weaker = replace(shape.penalty, strength=OF_POINTS * shape.penalty.strength)
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
-            frame.candidates, renderer, replace(shape.penalty, strength=OF_POINTS), whiten="all",
+            frame.candidates, renderer, weaker, whiten="all",
         )  # fmt: skip
     return Problem(error, frame, shape.spec if pose_known else shape.full, pose_known)
 
@@ -194,9 +204,9 @@ def fit(
     step : float
         Factor on the first simplex; see `FROM_NEUTRAL`.
     solver : Solver, optional
-        By default Nelder-Mead with `TOLERANCE`.
+        By default Nelder-Mead with the problem's `tolerance`.
     """
-    chosen = Simplex(TOLERANCE * problem.wrong, LIMIT) if solver is None else solver
+    chosen = Simplex(problem.tolerance, LIMIT) if solver is None else solver
     start = alpha if problem.pose_known else np.concatenate([np.zeros(6), alpha])
     found = chosen.minimise(problem, np.asarray(start, np.float64), problem.spec, step)
     return FaceFit(problem.alpha(found.x), problem.pose(found.x), found)

@@ -37,6 +37,8 @@ class Amount:
         How many of the sentences the constant models are tracked on, evenly chosen.
     worn : int or None
         Frames of each sequence of the worn camera.
+    practised : int
+        Frames of the sentence that is kept for practice; 0 leaves it out.
     """
 
     size: tuple[int, int]
@@ -48,10 +50,11 @@ class Amount:
     frames: int | None = None
     twins: int | None = None
     worn: int | None = None
+    practised: int = 0
 
 
 QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)
-FULL = Amount((640, 480), 5, 14, 11, (150, 300, 600), twins=11)
+FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), twins=6, practised=40)
 
 
 @dataclass

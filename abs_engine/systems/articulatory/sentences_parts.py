@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from abs_engine.synth.french import SENTENCES
+from abs_engine.synth.french import PRACTICE, SENTENCES
 from abs_engine.systems.articulatory.filmed import SIZE
 from abs_engine.systems.articulatory.gathered import Amount, Report
-from abs_engine.systems.articulatory.models import MODELS
+from abs_engine.systems.articulatory.models import MODELS, TalkingFace
 from abs_engine.systems.articulatory.reproduce import FILMED
 from abs_engine.systems.articulatory.sentences import (
     FIGURE,
@@ -15,25 +15,25 @@ from abs_engine.systems.articulatory.sentences import (
     run_sentences,
     run_trees,
 )
+from abs_engine.systems.articulatory.sentences_filmed import film_sentence
 from abs_engine.systems.articulatory.sentences_work import Job, Work
+from abs_engine.systems.articulatory.sequence_measure import practise
 from abs_engine.systems.articulatory.teleconference import FIGURE as FIGURE_10
 from abs_engine.systems.articulatory.teleconference import run_teleconference
 from abs_engine.systems.articulatory.trees import CONSONANTS, VOWELS
 from abs_engine.systems.articulatory.visemes import Speech, film_speech
 
 TRACKED = "tracked"
+TREE_MODEL = "tex_cst"
+"""That of the paper's figure 7; where not all sentences have it, trees are of the first linear one,
+which has them all."""
 LINEAR = tuple(name for name in MODELS if name.endswith("lin"))
 _CUT = {VOWELS: 3, CONSONANTS: 6}
 """Into how many groups the paper's text cuts its trees."""
 
 
 def sentences_part(report: Report, speech: Speech) -> None:
-    """Figures 7 and 8 and the tables over the sentences, 320x240."""
-    count = report.amount.sentences or len(SENTENCES)
-    report.stage(f"sentences-{count}", lambda own: _sentences(own, speech))
-
-
-def _sentences(report: Report, speech: Speech) -> None:
+    """Practice, figures 7 and 8, and the tables over the sentences; all in 320x240."""
     if speech.pictures.camera.size != SIZE:
         report.tell("filming visemes for the sentences")
         speech = film_speech(
@@ -42,6 +42,23 @@ def _sentences(report: Report, speech: Speech) -> None:
         )  # fmt: skip
     report.tell("learning appearance for the sentences")
     face = speech.learn(range(len(speech.pictures)), report.renderer)
+    if report.amount.practised:
+        report.stage("practice", lambda own: _practice(own, speech, face))
+    count = report.amount.sentences or len(SENTENCES)
+    report.stage(f"sentences-{count}", lambda own: _sentences(own, speech, face))
+
+
+def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
+    report.tell("practising")
+    frames = report.amount.practised
+    filmed = film_sentence(
+        report.speaker, report.person, PRACTICE, speech.pictures.camera, face.shape.vertices,
+        seed=report.seed, beads=speech.beads, frames=frames,
+    )  # fmt: skip
+    report.results["practice"] = practise(speech, face, filmed, report.renderer)
+
+
+def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
     work = Work(
         report.folder / TRACKED, report.person, speech.beads, speech.pictures.camera, face,
         speech.built.alpha, report.renderer.description, report.seed, report.amount.frames,
@@ -54,11 +71,14 @@ def _sentences(report: Report, speech: Speech) -> None:
     report.results["sentences"] = done.told()
     report.results["sentences_each"] = done.told_each()
     report.figures.append((FIGURE, "Figure 8: a tracked sentence; the truth is the solid line."))
-    trees = run_trees(done, face, report.folder)
+    papers = all(TREE_MODEL in run.tracked for run in done.runs)
+    model = TREE_MODEL if papers else LINEAR[0]
+    trees = run_trees(done, face, report.folder, model)
+    report.results["trees_of"] = model
     report.results["trees"] = {
         kind: [list(group) for group in tree.groups(_CUT[kind])] for kind, tree in trees.items()
     }
-    report.figures.append((TREES, "Figure 7: phonemes by the faces that tex_cst found."))
+    report.figures.append((TREES, f"Figure 7: phonemes by the faces that {model} found."))
 
 
 def jobs_of(amount: Amount) -> list[Job]:

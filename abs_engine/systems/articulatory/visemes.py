@@ -23,7 +23,7 @@ from abs_engine.systems.articulatory.filmed import (
     read_visemes,
     split,
 )
-from abs_engine.systems.articulatory.fitting import FROM_NEUTRAL, TOLERANCE, Problem, fit, problem
+from abs_engine.systems.articulatory.fitting import FROM_NEUTRAL, Problem, fit, problem
 from abs_engine.systems.articulatory.models import (
     MODELS,
     TalkingFace,
@@ -176,7 +176,7 @@ def find_visemes(
         out.append(_error(speech, NEUTRAL, which, speech.shape.neutral, 0))
         for name in models:
             asked = speech.problem(face, name, which, renderer)
-            solver = RestartedSimplex(TOLERANCE * asked.wrong, LIMIT, RESTARTS)
+            solver = RestartedSimplex(asked.tolerance, LIMIT, RESTARTS)
             found = fit(asked, speech.shape.neutral, step=FROM_NEUTRAL, solver=solver)
             count = found.solution.n_evaluations
             out.append(_error(speech, name, which, found.alpha, count))
