@@ -16,6 +16,7 @@ from abs_engine.synth.french import SENTENCES
 from abs_engine.systems.articulatory import sentences_work
 from abs_engine.systems.articulatory.gathered import FULL, QUICK, Report
 from abs_engine.systems.articulatory.kept import Kept, digest
+from abs_engine.systems.articulatory.models import MODELS
 from abs_engine.systems.articulatory.sentences import chosen
 from abs_engine.systems.articulatory.sentences_parts import jobs_of
 from abs_engine.systems.articulatory.sentences_work import Job, Work, settings_of, track_sentences
@@ -152,11 +153,12 @@ def test_sentences_are_chosen_evenly():
 
 
 def test_the_linear_models_have_all_sentences():
-    full = jobs_of(FULL)
+    assert {job.models for job in jobs_of(FULL)} == {MODELS}
+    full = jobs_of(replace(FULL, twins=11))
     assert {job.sentence for job in full} == set(SENTENCES)
-    assert sum(len(job.models) == 4 for job in full) == FULL.twins
+    assert sum(len(job.models) == 4 for job in full) == 11
     assert {job.models for job in full if len(job.models) < 4} == {("tex_lin", "la_lin")}
-    fewer = jobs_of(replace(FULL, sentences=20))
+    fewer = jobs_of(replace(FULL, sentences=20, twins=11))
     assert fewer == full[:20]
     assert [(j.sentence.name, len(j.models)) for j in jobs_of(QUICK)] == [
         ("massue", 4), ("bouquet", 4)

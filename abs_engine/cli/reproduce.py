@@ -38,6 +38,8 @@ def add_reproduce(command: ArgumentParser) -> None:
         help="of 001: whose face, of the bundled people (default: clara)")  # fmt: skip
     add("--sentences", type=_count, metavar="N",
         help="of 001: only so many of the 77 sentences, evenly chosen")  # fmt: skip
+    add("--twins", type=_count, metavar="N",
+        help="of 001: the constant models on only so many of these sentences")  # fmt: skip
     add("--workers", type=_count, metavar="N", default=1,
         help="of 001: processes that track sentences (default: 1)")  # fmt: skip
 
@@ -87,7 +89,7 @@ def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Te
     return score_lines(
         make(
             folder, renderer, quick=chosen.quick, seed=chosen.seed, person=chosen.person, tell=tell,
-            parts=PARTS, sentences=chosen.sentences, workers=chosen.workers,
+            parts=PARTS, sentences=chosen.sentences, twins=chosen.twins, workers=chosen.workers,
             renderer_name=chosen.renderer,
         )
     )  # fmt: skip

@@ -34,7 +34,7 @@ class Amount:
     frames : int or None
         Of each sentence, from its start; None is all.
     twins : int or None
-        How many of the sentences the constant models are tracked on, evenly chosen.
+        How many of the sentences the constant models are tracked on, evenly chosen; None is all.
     worn : int or None
         Frames of each sequence of the worn camera.
     practised : int
@@ -54,7 +54,7 @@ class Amount:
 
 
 QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)
-FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), twins=6, practised=40)
+FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=40)
 
 
 @dataclass

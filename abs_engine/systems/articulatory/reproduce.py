@@ -57,6 +57,7 @@ def reproduce(
     tell: Callable[[str], None] = lambda _text: None,
     parts: tuple[Part, ...] = (),
     sentences: int | None = None,
+    twins: int | None = None,
     workers: int = 1,
     renderer_name: str = "auto",
 ) -> dict[str, Any]:
@@ -79,6 +80,8 @@ def reproduce(
         Further experiments, which add to the results and the figures.
     sentences : int, optional
         How many, evenly chosen; by default all, or the first two if it is quick.
+    twins : int, optional
+        How many of these the constant models are tracked on, evenly chosen; by default all.
     workers : int
         Processes that track sentences.
     renderer_name : str
@@ -90,7 +93,7 @@ def reproduce(
         What ``results.json`` holds.
     """
     amount = QUICK if quick else FULL
-    amount = replace(amount, sentences=sentences or amount.sentences)
+    amount = replace(amount, sentences=sentences or amount.sentences, twins=twins)
     report = Report(
         folder, renderer, load_speaker(), person, seed, quick, tell, amount, workers, renderer_name
     )
@@ -107,7 +110,7 @@ def reproduce(
         part(report, beaded)
     taken = report.results["stage_seconds"]
     report.results |= {
-        "command": _command(report, sentences),
+        "command": _command(report, sentences, twins),
         "person": person, "seed": seed, "quick": quick, "renderer": renderer.description,
         "engine_version": engine_version(), "seconds": round(sum(taken.values()), 1),
         "peak_memory_mb": _peak(),
@@ -120,11 +123,12 @@ def reproduce(
     return report.results
 
 
-def _command(report: Report, sentences: int | None) -> str:
+def _command(report: Report, sentences: int | None, twins: int | None) -> str:
     """What was typed."""
     words = ["abs-engine reproduce 001", *(["--quick"] if report.quick else [])]
     words += [f"--seed {report.seed}", f"--person {report.person}"]
     words += [f"--sentences {sentences}"] if sentences else []
+    words += [f"--twins {twins}"] if twins else []
     words += [f"--workers {report.workers}"] if report.workers > 1 else []
     return " ".join(words)
 

@@ -108,9 +108,7 @@ def _row(run: Run) -> dict[str, Any]:
     for model, own in run.curves.items():
         shut = run.closures[model]
         row[model] = {
-            "rms_mm": float(own.rms.mean()), "lips_mm": float(own.lips.mean()),
-            "worst_frame_mm": float(own.rms.max()),
-            "evaluations_per_frame": float(own.evaluations.mean()),
+            **own.told(), "worst_frame_mm": float(own.rms.max()),
             "spoken": shut.spoken, "closed": shut.closed, "found": shut.found, "true": shut.true,
         }  # fmt: skip
     return row

@@ -45,7 +45,8 @@ def sentences_part(report: Report, speech: Speech) -> None:
     if report.amount.practised:
         report.stage("practice", lambda own: _practice(own, speech, face))
     count = report.amount.sentences or len(SENTENCES)
-    report.stage(f"sentences-{count}", lambda own: _sentences(own, speech, face))
+    twins = report.amount.twins or count
+    report.stage(f"sentences-{count}-{twins}", lambda own: _sentences(own, speech, face))
 
 
 def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
@@ -85,7 +86,7 @@ def jobs_of(amount: Amount) -> list[Job]:
     """The sentences in spread order; the constant models have some, the linear ones all."""
     if amount.frames:
         return [Job(s, MODELS) for s in SENTENCES[: amount.sentences]]
-    twins = SENTENCES if amount.twins is None else chosen(amount.twins)
+    twins = chosen(amount.twins)
     which = in_spread_order(SENTENCES)[: amount.sentences]
     return [Job(s, MODELS if s in twins else LINEAR) for s in which]
 

@@ -47,6 +47,14 @@ class Curves:
     aperture: FloatArray
     gap: FloatArray
 
+    def told(self) -> dict[str, float]:
+        """Means over the frames, for ``results.json``."""
+        return {
+            "rms_mm": float(self.rms.mean()),
+            "lips_mm": float(self.lips.mean()),
+            "evaluations_per_frame": float(self.evaluations.mean()),
+        }
+
 
 @dataclass(frozen=True)
 class Closures:

@@ -72,13 +72,7 @@ class Teleconference:
     def told(self) -> dict[str, dict[str, float]]:
         """For ``results.json``."""
         return {
-            name: {
-                "rms_mm": float(own.rms.mean()),
-                "lips_mm": float(own.lips.mean()),
-                "evaluations_per_frame": float(own.evaluations.mean()),
-                "frames": float(len(own.rms)),
-            }
-            for name, own in self.curves.items()
+            name: {**own.told(), "frames": float(len(own.rms))} for name, own in self.curves.items()
         }
 
 

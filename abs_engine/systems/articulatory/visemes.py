@@ -77,6 +77,11 @@ class Speech:
             self.shape.neutral, renderer, pose_known=True,
         )  # fmt: skip
 
+    def missed(self, alpha: FloatArray, which: int) -> tuple[float, float]:
+        """Root mean square of `distances`, mm, over all points, and over those of the lips."""
+        away = self.distances(alpha, which)
+        return _rms(away), _rms(away[self.shape.lips])
+
     def distances(self, alpha: FloatArray, which: int) -> FloatArray:
         """How far each of the model's points (N,) is from where it was filmed, mm."""
         true = self.pictures.vertices[which][self.shape.vertices]
@@ -186,7 +191,7 @@ def find_visemes(
 def _error(speech: Speech, model: str, which: int, alpha: FloatArray, count: int) -> VisemeError:
     away = speech.distances(alpha, which)
     viseme = speech.pictures.visemes[which]
-    return VisemeError(viseme, model, away, _rms(away), _rms(away[speech.shape.lips]), count)
+    return VisemeError(viseme, model, away, *speech.missed(alpha, which), count)
 
 
 def _rms(distances: FloatArray) -> float:
