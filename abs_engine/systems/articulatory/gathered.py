@@ -54,7 +54,7 @@ class Amount:
 
 
 QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)
-FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=40)
+FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=24)
 
 
 @dataclass

@@ -15,7 +15,8 @@ from abs_engine.systems.reproduced import page, table
 _WORST = 5
 _MADE = (
     ("command", "command"), ("person", "person"), ("seed", "seed"), ("drawn by", "renderer"),
-    ("abs_engine", "engine_version"), ("seconds of work, all processes", "seconds"),
+    ("abs_engine", "engine_version"), ("seconds, all stages of this run", "seconds"),
+    ("seconds of tracking sentences, all processes", "tracking_seconds"),
     ("largest memory of a process, MB", "peak_memory_mb"),
 )  # fmt: skip
 _PAPER_TREES = {
@@ -28,7 +29,8 @@ _VISEMES = (
 )  # fmt: skip
 _SENTENCES = (
     ("rms_mm", "all, mm"), ("lips_mm", "lips, mm"), ("face_mm", "but lips, mm"),
-    ("worst_sentence_mm", "worst sentence, mm"), ("evaluations_per_frame", "evaluations a frame"),
+    ("depth_mm", "along z, mm"), ("worst_sentence_mm", "worst sentence, mm"),
+    ("evaluations_per_frame", "evaluations a frame"),
     ("closure_recall", "closures, recall"), ("closure_precision", "precision"),
     ("sentences", "sentences"), ("frames", "frames"), ("seconds_per_frame", "s a frame"),
 )  # fmt: skip

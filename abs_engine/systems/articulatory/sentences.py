@@ -77,7 +77,13 @@ class Sentences:
 
     def told_each(self) -> list[dict[str, Any]]:
         """A row for each sentence: what was said, frames, and by model its mm and closures."""
-        return [_row(run) for run in self.runs]
+        place = {sentence.name: k for k, sentence in enumerate(SENTENCES)}
+        return [_row(run) for run in sorted(self.runs, key=lambda run: place[run.filmed.name])]
+
+    @property
+    def seconds(self) -> float:
+        """What tracking took, all models and processes together."""
+        return sum(own.seconds for run in self.runs for own in run.tracked.values())
 
 
 def _told(model: str, runs: Sequence[Run]) -> dict[str, float]:
@@ -89,6 +95,7 @@ def _told(model: str, runs: Sequence[Run]) -> dict[str, float]:
         "rms_mm": _mean([c.rms for c in curves]),
         "lips_mm": _mean([c.lips for c in curves]),
         "face_mm": _mean([c.rest for c in curves]),
+        "depth_mm": _mean([c.depth for c in curves]),
         "worst_sentence_mm": max(float(c.rms.mean()) for c in curves),
         "evaluations_per_frame": _mean([c.evaluations for c in curves]),
         "seconds_per_frame": sum(run.tracked[model].seconds for run in runs) / frames,

@@ -71,6 +71,7 @@ def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
     )  # fmt: skip
     report.results["sentences"] = done.told()
     report.results["sentences_each"] = done.told_each()
+    report.results["tracking_seconds"] = round(done.seconds, 1)
     report.figures.append((FIGURE, "Figure 8: a tracked sentence; the truth is the solid line."))
     papers = all(TREE_MODEL in run.tracked for run in done.runs)
     model = TREE_MODEL if papers else LINEAR[0]

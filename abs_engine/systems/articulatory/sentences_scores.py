@@ -33,6 +33,8 @@ class Curves:
     rms, lips, rest : (T,) float64, mm
         Of all points, of those on the lips and around them, and of all others, in head
         coordinates.
+    depth : (T,) float64, mm
+        Of all points, the part along z, out of the face: a camera in front hardly sees it.
     width, aperture : (T,) float64, mm
         Of the lips, by their landmarks among the points.
     gap : (T,) float64, mm
@@ -43,6 +45,7 @@ class Curves:
     rms: FloatArray
     lips: FloatArray
     rest: FloatArray
+    depth: FloatArray
     width: FloatArray
     aperture: FloatArray
     gap: FloatArray
@@ -108,12 +111,14 @@ def lip_size(shape: FaceShape, points: FloatArray) -> tuple[FloatArray, FloatArr
 def curves(speaker: Speaker, shape: FaceShape, filmed: Filmed, tracked: Tracked) -> Curves:
     """A tracked sentence, or its first frames, against the truth."""
     points = np.array([shape.points(row) for row in tracked.alpha])
-    away = ((points - filmed.points[: len(tracked)]) ** 2).sum(axis=2)
+    squared = (points - filmed.points[: len(tracked)]) ** 2
+    away = squared.sum(axis=2)
     width, aperture = lip_size(shape, points)
     return Curves(
         tracked.evaluations, np.sqrt(away.mean(axis=1)),
         np.sqrt(away[:, shape.lips].mean(axis=1)),
-        np.sqrt(np.delete(away, shape.lips, axis=1).mean(axis=1)), width, aperture,
+        np.sqrt(np.delete(away, shape.lips, axis=1).mean(axis=1)),
+        np.sqrt(squared[..., 2].mean(axis=1)), width, aperture,
         mesh_gaps(speaker, shape, tracked.alpha),
     )  # fmt: skip
 

@@ -139,7 +139,8 @@ def practise(
     others = variants(speech, face, renderer)
     for model in ("tex_lin", "la_lin"):
         usual = settings_of(model)
-        ends = {f"axes_predicted, stopped at {k}": v for k, v in stopping(usual).items()}
+        ends = {f"axes_predicted, stopped at {k}": v for k, v in stopping(usual).items()
+                if v != usual}  # fmt: skip
         add(model, face, {**searches(usual), **ends})
         for name, own in others.items():
             if model == "la_lin" or own.shape is not face.shape:
