@@ -11,7 +11,8 @@ img { max-width: 100%; display: block } figure { margin: 1.5em 0 } figcaption { 
 table { border-collapse: collapse; margin: .7em 0 }
 th, td { border-bottom: 1px solid #ddd; padding: 2px 1.2em 2px 0; text-align: left }
 th { font-weight: normal; color: #555 } tr.missed td:last-child { color: #b00020 }
-td, th { vertical-align: top } details { margin: .7em 0 } code { font-size: 90% }
+td, th { vertical-align: top } td:first-child, td:nth-child(3) { white-space: nowrap }
+details { margin: .7em 0 } code { font-size: 90% }
 """
 MISSED = "not met"
 """A row whose last cell begins so is marked."""
