@@ -181,6 +181,17 @@ def test_a_stage_is_done_once(tmp_path):
     assert second.figures == [("a.png", "A figure.")]
 
 
+def test_the_command_is_told_as_it_is_typed(tmp_path):
+    def command(quick, amount, workers=1):
+        made = Report(tmp_path, None, None, "kofi", 3, quick, print, amount, workers)
+        return made.command
+
+    assert command(True, QUICK) == "abs-engine reproduce 001 --quick --seed 3 --person kofi"
+    assert command(False, replace(FULL, sentences=40, twins=2), 2) == (
+        "abs-engine reproduce 001 --seed 3 --person kofi --sentences 40 --twins 2 --workers 2"
+    )
+
+
 def test_a_folder_in_the_making_survives(tmp_path):
     target = tmp_path / "report"
     with Unfinished(target, "seed 0") as made:

@@ -215,8 +215,7 @@ def learn_local(
     ridge : float, frames
         See `LinearFits.solve`.
     unit : float, drawn pixels per mm
-        0 for the paper's windows, rigid in the picture. Otherwise they lie on the surface, and
-        `sigma` is their scale where the head is of that size.
+        0 for the paper's rigid windows; else see `windows.Windows`.
 
     Raises
     ------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -82,17 +83,19 @@ def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: 
 
 def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the goals."""
+    from abs_engine.assets import load_speaker
+    from abs_engine.systems.articulatory.gathered import FULL, QUICK, Report
     from abs_engine.systems.articulatory.goals import score_lines
     from abs_engine.systems.articulatory.reproduce import reproduce as make
     from abs_engine.systems.articulatory.sentences_parts import PARTS
 
-    return score_lines(
-        make(
-            folder, renderer, quick=chosen.quick, seed=chosen.seed, person=chosen.person, tell=tell,
-            parts=PARTS, sentences=chosen.sentences, twins=chosen.twins, workers=chosen.workers,
-            renderer_name=chosen.renderer,
-        )
+    usual = QUICK if chosen.quick else FULL
+    amount = replace(usual, sentences=chosen.sentences or usual.sentences, twins=chosen.twins)
+    report = Report(
+        folder, renderer, load_speaker(), chosen.person, chosen.seed, chosen.quick, tell, amount,
+        chosen.workers, chosen.renderer,
     )  # fmt: skip
+    return score_lines(make(report, PARTS))
 
 
 PAPERS: dict[str, Callable[[Namespace, Path, Renderer, Tell], list[str]]] = {

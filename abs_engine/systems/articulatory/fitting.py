@@ -125,7 +125,7 @@ def problem(
     pose_known: bool = False,
     window: Window | None = None,
 ) -> Problem:
-    """What is to be minimised in a picture.
+    """What is to be minimised in a picture; the start is ``alpha``, or six zeros and ``alpha``.
 
     Parameters
     ----------
@@ -143,11 +143,6 @@ def problem(
         Seek the articulatory parameters only.
     window : Window, optional
         Part of the picture that is compared; by default `face_window` at the start.
-
-    Returns
-    -------
-    Problem
-        The start is ``alpha``, or six zeros and ``alpha``.
 
     Raises
     ------

@@ -94,6 +94,19 @@ class Report:
     results: dict[str, Any] = field(default_factory=dict)
     figures: list[tuple[str, str]] = field(default_factory=list)
 
+    @property
+    def command(self) -> str:
+        """What is typed to make it."""
+        usual = QUICK if self.quick else FULL
+        words = ["abs-engine reproduce 001", *(["--quick"] if self.quick else [])]
+        words += [f"--seed {self.seed}", f"--person {self.person}"]
+        for option, own, default in (
+            ("sentences", self.amount.sentences, usual.sentences),
+            ("twins", self.amount.twins, usual.twins), ("workers", self.workers, 1),
+        ):  # fmt: skip
+            words += [f"--{option} {own}"] if own != default else []
+        return " ".join(words)
+
     def figure(self, name: str, content: bytes, caption: str) -> None:
         """Write a figure."""
         (self.folder / name).write_bytes(content)

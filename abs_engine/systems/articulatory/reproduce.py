@@ -6,18 +6,15 @@ import json
 import resource
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, replace
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
-from abs_engine.assets import load_speaker
 from abs_engine.files import png
 from abs_engine.release import engine_version
-from abs_engine.scene import Renderer
 from abs_engine.systems.articulatory.build import dense_head, left_out_errors
 from abs_engine.systems.articulatory.figures import boxplot_figure, figure_bytes, nomogram_figure
 from abs_engine.systems.articulatory.filmed import BEADS
-from abs_engine.systems.articulatory.gathered import FULL, QUICK, STAGES, Report
+from abs_engine.systems.articulatory.gathered import STAGES, Report
 from abs_engine.systems.articulatory.models import MODELS, TalkingFace
 from abs_engine.systems.articulatory.page import reproduction_page
 from abs_engine.systems.articulatory.search import compare_solvers, compare_tolerances
@@ -36,7 +33,6 @@ from abs_engine.systems.articulatory.visemes import (
     summary,
 )
 
-PERSON = "clara"
 RESULTS, PAGE = "results.json", "index.html"
 FILMED = "filmed"
 SEARCH_MODEL, REPORTED = "tex_lin", 300
@@ -47,62 +43,29 @@ Part = Callable[[Report, Speech], None]
 """A later experiment: a report, and the filmed corpus with beads."""
 
 
-def reproduce(
-    folder: Path,
-    renderer: Renderer,
-    *,
-    quick: bool = False,
-    seed: int = 0,
-    person: str = PERSON,
-    tell: Callable[[str], None] = lambda _text: None,
-    parts: tuple[Part, ...] = (),
-    sentences: int | None = None,
-    twins: int | None = None,
-    workers: int = 1,
-    renderer_name: str = "auto",
-) -> dict[str, Any]:
-    """Make tables, figures and a page.
+def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
+    """Make tables, figures and a page in the report's folder.
 
     Parameters
     ----------
-    folder : Path
-        Empty, or as an interrupted run with the same choices left it; gets ``index.html``,
-        ``results.json``, figures, the filmed corpora, and the tracked sentences.
-    renderer : Renderer
-    quick : bool
-        Small pictures and one split: minutes.
-    seed : int
-    person : str
-        One of the bundled speaker's.
-    tell : callable
-        Told what is done next.
+    report : Report
+        Its folder is empty, or as an interrupted run with the same choices left it; it gets
+        ``index.html``, ``results.json``, figures, the filmed corpora, and the tracked sentences.
     parts : tuple of callable
         Further experiments, which add to the results and the figures.
-    sentences : int, optional
-        How many, evenly chosen; by default all, or the first two if it is quick.
-    twins : int, optional
-        How many of these the constant models are tracked on, evenly chosen; by default all.
-    workers : int
-        Processes that track sentences.
-    renderer_name : str
-        What they draw with.
 
     Returns
     -------
     dict
         What ``results.json`` holds.
     """
-    amount = QUICK if quick else FULL
-    amount = replace(amount, sentences=sentences or amount.sentences, twins=twins)
-    report = Report(
-        folder, renderer, load_speaker(), person, seed, quick, tell, amount, workers, renderer_name
-    )
+    folder = report.folder
     (folder / FILMED).mkdir(exist_ok=True)
     report.results |= _empty()
-    tell("filming visemes with beads")
+    report.tell("filming visemes with beads")
     beaded = _filmed(report, "beads", BEADS)
     report.stage("shape", lambda own: _shape(own, beaded))
-    tell("filming visemes of the bare face")
+    report.tell("filming visemes of the bare face")
     bare = _filmed(report, "bare", 0)
     report.stage("visemes", lambda own: _visemes(own, beaded, bare))
     report.stage("search", lambda own: _search(own, bare))
@@ -110,8 +73,8 @@ def reproduce(
         part(report, beaded)
     taken = report.results["stage_seconds"]
     report.results |= {
-        "command": _command(report, sentences, twins),
-        "person": person, "seed": seed, "quick": quick, "renderer": renderer.description,
+        "command": report.command, "person": report.person, "seed": report.seed,
+        "quick": report.quick, "renderer": report.renderer.description,
         "engine_version": engine_version(), "seconds": round(sum(taken.values()), 1),
         "peak_memory_mb": _peak(),
     }  # fmt: skip
@@ -121,16 +84,6 @@ def reproduce(
     (folder / PAGE).write_text(page, encoding="utf-8")
     shutil.rmtree(folder / STAGES)
     return report.results
-
-
-def _command(report: Report, sentences: int | None, twins: int | None) -> str:
-    """What was typed."""
-    words = ["abs-engine reproduce 001", *(["--quick"] if report.quick else [])]
-    words += [f"--seed {report.seed}", f"--person {report.person}"]
-    words += [f"--sentences {sentences}"] if sentences else []
-    words += [f"--twins {twins}"] if twins else []
-    words += [f"--workers {report.workers}"] if report.workers > 1 else []
-    return " ".join(words)
 
 
 def _peak() -> float:
