@@ -59,7 +59,7 @@ _BARE = (
     "they have in common counts once, which took la_lin from 0.85 to 0.47 mm on another person"
 )
 _DEPTH = (
-    "nearly all of it lies along z (see below): one camera in front hardly tells how far the jaw "
+    "most of it lies along z (see below): one camera in front hardly tells how far the jaw "
     "is pushed forward from how far the head is away"
 )
 _PICTURES = (("visemes", "beads", _TWINS_BEADS), ("visemes_bare", "bare face", _BARE))
@@ -124,7 +124,8 @@ def goal_rows(results: Results) -> list[tuple[str, str, str, str]]:
 
 
 def score_lines(results: Results) -> list[str]:
-    """The main numbers for a terminal."""
+    """The main numbers for a terminal; the page has the reasons."""
     lines = [f"{'':40}{'here':>14}  goal"]
-    lines += [f"{a:40}{b:>14}  {c:10}{d}".rstrip() for a, b, c, d in goal_rows(results)]
+    rows = goal_rows(results)
+    lines += [f"{a:40}{b:>14}  {c:10}{d.split(':')[0]}".rstrip() for a, b, c, d in rows]
     return lines

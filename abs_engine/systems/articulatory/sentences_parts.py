@@ -56,6 +56,7 @@ def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
         report.speaker, report.person, PRACTICE, speech.pictures.camera, face.shape.vertices,
         seed=report.seed, beads=speech.beads, frames=frames,
     )  # fmt: skip
+    report.results["practice_frames"] = frames
     report.results["practice"] = practise(speech, face, filmed, report.renderer)
 
 
