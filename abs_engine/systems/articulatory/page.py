@@ -189,7 +189,8 @@ def _practice(results: Results) -> str:
         "predicted the same from a place foretold by the frames before, axes ours, along "
         "Gauss-Newton's axes; axes_predicted is what sentences are tracked with, and the other "
         "rows change one thing of it. Where the head's distance drifts, later in the sentence, "
-        "A(a) is worth more: over 72 frames it takes tex_lin from 0.48 to 0.32 mm.</p>"
+        "A(a) is worth more: over 72 frames it took tex_lin from 0.48 mm, with the corpus' range "
+        "alone, to 0.32 mm.</p>"
     )
     return _rows(found) if not found else about + _rows(found)
 
