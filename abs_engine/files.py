@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import tempfile
@@ -74,6 +75,88 @@ class NewFolder:
         self.discard()
         if isinstance(error, OSError):
             raise unwritable(self._folder, error) from error
+
+
+class Unfinished:
+    """A folder in the making that survives the process that makes it; a context manager.
+
+    It lies beside its final place as ``.NAME.partial``. Whoever makes the same folder again, with
+    the same choices, finds in `work` what was done; only `finish` takes it away.
+
+    Parameters
+    ----------
+    folder : Path
+        Must not exist; its parent must.
+    choices : str
+        All that the content follows from.
+
+    Raises
+    ------
+    OutputError
+        If the folder exists or its parent cannot be written, other choices began it, or somebody
+        works at it right now; on leaving the context also for any `OSError` of the writing.
+    """
+
+    def __init__(self, folder: Path, choices: str) -> None:
+        self._folder, self.work = check_free(folder), partial_of(folder)
+        self._basis = self.work / "choices"
+        try:
+            self.work.mkdir(exist_ok=True)
+            self._lock = os.open(self.work, os.O_RDONLY)
+            self._begin(choices)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+
+    def _begin(self, choices: str) -> None:
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._lock)
+            remedy = "wait for it, or name another folder"
+            raise OutputError(f"another process makes {self._folder}", remedy) from None
+        self.resumed = self._basis.is_file()
+        if self.resumed and self._basis.read_text(encoding="utf-8") != choices:
+            os.close(self._lock)
+            raise OutputError(
+                f"{self.work} holds what was begun with other choices",
+                "choose the same, or remove that folder to begin again",
+            )
+        self._basis.write_text(choices, encoding="utf-8")
+
+    def finish(self) -> Path:
+        """Give the folder its name, and return it.
+
+        Raises
+        ------
+        OutputError
+            If somebody made the folder in the meantime, or the disk fails.
+        """
+        try:
+            self._basis.unlink()
+            os.mkdir(self._folder)
+            _put(self.work, self._folder, os.rmdir)
+        except OSError as error:
+            raise unwritable(self._folder, error) from error
+        return self._folder
+
+    def __enter__(self) -> Unfinished:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        os.close(self._lock)
+        if isinstance(error, OSError):
+            raise unwritable(self._folder, error) from error
+
+
+def partial_of(folder: Path) -> Path:
+    """Where lies what is unfinished of a folder."""
+    folder = Path(folder)
+    return folder.with_name(f".{folder.name}.partial")
 
 
 def check_free(path: Path) -> Path:

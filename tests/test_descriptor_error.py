@@ -75,7 +75,7 @@ def about(pose: Pose):
     return candidates
 
 
-@pytest.fixture(scope="module", params=["tex", "la", "la white"])
+@pytest.fixture(scope="module", params=["tex", "la", "la each", "la all"])
 def error(request, texture, local, scene, camera, other):
     """Epsilon of the other frame, at its own pose, with a penalty."""
     plain = Scene(**{**vars(scene), "texture_modes": None})
@@ -85,8 +85,8 @@ def error(request, texture, local, scene, camera, other):
         # A mask, as a face is: turned away it shows less, and in the end nothing.
         front, _ = part(plain, facets_around(plain, np.flatnonzero(plain.mean[:, 2] > 30)))
         return texture_error(texture, front, *given, np.zeros(6 + N), RENDERER, penalty)
-    white = request.param == "la white"
-    return local_error(local, plain, *given, RENDERER, penalty, white)
+    whiten = (*request.param.split(), "no")[1]
+    return local_error(local, plain, *given, RENDERER, penalty, whiten)
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +119,7 @@ def test_epsilon_of_points_as_printed(local, scene, camera, other, truth):
     found = error.maps.at(camera.project(points))
     differ = found - local.at(other.parameters)
     assert error(truth).value == pytest.approx((differ**2).sum() / (len(local) * 8), rel=1e-4)
-    white = local_error(local, plain, *given, whiten=True)
+    white = local_error(local, plain, *given, whiten="each")
     assert white(truth).value == pytest.approx(((differ / local.spread) ** 2).mean(), rel=0.05)
 
 

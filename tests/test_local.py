@@ -156,7 +156,8 @@ def test_points_are_chosen_by_turns():
     ones = np.ones((5, 8))
     reach = np.array([1.0, 0.5])
     model = LocalModel(
-        np.arange(5), ones, modes, ones, np.ones(5), ones, np.ones(5), np.ones(5), reach, 0.5
+        np.arange(5), ones, modes, ones, np.ones(5), ones, np.zeros((1, 5, 8)), np.ones(5),
+            np.ones(5), reach, 0.5,
     )  # fmt: skip
     np.testing.assert_allclose(reconstructed(model)[1], np.array([9, 1, 2, 3, 0]) ** 2 / 4)
     assert list(choose_points(model, 3)) == [0, 3, 1]  # 0 is the best of both: a duplicate
@@ -250,6 +251,6 @@ def test_saved_and_loaded(model, tmp_path):
     assert len(constant.modes) == 0
     with pytest.raises(ParameterError, match="parameters for a model of 3"):
         model.at([1.0])
-    np.savez(tmp_path / "u.npz", format="abs_engine.local", version=1, base=model.base)
+    np.savez(tmp_path / "u.npz", format="abs_engine.local", version=2, base=model.base)
     with pytest.raises(ModelFormatError, match="no whole local"):
         LocalModel.load(tmp_path / "u.npz")

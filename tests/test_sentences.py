@@ -151,7 +151,7 @@ def ball_problem(ball, kind):
         model = every.only(choose_points(every, 40, scene.mean[front], 8.0))
         error = local_error(
             model, scene, other.image, camera, camera.whole, frame.candidates, RENDERER, penalty,
-            whiten=True,
+            whiten="all",
         )  # fmt: skip
     return Problem(error, frame, pose_spec(N), pose_known=False)
 

@@ -16,10 +16,11 @@ import pytest
 from abs_engine.cli import main
 from abs_engine.errors import OutputError, StudioError
 from abs_engine.evaluate.check import check_dataset
+from abs_engine.files import partial_of
 from abs_engine.synth import studio
 from abs_engine.synth.chunk import Job, jobs_of
 from abs_engine.synth.clock import Clock, cost_lines
-from abs_engine.synth.journal import Journal, partial_of
+from abs_engine.synth.journal import Journal
 from abs_engine.synth.make import Crew
 from abs_engine.synth.pool import _next
 from abs_engine.synth.scenefile import parse_scene, read_scene

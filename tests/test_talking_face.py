@@ -15,9 +15,12 @@ from abs_engine.synth.sequence import portrait
 from abs_engine.systems.articulatory.build import build
 from abs_engine.systems.articulatory.filmed import VisemePictures, split
 from abs_engine.systems.articulatory.fitting import fit, problem
-from abs_engine.systems.articulatory.models import MODELS, face_shape
-from abs_engine.systems.articulatory.page import goal_rows, reproduction_page
+from abs_engine.systems.articulatory.goals import GOALS, goal_rows
+from abs_engine.systems.articulatory.models import MODELS
+from abs_engine.systems.articulatory.page import reproduction_page
 from abs_engine.systems.articulatory.search import Watched, compare_solvers
+from abs_engine.systems.articulatory.sequence_measure import variants
+from abs_engine.systems.articulatory.shape import face_shape
 from abs_engine.systems.articulatory.visemes import Speech, find_visemes, splits, summary
 
 RENDERER = CpuRenderer()
@@ -98,10 +101,21 @@ def test_what_cannot_be_asked_for(speech, face):
         problem(
             face, "aam", seen.pictures[0], CAMERA, seen.poses[0], speech.shape.neutral, RENDERER
         )
-    with pytest.raises(ParameterError, match="there is no texture"):
+    with pytest.raises(ParameterError, match="there is no model 'la_lin'"):
         face.texture("la_lin")
     with pytest.raises(ParameterError, match="no pictures"):
         speech.learn([], RENDERER)
+
+
+def test_variants_change_one_thing_each(speech, face):
+    found = variants(speech, face, RENDERER)
+    papers, apart, free = found.values()
+    assert len(papers.la_lin) == len(face.la_lin)
+    assert not np.array_equal(np.sort(papers.la_lin.vertices), np.sort(face.la_lin.vertices))
+    alone = apart.la_lin.whitener
+    np.testing.assert_allclose(alone, alone[0, 0] * np.eye(len(alone)), atol=1e-9)
+    far = speech.shape.neutral + 3
+    assert free.shape.penalty(far) < 0.01 * face.shape.penalty(far)
 
 
 def test_splits_test_each_viseme_once():
@@ -128,4 +142,4 @@ def test_tables(speech, face):
     assert first < 1
     page = reproduction_page({"visemes": told}, [("a.png", "A figure")])
     assert "not measured" in page
-    assert len(goal_rows({})) == 13
+    assert len(goal_rows({})) == len(GOALS)

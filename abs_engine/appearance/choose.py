@@ -62,16 +62,28 @@ def choose_points(
     """
     if len(model.modes) == 0:
         raise ParameterError("constant appearance ranks no points", "choose before `constant`")
-    usable = (model.seen >= OFTEN) & (model.facing >= SQUARELY)
+    usable = usable_points(model)
+    gains = reconstructed(model, whiten)
+    gains[:, ~usable] = -1.0
+    ranks = [list(np.argsort(-row, kind="stable")[: int(usable.sum())]) for row in gains]
+    return _by_turns(ranks, usable, count, places, spacing)
+
+
+def usable_points(model: LocalModel) -> NDArray[np.bool_]:
+    """Which points (N,) are seen in a share `OFTEN` of the frames, and `SQUARELY`.
+
+    Raises
+    ------
+    ParameterError
+        If none is.
+    """
+    usable = np.asarray((model.seen >= OFTEN) & (model.facing >= SQUARELY))
     if not usable.any():
         raise ParameterError(
             f"no point is seen squarely in {OFTEN:.0%} of the frames",
             "give points in front of the face",
         )
-    gains = reconstructed(model, whiten)
-    gains[:, ~usable] = -1.0
-    ranks = [list(np.argsort(-row, kind="stable")[: int(usable.sum())]) for row in gains]
-    return _by_turns(ranks, usable.copy(), count, places, spacing)
+    return usable
 
 
 def _by_turns(

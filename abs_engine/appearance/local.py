@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
 from abs_engine.appearance.patches import Patches
-from abs_engine.appearance.regression import Fitted, FloatArray, LinearFits
+from abs_engine.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.appearance.sight import Sighting, depth_of, in_sight
 from abs_engine.appearance.windows import Windows
 from abs_engine.assets import read_npz
@@ -19,8 +20,11 @@ from abs_engine.camera import Camera, Window
 from abs_engine.errors import ModelFormatError, ParameterError
 from abs_engine.scene import Renderer, Scene
 
-FORMAT, VERSION = "abs_engine.local", 1
+FORMAT, VERSION = "abs_engine.local", 2
 RIDGE = 1.0
+ALONE = 0.05
+"""Share of each component's noise that is taken for its own in `LocalModel.whitener`: a few dozen
+frames cannot tell that of hundreds of components from noise that they have in common."""
 N_D = len(COMPONENTS)
 
 
@@ -41,7 +45,10 @@ class LocalModel:
     sigma : (N,) float64, drawn pixels
         Scale of each point's filters; all alike in the paper.
     spread : (N, 8) float64
-        Standard deviation of what the model does not explain in the training frames.
+        Standard deviation of what is left out, over the frames that show the point.
+    left_out : (T, N, 8) float32
+        By how much each training frame's descriptor is off what the other frames foretell; 0
+        where the point is hidden.
     seen : (N,) float64
         Share of the training frames that show the point, 0 to 1.
     facing : (N,) float64
@@ -61,6 +68,7 @@ class LocalModel:
     mean: FloatArray
     sigma: FloatArray
     spread: FloatArray
+    left_out: NDArray[np.float32]
     seen: FloatArray
     facing: FloatArray
     reach: FloatArray
@@ -71,6 +79,7 @@ class LocalModel:
         n, p = len(self.vertices), len(self.modes)
         fits = all(a.shape == (n,) for a in (self.vertices, self.sigma, self.seen, self.facing))
         fits = fits and all(a.shape == (n, N_D) for a in (self.base, self.mean, self.spread))
+        fits = fits and self.left_out.shape[1:] == (n, N_D)
         if n == 0 or not fits or self.modes.shape != (p, n, N_D) or self.reach.shape != (p,):
             raise ParameterError("local appearance arrays do not fit", "learn them again")
         if not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
@@ -79,6 +88,25 @@ class LocalModel:
     def __len__(self) -> int:
         """Return the number of points, N."""
         return len(self.vertices)
+
+    @property
+    def inverse(self) -> FloatArray:
+        """One over `spread` (N, 8), which counts as a tenth of its median where it is smaller."""
+        floor = 0.1 * np.median(self.spread, axis=0) + 1e-6
+        return np.asarray(1 / np.maximum(self.spread, floor))
+
+    @cached_property
+    def whitener(self) -> FloatArray:
+        """Makes noise of all descriptors together, in units of `spread`, white: (8 N, 8 N).
+
+        What a linear model misses is missed by many points at once: where lips roll in, or light
+        falls otherwise, all around them are off alike. The inverse root of the correlation of
+        what was left out, drawn by `ALONE` to the identity.
+        """
+        rows = (self.left_out * self.inverse).reshape(len(self.left_out), -1)
+        together = rows.T @ rows / max(len(rows), 1)
+        values, axes = np.linalg.eigh((1 - ALONE) * together + ALONE * np.eye(len(together)))
+        return np.asarray((axes / np.sqrt(np.maximum(values, ALONE))) @ axes.T)
 
     def at(self, parameters: ArrayLike) -> FloatArray:
         """Descriptors (..., N, 8) at parameters (..., P); those beyond the model's are not read."""
@@ -90,17 +118,18 @@ class LocalModel:
         return np.asarray(self.base + np.tensordot(given[..., : len(self.modes)], self.modes, 1))
 
     def constant(self, parameters: ArrayLike | None = None) -> LocalModel:
-        """The model with M_D = 0 (`la_cst`): the mean, or the appearance at given parameters."""
+        """The model with M_D = 0 (`la_cst`): the mean, or the appearance at given parameters.
+
+        All else stays, what differences are measured by too.
+        """
         base = self.mean if parameters is None else self.at(parameters)
-        lost = np.sum((self.modes * self.reach[:, None, None]) ** 2, axis=0)
-        spread = np.sqrt(self.spread**2 + lost)
-        none = self.modes[:0], self.reach[:0]
-        return replace(self, base=base, modes=none[0], reach=none[1], spread=spread, explained=0.0)
+        return replace(self, base=base, modes=self.modes[:0], reach=self.reach[:0], explained=0.0)
 
     def only(self, chosen: NDArray[np.integer]) -> LocalModel:
         """The model of some of its points, indices (M,)."""
         kept = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name in _BY_POINT}
-        return replace(self, modes=self.modes[:, chosen], **kept)
+        modes, left_out = self.modes[:, chosen], self.left_out[:, chosen]
+        return replace(self, modes=modes, left_out=left_out, **kept)
 
     def within(self, kept: NDArray[np.integer]) -> LocalModel:
         """The model on a part of its scene that has the vertices `kept` (V',), ascending.
@@ -139,12 +168,15 @@ class LocalModel:
             If it has another format or version, or its arrays do not fit together.
         """
         data = read_npz(Path(path), FORMAT, VERSION)
-        names = [f.name for f in fields(cls) if f.name not in ("vertices", *_NUMBERS)]
+        names = [f.name for f in fields(cls) if f.name not in ("vertices", "left_out", *_NUMBERS)]
         try:
             arrays = {name: np.asarray(data[name], np.float64) for name in names}
+            left_out = np.asarray(data["left_out"], np.float32)
             vertices = np.asarray(data["vertices"], np.int64)
             explained, unit = (float(data[name]) for name in _NUMBERS)
-            return cls(vertices=vertices, explained=explained, unit=unit, **arrays)
+            return cls(
+                vertices=vertices, left_out=left_out, explained=explained, unit=unit, **arrays
+            )  # fmt: skip
         except (KeyError, TypeError, ValueError, ParameterError) as error:
             raise ModelFormatError(
                 f"{path} holds no whole local appearance", "learn it again"
@@ -183,8 +215,7 @@ def learn_local(
     ridge : float, frames
         See `LinearFits.solve`.
     unit : float, drawn pixels per mm
-        0 for the paper's windows, rigid in the picture. Otherwise they lie on the surface, and
-        `sigma` is their scale where the head is of that size.
+        0 for the paper's rigid windows; else see `windows.Windows`.
 
     Raises
     ------
@@ -200,7 +231,7 @@ def learn_local(
     windows = Windows(patches, sigmas, unit)
     window = Window(0, 0, *camera.size, scale)
     fits: LinearFits | None = None
-    rows = []
+    rows, shown, values = [], [], []
     facing = np.zeros(len(vertices))
     for sighting in sightings:
         if fits is None:
@@ -210,10 +241,13 @@ def learn_local(
         found = windows.read(DescriptorMaps.of(image, windows.scales), flat)
         fits.add(found, (weights > 0).astype(np.float64), sighting.parameters)
         rows.append(sighting.parameters)
+        shown.append(weights > 0)
+        values.append(found.astype(np.float32))
         facing += weights
     if fits is None:
         raise ParameterError("there are no frames to learn appearance from", "give some")
-    return _model(fits.solve(ridge), windows, np.asarray(vertices, np.int64), facing, rows)
+    frames = Frames(np.stack(values), np.stack(shown), np.stack(rows))
+    return _model(fits.solve(ridge), windows, np.asarray(vertices, np.int64), facing, frames, ridge)
 
 
 def _model(
@@ -221,19 +255,23 @@ def _model(
     windows: Windows,
     vertices: NDArray[np.int64],
     facing: FloatArray,
-    rows: list[FloatArray],
+    frames: Frames,
+    ridge: float,
 ) -> LocalModel:
-    """Fits of the points, of frames with parameters `rows`; `facing` is summed over these."""
+    """Fits of the points; `facing` is summed over the frames."""
+    missed = frames.left_out(ridge)
+    count = np.maximum(fitted.frames, 1)
     return LocalModel(
         vertices=vertices,
         base=fitted.base,
         modes=fitted.modes,
         mean=fitted.mean,
         sigma=windows.sigma,
-        spread=np.sqrt(fitted.residual / np.maximum(fitted.frames, 1)[:, None]),
-        seen=fitted.frames / len(rows),
-        facing=facing / np.maximum(fitted.frames, 1),
-        reach=np.sqrt((np.stack(rows) ** 2).mean(axis=0)),
+        spread=np.sqrt((missed**2).sum(axis=0) / count[:, None]),
+        left_out=missed.astype(np.float32),
+        seen=fitted.frames / len(frames.parameters),
+        facing=facing / count,
+        reach=np.sqrt((frames.parameters**2).mean(axis=0)),
         explained=fitted.explained,
         unit=windows.unit,
     )

@@ -14,6 +14,7 @@ from abs_engine.errors import NothingSeenError, ParameterError
 
 FloatArray = NDArray[np.float64]
 BLOCK = 20_000  # items solved at once
+HIGHEST = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,41 @@ class Fitted:
         """Share of the variance, over all items and channels, that the fit explains."""
         total = float(self.total.sum())
         return 1.0 - float(self.residual.sum()) / total if total > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """Values of T frames that many fits were made of, all kept.
+
+    Parameters
+    ----------
+    values : (T, K, C) float32
+    seen : (T, K) bool
+        Which frames show which items.
+    parameters : (T, P) float64
+    """
+
+    values: NDArray[np.float32]
+    seen: NDArray[np.bool_]
+    parameters: FloatArray
+
+    def left_out(self, ridge: float) -> FloatArray:
+        """What each frame is off the fit of all others, (T, K, C); 0 where it shows no item.
+
+        The residuals over one minus the leverage, which for a ridge is the same as to fit again
+        without the frame. A frame that alone decides about an item has a leverage of nearly 1,
+        which is held below `HIGHEST`.
+        """
+        rows = np.column_stack([np.ones(len(self.parameters)), self.parameters])
+        seen, values = self.seen.astype(np.float64), self.values.astype(np.float64)
+        held = np.diag(np.r_[1e-9, np.full(rows.shape[1] - 1, ridge)])
+        gram = np.einsum("tk,ti,tj->kij", seen, rows, rows, optimize=True)
+        inverse = np.linalg.inv(gram + held)
+        cross = np.einsum("tk,ti,tkc->kic", seen, rows, values, optimize=True)
+        fitted = np.einsum("ti,kij,kjc->tkc", rows, inverse, cross, optimize=True)
+        leverage = np.einsum("ti,kij,tj->tk", rows, inverse, rows, optimize=True)
+        off = (values - fitted) / (1 - np.minimum(leverage, HIGHEST))[..., None]
+        return np.asarray(off * seen[..., None])
 
 
 class LinearFits:

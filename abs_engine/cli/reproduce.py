@@ -5,18 +5,23 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from abs_engine.cli.commands import _next_free, _renderer
 from abs_engine.cli.progress import Progress
-from abs_engine.files import NewFolder, check_free, parent_folder
+from abs_engine.cli.render import _count
+from abs_engine.files import NewFolder, Unfinished, check_free, parent_folder
+from abs_engine.release import engine_version
 
 if TYPE_CHECKING:
     from abs_engine.scene import Renderer
 
 Tell = Callable[[str], None]
 PAGE = "index.html"
+RESUMED = ("001",)
+"""Papers whose full run takes hours."""
 
 
 def add_reproduce(command: ArgumentParser) -> None:
@@ -32,6 +37,12 @@ def add_reproduce(command: ArgumentParser) -> None:
     add("--seed", type=int, default=0, help="of filming and learning (default: 0)")
     add("--person", metavar="NAME", default="clara",
         help="of 001: whose face, of the bundled people (default: clara)")  # fmt: skip
+    add("--sentences", type=_count, metavar="N",
+        help="of 001: only so many of the 77 sentences, evenly chosen")  # fmt: skip
+    add("--twins", type=_count, metavar="N",
+        help="of 001: the constant models on only so many of these sentences")  # fmt: skip
+    add("--workers", type=_count, metavar="N", default=1,
+        help="of 001: processes that track sentences (default: 1)")  # fmt: skip
 
 
 def reproduce(chosen: Namespace) -> int:
@@ -42,13 +53,24 @@ def reproduce(chosen: Namespace) -> int:
         with (
             _renderer(chosen.renderer) as renderer,
             Progress(f"reproduce {chosen.paper}") as progress,
-            NewFolder(output) as made,
+            _folder(chosen, output, renderer) as made,
         ):
             lines = PAPERS[chosen.paper](chosen, made.work, renderer, progress.announce)
             made.finish()
     print("\n".join(lines))
     print(f"wrote {output}; open {output / PAGE}")
     return 0
+
+
+def _folder(chosen: Namespace, output: Path, renderer: Renderer) -> NewFolder | Unfinished:
+    """A folder that an interrupted run leaves only where the same command goes on with it."""
+    if chosen.quick or chosen.paper not in RESUMED:
+        return NewFolder(output)
+    words = chosen.paper, chosen.seed, chosen.person, renderer.description
+    folder = Unfinished(output, "\n".join(map(str, (*words, engine_version()))))
+    if folder.resumed:
+        print(f"going on with {folder.work}", flush=True)
+    return folder
 
 
 def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
@@ -61,16 +83,19 @@ def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: 
 
 def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the goals."""
-    from abs_engine.systems.articulatory.page import score_lines
+    from abs_engine.assets import load_speaker
+    from abs_engine.systems.articulatory.gathered import FULL, QUICK, Report
+    from abs_engine.systems.articulatory.goals import score_lines
     from abs_engine.systems.articulatory.reproduce import reproduce as make
     from abs_engine.systems.articulatory.sentences_parts import PARTS
 
-    return score_lines(
-        make(
-            folder, renderer, quick=chosen.quick, seed=chosen.seed, person=chosen.person, tell=tell,
-            parts=PARTS,
-        )
+    usual = QUICK if chosen.quick else FULL
+    amount = replace(usual, sentences=chosen.sentences or usual.sentences, twins=chosen.twins)
+    report = Report(
+        folder, renderer, load_speaker(), chosen.person, chosen.seed, chosen.quick, tell, amount,
+        chosen.workers, chosen.renderer,
     )  # fmt: skip
+    return score_lines(make(report, PARTS))
 
 
 PAPERS: dict[str, Callable[[Namespace, Path, Renderer, Tell], list[str]]] = {

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from abs_engine.appearance.sight import check_picture
 from abs_engine.appearance.texture import TextureModel
 from abs_engine.camera import Camera, Window
-from abs_engine.compare.penalty import ExponentialPenalty
+from abs_engine.compare.penalty import Penalty
 from abs_engine.errors import ParameterError
 from abs_engine.objective import Evaluation
 from abs_engine.scene import Candidates, ColourError, Renderer, Scene
@@ -36,17 +36,42 @@ PENALTY_SHARE = 0.1
 
 
 def with_penalty(
-    data: FloatArray, weights: FloatArray, penalty: ExponentialPenalty | None, wrong: float
+    data: FloatArray, weights: FloatArray, penalty: Penalty | None, wrong: float
 ) -> tuple[FloatArray, FloatArray]:
     """Epsilon (B,) and its A(a) (B,), from its data (B,) and the weights (B, P)."""
     if penalty is None:
         return data, np.zeros_like(data)
-    share = PENALTY_SHARE * wrong * penalty(weights[:, : len(penalty.lower)])
+    share = PENALTY_SHARE * wrong * penalty(weights[:, : penalty.size])
     return data + share, share
 
 
+def penalty_roots(weights: FloatArray, penalty: Penalty | None, wrong: float) -> FloatArray:
+    """Terms (B, P) whose squares add up to `with_penalty`'s A(a), in units of epsilon."""
+    if penalty is None:
+        return np.zeros((len(weights), 0))
+    return np.asarray(np.sqrt(PENALTY_SHARE * wrong) * penalty.roots(weights[:, : penalty.size]))
+
+
+class Epsilon:
+    """What the errors of all appearances share: epsilon at one vector, and at many."""
+
+    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Epsilon (B,) and its A(a) (B,) at parameter vectors (B, n)."""
+        raise NotImplementedError
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Epsilon and its terms at one parameter vector (n,)."""
+        value, share = self._parts(x[None])
+        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
+        return Evaluation(float(value[0]), terms)
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
+        return self._parts(vectors)[0]
+
+
 @dataclass(frozen=True, eq=False)
-class TextureError:
+class TextureError(Epsilon):
     """Epsilon of luminance-normalised RGB over the drawn pixels S, as an objective (`tex`).
 
     N = |S| and N_d = 3. Made by `texture_error`.
@@ -67,7 +92,7 @@ class TextureError:
         rest; one that draws more, or as many, has epsilon as printed.
     wrong : float
         What a wrong match costs, in units of epsilon.
-    penalty : ExponentialPenalty, optional
+    penalty : Penalty, optional
         A(a), over the first weights of a candidate; times `PENALTY_SHARE` times `wrong`.
     """
 
@@ -79,20 +104,10 @@ class TextureError:
     candidates: ToCandidates
     drawn: int
     wrong: float
-    penalty: ExponentialPenalty | None = None
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Epsilon and its terms at one parameter vector (n,)."""
-        value, share = self._parts(x[None])
-        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
-        return Evaluation(float(value[0]), terms)
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
-        return self._parts(vectors)[0]
+    penalty: Penalty | None = None
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to epsilon at one parameter vector, (3 H W + 2,).
+        """What is squared and summed to epsilon at one parameter vector, (3 H W + 1 + P,).
 
         A pixel that is not drawn leaves nothing; those that are missing are charged together.
         """
@@ -104,9 +119,8 @@ class TextureError:
         count = int(where.sum())
         lost = max(self.drawn - count, 0)
         charged = np.array([self.wrong * lost / (count + lost)])
-        share = with_penalty(charged, many.weights, self.penalty, self.wrong)[1]
-        rest = np.sqrt(np.concatenate([charged, share]))
-        return np.concatenate([differ / np.sqrt(3.0 * (count + lost)), rest])
+        roots = penalty_roots(many.weights, self.penalty, self.wrong)[0]
+        return np.concatenate([differ / np.sqrt(3.0 * (count + lost)), np.sqrt(charged), roots])
 
     def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         many = self.candidates(vectors)
@@ -125,7 +139,7 @@ def texture_error(
     candidates: ToCandidates,
     start: FloatArray,
     renderer: Renderer,
-    penalty: ExponentialPenalty | None = None,
+    penalty: Penalty | None = None,
     dressed: Scene | None = None,
 ) -> TextureError:
     """The texture error of a frame.
@@ -147,7 +161,7 @@ def texture_error(
     start : (n,) float64
         Where a fit starts, which says how many pixels there are to explain.
     renderer : Renderer
-    penalty : ExponentialPenalty, optional
+    penalty : Penalty, optional
     dressed : Scene, optional
         ``model.dress(scene)``, where it is made once for many frames.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +14,24 @@ from abs_engine.appearance.patches import Patches
 from abs_engine.appearance.sight import in_sight
 from abs_engine.appearance.windows import Windows
 from abs_engine.camera import Camera, Window
-from abs_engine.compare.descriptor import ToCandidates, with_penalty, wrong_match
-from abs_engine.compare.penalty import ExponentialPenalty
-from abs_engine.objective import Evaluation
+from abs_engine.compare.descriptor import (
+    Epsilon,
+    ToCandidates,
+    penalty_roots,
+    with_penalty,
+    wrong_match,
+)
+from abs_engine.compare.penalty import Penalty
 from abs_engine.scene import Renderer, Scene
 
 FloatArray = NDArray[np.float64]
+Whiten = Literal["no", "each", "all"]
 DEPTH_SCALE = 0.5
 """Scale of the drawing that decides what is hidden, to that of the window."""
 
 
 @dataclass(frozen=True, eq=False)
-class LocalError:
+class LocalError(Epsilon):
     """Epsilon of N points' local appearance, as an objective (`la`). Made by `local_error`.
 
     N is the model's number of points and N_d is 8. A point that is hidden or turned away costs
@@ -39,6 +46,8 @@ class LocalError:
         Of the window of the frame.
     inverse : (N, 8) float64
         What differences are multiplied by: 1 as printed.
+    mixer : (8 N, 8 N) float64, optional
+        What they are multiplied by then, all together; see `LocalModel.whitener`.
     renderer : Renderer
     scene : Scene
     camera : Camera
@@ -48,7 +57,7 @@ class LocalError:
     wrong : (N,) float64
         What a wrong match costs of each point, times the share of the training frames that show
         it: one that is often hidden is no offence.
-    penalty : ExponentialPenalty, optional
+    penalty : Penalty, optional
         A(a), over the first weights of a candidate; times `PENALTY_SHARE`, times `wrong`'s mean.
     """
 
@@ -62,41 +71,36 @@ class LocalError:
     window: Window
     candidates: ToCandidates
     wrong: FloatArray
-    penalty: ExponentialPenalty | None = None
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Epsilon and its terms at one parameter vector (n,)."""
-        value, share = self._parts(x[None])
-        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
-        return Evaluation(float(value[0]), terms)
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
-        return self._parts(vectors)[0]
+    penalty: Penalty | None = None
+    mixer: FloatArray | None = None
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to epsilon at one parameter vector, (8 N + 1,)."""
-        found, shown, weights = self._found(x[None])
-        differ = (found[0] - self.model.at(weights[0])) * self.inverse
-        hidden = np.broadcast_to(np.sqrt(self.wrong)[:, None], differ.shape)
-        data = np.where(shown[0][:, None], differ, hidden) / np.sqrt(differ.size)
-        share = with_penalty(np.zeros(1), weights, self.penalty, float(self.wrong.mean()))[1]
-        return np.asarray(np.append(data, np.sqrt(share)), np.float64)
+        """What is squared and summed to epsilon at one parameter vector, (9 N + P,)."""
+        differ, shown, weights = self.differences(x[None])
+        count = len(self.model)
+        data = self.mixed(differ)[0] / np.sqrt(N_D * count)
+        hidden = np.where(shown[0], 0.0, np.sqrt(self.wrong / count))
+        roots = penalty_roots(weights, self.penalty, float(self.wrong.mean()))[0]
+        return np.concatenate([data, hidden, roots])
 
     def seen(self, x: FloatArray) -> NDArray[np.bool_]:
         """Which points (N,) a parameter vector (n,) shows."""
-        shown: NDArray[np.bool_] = self._found(x[None])[1][0]
+        shown: NDArray[np.bool_] = self.differences(x[None])[1][0]
         return shown
 
-    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        found, shown, weights = self._found(vectors)
-        differ = (found - self.model.at(weights)) * self.inverse
-        costs = np.where(shown, (differ**2).sum(axis=2) / N_D, self.wrong)
-        wrong = float(self.wrong.mean())
-        return with_penalty(costs.mean(axis=1), weights, self.penalty, wrong)
+    def mixed(self, differ: FloatArray) -> FloatArray:
+        """Differences (B, N, 8) as rows (B, 8 N) whose squares count."""
+        rows = differ.reshape(len(differ), -1)
+        return rows if self.mixer is None else np.asarray(rows @ self.mixer.T)
 
-    def _found(self, vectors: FloatArray) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
-        """The frame's descriptors (B, N, 8), visibility (B, N) and weights (B, P)."""
+    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        differ, shown, weights = self.differences(vectors)
+        data = (self.mixed(differ) ** 2).mean(axis=1)
+        data = data + np.where(shown, 0.0, self.wrong).mean(axis=1)
+        return with_penalty(data, weights, self.penalty, float(self.wrong.mean()))
+
+    def differences(self, vectors: FloatArray) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
+        """Differences of descriptors (B, N, 8), 0 where hidden; visibility (B, N); weights."""
         many = self.candidates(vectors)
         w = self.window
         coarse = Window(w.x, w.y, w.width, w.height, w.scale * DEPTH_SCALE)
@@ -108,7 +112,8 @@ class LocalError:
             points, normals = self.windows.patches.surface(moved)
             found[i] = self.windows.read(self.maps, w.to_drawn(self.camera.project(moved)))
             shown[i] = in_sight(points, normals, buffers.depth, self.camera, coarse) > 0
-        return found, shown, many.weights
+        differ = (found - self.model.at(many.weights)) * self.inverse
+        return differ * shown[..., None], shown, many.weights
 
 
 def local_error(
@@ -119,8 +124,8 @@ def local_error(
     window: Window,
     candidates: ToCandidates,
     renderer: Renderer,
-    penalty: ExponentialPenalty | None = None,
-    whiten: bool = False,
+    penalty: Penalty | None = None,
+    whiten: Whiten = "no",
 ) -> LocalError:
     """The local appearance error of a frame.
 
@@ -137,10 +142,11 @@ def local_error(
     candidates : callable
         Parameter vectors (B, n) to candidates.
     renderer : Renderer
-    penalty : ExponentialPenalty, optional
-    whiten : bool
+    penalty : Penalty, optional
+    whiten : {"no", "each", "all"}
         Divide differences by the spread that the model leaves unexplained, so that all components
-        have a like weight; the paper compares them raw.
+        have a like weight, or whiten all of them together, so that what many points miss alike
+        counts once; the paper compares them raw.
 
     Raises
     ------
@@ -151,13 +157,19 @@ def local_error(
     """
     windows = Windows(Patches.around(scene, model.vertices), model.sigma, model.unit)
     maps = DescriptorMaps.of(window.sample(np.asarray(frame, np.float32)), windows.scales)
-    floor = 0.1 * np.median(model.spread, axis=0) + 1e-6
-    inverse = 1 / np.maximum(model.spread, floor) if whiten else np.ones_like(model.spread)
+    inverse = np.ones_like(model.spread) if whiten == "no" else model.inverse
+    mixer = model.whitener if whiten == "all" else None
+    factor = inverse if mixer is None else inverse * _own(mixer)
     cost = np.empty(len(model))
-    for n, (scale, factor) in enumerate(zip(windows.at_rest, inverse, strict=True)):
-        others = maps.maps[scale, ::4, ::4].reshape(-1, N_D) * factor
-        cost[n] = wrong_match(others, (model.base[n] * factor)[None])[0]
+    for n, (scale, own) in enumerate(zip(windows.at_rest, factor, strict=True)):
+        others = maps.maps[scale, ::4, ::4].reshape(-1, N_D) * own
+        cost[n] = wrong_match(others, (model.base[n] * own)[None])[0]
     return LocalError(
         model, windows, maps, inverse, renderer, scene, camera, window, candidates,
-        cost * model.seen, penalty,
+        cost * model.seen, penalty, mixer,
     )  # fmt: skip
+
+
+def _own(mixer: FloatArray) -> FloatArray:
+    """Lengths (N, 8) of what single components become."""
+    return np.asarray(np.linalg.norm(mixer, axis=0).reshape(-1, N_D))

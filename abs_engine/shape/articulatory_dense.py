@@ -69,10 +69,8 @@ def dense_units(
 
     Raises
     ------
-    ParameterError
-        If the arrays do not fit together.
-    TooFewPointsError
-        If the visemes do not determine the modes.
+    ParameterError, TooFewPointsError
+        As `dense_shape`.
     """
     alpha, weights = np.asarray(alpha, np.float64), np.asarray(weights, np.float64)
     if len(alpha) != len(weights) or weights.shape[1:] != units.shape[:1]:

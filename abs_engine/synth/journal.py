@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import IO
 
 from abs_engine.errors import OutputError
-from abs_engine.files import check_free, unwritable
+from abs_engine.files import check_free, partial_of, unwritable
 
 FORMAT, VERSION = "abs_engine.journal", 1
 _LOCK = "lock"
@@ -154,9 +154,3 @@ class Journal:
         made = self.work / f".{name}"
         made.write_text(text, encoding="utf-8")
         os.replace(made, self.work / name)
-
-
-def partial_of(folder: Path) -> Path:
-    """Where an unfinished data set lies."""
-    folder = Path(folder)
-    return folder.with_name(f".{folder.name}.partial")

@@ -17,16 +17,23 @@ from abs_engine.objective import Evaluation, Objective
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
-from abs_engine.scene import Candidates, Renderer
-from abs_engine.systems.articulatory.models import MODELS, TEXTURES, FaceShape, TalkingFace
-from abs_engine.track.pose import PoseFrame, pose_spec
+from abs_engine.scene import Renderer
+from abs_engine.systems.articulatory.models import MODELS, TEXTURES, TalkingFace
+from abs_engine.systems.articulatory.shape import FaceShape
+from abs_engine.track.pose import PoseFrame
 
 FloatArray = NDArray[np.float64]
-TOLERANCE = 1e-4
-"""Stop when the simplex's values differ by less than that share of what a wrong match costs."""
+TOLERANCE, TOLERANCE_OF_POINTS = 1e-4, 1e-5
+"""Stop when the simplex's values differ by less than that share of what a wrong match costs; beside
+local appearance, for which a wrong match costs far more than noise does, by less than the second.
+Chosen on another person's visemes: with 1e-4 points end a twentieth farther off, with 1e-6 as far.
+"""
 LIMIT = 600
 FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
+OF_POINTS = 0.1
+"""Share of A(a)'s strength that counts beside local appearance, whose noise is less of what a wrong
+match costs than that of textures; chosen on `french.PRACTICE`, like that strength."""
 MARGIN = 10.0
 """Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
@@ -86,14 +93,11 @@ class Problem:
         """What a wrong match costs, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.error.wrong))
 
-
-def full_spec(shape: FaceShape) -> ParamSpec:
-    """Six parameters of pose, then the articulatory ones."""
-    both, own = pose_spec(0), shape.spec
-    return ParamSpec(
-        both.names + own.names, both.units + own.units, np.r_[both.scale, own.scale],
-        np.r_[both.lower, own.lower], np.r_[both.upper, own.upper],
-    )  # fmt: skip
+    @property
+    def tolerance(self) -> float:
+        """The usual stopping rule of a fit from far away, in units of epsilon."""
+        share = TOLERANCE if isinstance(self.error, TextureError) else TOLERANCE_OF_POINTS
+        return share * self.wrong
 
 
 def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
@@ -121,7 +125,7 @@ def problem(
     pose_known: bool = False,
     window: Window | None = None,
 ) -> Problem:
-    """What is to be minimised in a picture.
+    """What is to be minimised in a picture; the start is ``alpha``, or six zeros and ``alpha``.
 
     Parameters
     ----------
@@ -140,11 +144,6 @@ def problem(
     window : Window, optional
         Part of the picture that is compared; by default `face_window` at the start.
 
-    Returns
-    -------
-    Problem
-        The start is ``alpha``, or six zeros and ``alpha``.
-
     Raises
     ------
     ParameterError
@@ -156,23 +155,20 @@ def problem(
     if name not in MODELS:
         raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
-    window = face_window(shape, alpha, pose, camera) if window is None else window
-
-    def candidates(vectors: FloatArray) -> Candidates:
-        return frame.candidates(vectors)
-
+    seen = face_window(shape, alpha, pose, camera) if window is None else window
     error: TextureError | LocalError
     if name in TEXTURES:
         error = texture_error(
-            face.texture(name), shape.surface, picture, camera, window, candidates,
+            face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
             np.concatenate([np.zeros(6), alpha]), renderer, shape.penalty, face.dressed[name],
         )  # fmt: skip
     else:
+        weaker = replace(shape.penalty, strength=OF_POINTS * shape.penalty.strength)
         error = local_error(
-            face.local(name), shape.outer, picture, camera, replace(window, scale=face.la_scale),
-            candidates, renderer, shape.penalty, whiten=True,
+            face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
+            frame.candidates, renderer, weaker, whiten="all",
         )  # fmt: skip
-    return Problem(error, frame, shape.spec if pose_known else full_spec(shape), pose_known)
+    return Problem(error, frame, shape.spec if pose_known else shape.full, pose_known)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,9 +199,9 @@ def fit(
     step : float
         Factor on the first simplex; see `FROM_NEUTRAL`.
     solver : Solver, optional
-        By default Nelder-Mead with `TOLERANCE`.
+        By default Nelder-Mead with the problem's `tolerance`.
     """
-    chosen = Simplex(TOLERANCE * problem.wrong, LIMIT) if solver is None else solver
+    chosen = Simplex(problem.tolerance, LIMIT) if solver is None else solver
     start = alpha if problem.pose_known else np.concatenate([np.zeros(6), alpha])
     found = chosen.minimise(problem, np.asarray(start, np.float64), problem.spec, step)
     return FaceFit(problem.alpha(found.x), problem.pose(found.x), found)

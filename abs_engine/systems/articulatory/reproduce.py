@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-import time
+import resource
+import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.files import png
 from abs_engine.release import engine_version
-from abs_engine.scene import Renderer
 from abs_engine.systems.articulatory.build import dense_head, left_out_errors
 from abs_engine.systems.articulatory.figures import boxplot_figure, figure_bytes, nomogram_figure
 from abs_engine.systems.articulatory.filmed import BEADS
+from abs_engine.systems.articulatory.gathered import STAGES, Report
 from abs_engine.systems.articulatory.models import MODELS, TalkingFace
 from abs_engine.systems.articulatory.page import reproduction_page
 from abs_engine.systems.articulatory.search import compare_solvers, compare_tolerances
@@ -34,106 +33,24 @@ from abs_engine.systems.articulatory.visemes import (
     summary,
 )
 
-PERSON = "clara"
 RESULTS, PAGE = "results.json", "index.html"
+FILMED = "filmed"
 SEARCH_MODEL, REPORTED = "tex_lin", 300
 """Model of the comparison of solvers, and the budget of which results.json tells."""
 
 
-@dataclass(frozen=True)
-class Amount:
-    """How much is done.
+Part = Callable[[Report, Speech], None]
+"""A later experiment: a report, and the filmed corpus with beads."""
+
+
+def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
+    """Make tables, figures and a page in the report's folder.
 
     Parameters
     ----------
-    size : tuple of int
-        Of the pictures.
-    rounds : int
-        Splits of the visemes; five test each once.
-    searched, stopped : int
-        Visemes in the comparisons of solvers and of stopping rules.
-    budgets : tuple of int
-    """
-
-    size: tuple[int, int]
-    rounds: int
-    searched: int
-    stopped: int
-    budgets: tuple[int, ...]
-
-
-QUICK = Amount((320, 240), 1, 4, 4, (150, 300))
-FULL = Amount((640, 480), 5, 14, 11, (150, 300, 600))
-
-
-@dataclass
-class Report:
-    """What is collected on the way; the parts that come later add to it.
-
-    Parameters
-    ----------
-    folder : Path
-    renderer : Renderer
-    speaker : Speaker
-    person : str
-    seed : int
-    quick : bool
-    tell : callable
-        Told what is done next.
-    results : dict
-    figures : list of (str, str)
-        Address and caption.
-    """
-
-    folder: Path
-    renderer: Renderer
-    speaker: Speaker
-    person: str
-    seed: int
-    quick: bool
-    tell: Callable[[str], None]
-    results: dict[str, Any] = field(default_factory=dict)
-    figures: list[tuple[str, str]] = field(default_factory=list)
-
-    @property
-    def amount(self) -> Amount:
-        """How much is done."""
-        return QUICK if self.quick else FULL
-
-    def figure(self, name: str, content: bytes, caption: str) -> None:
-        """Write a figure."""
-        (self.folder / name).write_bytes(content)
-        self.figures.append((name, caption))
-
-
-Part = Callable[[Report, Speech, TalkingFace], None]
-"""A later experiment: a report, the filmed corpus with beads, and a face learned from all of it."""
-
-
-def reproduce(
-    folder: Path,
-    renderer: Renderer,
-    *,
-    quick: bool = False,
-    seed: int = 0,
-    person: str = PERSON,
-    tell: Callable[[str], None] = lambda _text: None,
-    parts: tuple[Part, ...] = (),
-) -> dict[str, Any]:
-    """Make tables, figures and a page.
-
-    Parameters
-    ----------
-    folder : Path
-        Empty; gets ``index.html``, ``results.json``, figures, and the filmed corpora.
-    renderer : Renderer
-    quick : bool
-        Small pictures and one split: minutes.
-    seed : int
-    person : str
-        One of the bundled speaker's.
-    tell : callable
-        Told what is done next.
+    report : Report
+        Its folder is empty, or as an interrupted run with the same choices left it; it gets
+        ``index.html``, ``results.json``, figures, the filmed corpora, and the tracked sentences.
     parts : tuple of callable
         Further experiments, which add to the results and the figures.
 
@@ -142,32 +59,37 @@ def reproduce(
     dict
         What ``results.json`` holds.
     """
-    started = time.perf_counter()
-    report = Report(folder, renderer, load_speaker(), person, seed, quick, tell)
-    (folder / "filmed").mkdir()
+    folder = report.folder
+    (folder / FILMED).mkdir(exist_ok=True)
     report.results |= _empty()
-    tell("filming visemes with beads")
+    report.tell("filming visemes with beads")
     beaded = _filmed(report, "beads", BEADS)
-    _shape(report, beaded)
-    tell("filming visemes of the bare face")
+    report.stage("shape", lambda own: _shape(own, beaded))
+    report.tell("filming visemes of the bare face")
     bare = _filmed(report, "bare", 0)
-    _visemes(report, beaded, bare)
-    _search(report, bare)
-    if parts:
-        whole = beaded.learn(range(len(beaded.pictures)), renderer)
-        for part in parts:
-            part(report, beaded, whole)
+    report.stage("visemes", lambda own: _visemes(own, beaded, bare))
+    report.stage("search", lambda own: _search(own, bare))
+    for part in parts:
+        part(report, beaded)
+    taken = report.results["stage_seconds"]
     report.results |= {
-        "command": f"abs-engine reproduce 001{' --quick' if quick else ''} --seed {seed} "
-        f"--person {person}",
-        "person": person, "seed": seed, "quick": quick, "renderer": renderer.description,
-        "engine_version": engine_version(), "seconds": round(time.perf_counter() - started, 1),
+        "command": report.command, "person": report.person, "seed": report.seed,
+        "quick": report.quick, "renderer": report.renderer.description,
+        "engine_version": engine_version(), "seconds": round(sum(taken.values()), 1),
+        "peak_memory_mb": _peak(),
     }  # fmt: skip
     text = json.dumps(report.results, indent=1) + "\n"
     (folder / RESULTS).write_text(text, encoding="utf-8")
     page = reproduction_page(report.results, report.figures)
     (folder / PAGE).write_text(page, encoding="utf-8")
+    shutil.rmtree(folder / STAGES)
     return report.results
+
+
+def _peak() -> float:
+    """Largest memory of this process and of any that it started, MB."""
+    both = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
+    return round(max(resource.getrusage(who).ru_maxrss for who in both) / 1024, 1)
 
 
 def _empty() -> dict[str, Any]:
@@ -181,7 +103,7 @@ def _empty() -> dict[str, Any]:
 
 def _filmed(report: Report, name: str, beads: int) -> Speech:
     return film_speech(
-        report.speaker, report.person, report.folder / "filmed" / name, beads=beads,
+        report.speaker, report.person, report.folder / FILMED / name, beads=beads,
         size=report.amount.size, seed=report.seed,
     )  # fmt: skip
 

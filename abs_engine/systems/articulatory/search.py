@@ -185,9 +185,8 @@ def _watched(
 
 def _row(speech: Speech, name: str, model: str, budget: int, runs: dict[int, Watched]) -> SearchRow:
     after = {k: run.after(budget) for k, run in runs.items()}
-    away = [speech.distances(runs[k].problem.alpha(x), k) for k, (x, _, _) in after.items()]
-    every = np.sqrt([(d**2).mean() for d in away])
-    lips = np.sqrt([(d[speech.shape.lips] ** 2).mean() for d in away])
+    missed = [speech.missed(runs[k].problem.alpha(x), k) for k, (x, _, _) in after.items()]
+    every, lips = np.array(missed).T
     seconds, counts = (np.mean([a[i] for a in after.values()]) for i in (1, 2))
     return SearchRow(
         name, model, budget, float(np.median(every)), float(np.median(lips)),
@@ -243,7 +242,7 @@ def compare_tolerances(
             start, spec = speech.shape.neutral, watched.problem.spec
             solver = RestartedSimplex(tolerance, 2000, 2)
             found = solver.minimise(watched, start, spec, FROM_NEUTRAL)
-            errors.append(np.sqrt((speech.distances(found.x, k) ** 2).mean()))
+            errors.append(speech.missed(found.x, k)[0])
             counts.append(found.n_evaluations)
         rows.append(
             StopRow(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,14 +11,15 @@ import numpy as np
 
 from abs_engine.assets import Speaker
 from abs_engine.scene import Renderer
-from abs_engine.synth.french import QUICK, SENTENCES, Sentence
+from abs_engine.synth.french import SENTENCES, Sentence
 from abs_engine.systems.articulatory.figures import figure_bytes
-from abs_engine.systems.articulatory.models import LOCALS, MODELS, TalkingFace
+from abs_engine.systems.articulatory.models import MODELS, TalkingFace
 from abs_engine.systems.articulatory.sentences_figures import curves_figure
-from abs_engine.systems.articulatory.sentences_filmed import RATE, Filmed, film_sentence
+from abs_engine.systems.articulatory.sentences_filmed import RATE, Filmed
 from abs_engine.systems.articulatory.sentences_scores import Closures, Curves, closing_gap, closures
 from abs_engine.systems.articulatory.sentences_scores import curves as curves_of
-from abs_engine.systems.articulatory.sequence import Settings, Tracked, track
+from abs_engine.systems.articulatory.sentences_work import Job, Tell, Work, track_sentences
+from abs_engine.systems.articulatory.sequence import Tracked
 from abs_engine.systems.articulatory.trees import (
     Tree,
     faces_at_centres,
@@ -28,17 +29,6 @@ from abs_engine.systems.articulatory.trees import (
 from abs_engine.systems.articulatory.visemes import Speech
 
 FIGURE, TREES = "figure8.svg", "figure7.svg"
-QUICK_FRAMES = 36
-"""Of each sentence, in the quick version."""
-Tell = Callable[[str], None]
-
-_OF_TEXTURES = Settings(limit=300)
-_OF_POINTS = Settings(limit=280, coarse=1e-5, tolerance=1e-3, inertia=1e-5, unusual=2.0)
-
-
-def settings_of(model: str) -> Settings:
-    """How frames are searched with an appearance model; chosen on `french.PRACTICE`."""
-    return _OF_POINTS if model in LOCALS else _OF_TEXTURES
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +40,7 @@ class Run:
     filmed : Filmed
         Without its pictures.
     tracked : dict of str to Tracked
-        By model.
+        By model; not every sentence need have all.
     curves : dict of str to Curves
     closures : dict of str to Closures
     """
@@ -79,112 +69,134 @@ class Sentences:
         """The table over all sentences, for ``results.json``."""
         out: dict[str, Any] = {"frames": sum(len(run.filmed) for run in self.runs)}
         out |= {"sentences": len(self.runs), "closed_below_mm": self.closed_below}
-        for model in self.runs[0].curves:
-            own = [run.curves[model] for run in self.runs]
-            shut = sum((run.closures[model] for run in self.runs), Closures(0, 0, 0, 0))
-            out[model] = {
-                "rms_mm": _mean([c.rms for c in own]),
-                "lips_mm": _mean([c.lips for c in own]),
-                "evaluations_per_frame": _mean([c.evaluations for c in own]),
-                "closure_precision": shut.precision,
-                "closure_recall": shut.recall,
-                "closures": shut.spoken,
-            }
+        for model in MODELS:
+            own = [run for run in self.runs if model in run.curves]
+            if own:
+                out[model] = _told(model, own)
         return out
+
+    def told_each(self) -> list[dict[str, Any]]:
+        """A row for each sentence: what was said, frames, and by model its mm and closures."""
+        place = {sentence.name: k for k, sentence in enumerate(SENTENCES)}
+        return [_row(run) for run in sorted(self.runs, key=lambda run: place[run.filmed.name])]
+
+    @property
+    def seconds(self) -> float:
+        """What tracking took, all models and processes together."""
+        return sum(own.seconds for run in self.runs for own in run.tracked.values())
+
+
+def _told(model: str, runs: Sequence[Run]) -> dict[str, float]:
+    """A model's line of the table."""
+    curves = [run.curves[model] for run in runs]
+    shut = sum((run.closures[model] for run in runs), Closures(0, 0, 0, 0))
+    frames = sum(len(c.rms) for c in curves)
+    return {
+        "rms_mm": _mean([c.rms for c in curves]),
+        "lips_mm": _mean([c.lips for c in curves]),
+        "face_mm": _mean([c.rest for c in curves]),
+        "depth_mm": _mean([c.depth for c in curves]),
+        "worst_sentence_mm": max(float(c.rms.mean()) for c in curves),
+        "evaluations_per_frame": _mean([c.evaluations for c in curves]),
+        "seconds_per_frame": sum(run.tracked[model].seconds for run in runs) / frames,
+        "closure_precision": shut.precision,
+        "closure_recall": shut.recall,
+        "closures": shut.spoken,
+        "closures_found": shut.found,
+        "sentences": len(runs),
+        "frames": frames,
+    }
+
+
+def _row(run: Run) -> dict[str, Any]:
+    """A sentence's line."""
+    row: dict[str, Any] = {"name": run.filmed.name, "text": run.filmed.text}
+    row |= {"frames": len(run.filmed)}
+    for model, own in run.curves.items():
+        shut = run.closures[model]
+        row[model] = {
+            **own.told(), "worst_frame_mm": float(own.rms.max()),
+            "spoken": shut.spoken, "closed": shut.closed, "found": shut.found, "true": shut.true,
+        }  # fmt: skip
+    return row
 
 
 def _mean(rows: Sequence[Any]) -> float:
     return float(np.concatenate(rows).mean())
 
 
+def chosen(count: int | None, of: Sequence[Sentence] = SENTENCES) -> tuple[Sentence, ...]:
+    """So many sentences, evenly spread, the first among them, in their order; by default all.
+
+    Fewer are always among more, so that a run may be made longer.
+    """
+    spread = in_spread_order(of)[: len(of) if count is None else count]
+    return tuple(s for s in of if s in spread)
+
+
+def in_spread_order(of: Sequence[Sentence]) -> tuple[Sentence, ...]:
+    """All, such that those of any beginning are evenly spread: by their reversed binary number."""
+    bits = max(1, (len(of) - 1).bit_length())
+    return tuple(of[k] for k in sorted(range(len(of)), key=lambda k: f"{k:0{bits}b}"[::-1]))
+
+
 def run_sentences(
+    work: Work,
     speaker: Speaker,
     speech: Speech,
-    face: TalkingFace,
     renderer: Renderer,
     folder: Path | None = None,
     *,
-    sentences: Sequence[Sentence] = SENTENCES,
-    models: Sequence[str] = MODELS,
-    frames: int | None = None,
-    seed: int = 0,
+    jobs: Sequence[Job],
+    workers: int = 1,
+    renderer_name: str = "auto",
     tell: Tell = lambda _text: None,
 ) -> Sentences:
-    """Film sentences and track each with each model.
+    """Film sentences and track each with its models; what is kept of an earlier run is taken.
 
     The head's pose in the first frame is given, about, and the face starts from rest.
 
     Parameters
     ----------
+    work : Work
     speaker : Speaker
     speech : Speech
-        The corpus that `face` was learned from; says how many beads are on the face.
-    face : TalkingFace
+        The corpus that the face was learned from.
     renderer : Renderer
     folder : Path, optional
         Gets figure 8, of the first sentence.
-    sentences : sequence of Sentence
-    models : sequence of str
-    frames : int, optional
-        Of each sentence, from its start; by default all.
-    seed : int
-        Of head motion, blinks and noise.
-    tell : callable
-        Told what is done next.
+    jobs : sequence of Job
+    workers, renderer_name, tell
+        See `track_sentences`.
 
     Raises
     ------
     StudioError
         If pyrender cannot draw on this machine.
+    OutputError
+        If results cannot be kept.
     """
-    shape, camera = face.shape, speech.pictures.camera
-    visemes = speech.spoken.corpus.visemes
-    below = closing_gap(speaker, shape, visemes, speech.built.alpha)
-    runs = []
-    for number, sentence in enumerate(sentences):
-        tell(f"filming sentence {number + 1} of {len(sentences)}, {sentence.name}")
-        filmed = film_sentence(
-            speaker, speech.person, sentence, camera, shape.vertices,
-            seed=seed, beads=speech.beads, frames=frames,
-        )  # fmt: skip
-        tracked = {}
-        for model in models:
-            tell(f"tracking {sentence.name} with {model}")
-            tracked[model] = track(
-                face, model, filmed.pictures, camera, filmed.poses[0], shape.neutral, renderer,
-                settings_of(model), speech.built.alpha,
-            )  # fmt: skip
-        runs.append(_scored(speaker, face, filmed, tracked, below))
+    track_sentences(
+        work, jobs, speaker, renderer, workers=workers, renderer_name=renderer_name, tell=tell
+    )
+    tell("scoring sentences")
+    shape = work.face.shape
+    below = closing_gap(speaker, shape, speech.spoken.corpus.visemes, speech.built.alpha)
+    runs = [_run(work, job, speaker, below) for job in jobs]
     if folder is not None:
-        first = runs[0]
-        figure = curves_figure(shape, first.filmed, first.curves)
+        figure = curves_figure(shape, runs[0].filmed, runs[0].curves)
         (folder / FIGURE).write_bytes(figure_bytes(figure, "svg"))
     return Sentences(tuple(runs), below)
 
 
-def run_quick(
-    speaker: Speaker,
-    speech: Speech,
-    face: TalkingFace,
-    renderer: Renderer,
-    folder: Path,
-    *,
-    seed: int = 0,
-    tell: Tell = lambda _text: None,
-) -> Sentences:
-    """The beginning of `french.QUICK`; see `run_sentences`."""
-    return run_sentences(
-        speaker, speech, face, renderer, folder, sentences=QUICK, frames=QUICK_FRAMES, seed=seed,
-        tell=tell,
-    )  # fmt: skip
-
-
-def _scored(
-    speaker: Speaker, face: TalkingFace, filmed: Filmed, tracked: dict[str, Tracked], below: float
-) -> Run:
-    curves = {m: curves_of(speaker, face.shape, filmed, own) for m, own in tracked.items()}
+def _run(work: Work, job: Job, speaker: Speaker, below: float) -> Run:
+    """Scores of a sentence that is kept."""
+    filmed, shape = work.truth(speaker, job.sentence), work.face.shape
+    kept = {model: work.load(job.sentence, model) for model in job.models}
+    tracked = {model: own for model, own in kept.items() if own is not None}
+    curves = {m: curves_of(speaker, shape, filmed, own) for m, own in tracked.items()}
     shut = {m: closures(filmed, own.gap, below) for m, own in curves.items()}
-    return Run(filmed.without_pictures(), tracked, curves, shut)
+    return Run(filmed, tracked, curves, shut)
 
 
 def run_trees(
@@ -208,6 +220,8 @@ def run_trees(
     """
     said = []
     for run in done.runs:
+        if model not in run.tracked:
+            continue
         points = np.array([face.shape.points(row) for row in run.tracked[model].alpha])
         inside = [s for s in run.filmed.utterance.segments if s.middle * RATE < len(points)]
         said.append((inside, RATE, points))

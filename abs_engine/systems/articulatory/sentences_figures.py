@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from abs_engine.systems.articulatory.models import FaceShape
 from abs_engine.systems.articulatory.sentences_filmed import RATE, Filmed
 from abs_engine.systems.articulatory.sentences_scores import Curves, lip_size
+from abs_engine.systems.articulatory.shape import FaceShape
 
 _MARKS = {"tex_lin": "+", "tex_cst": "x", "la_lin": "D", "la_cst": "*"}
 """The paper's."""

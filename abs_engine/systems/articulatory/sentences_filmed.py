@@ -120,6 +120,21 @@ def with_beads(speaker: Speaker, plan: ClipPlan, beads: int) -> ClipPlan:
     return replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
 
 
+def truth_of(
+    speaker: Speaker, plan: ClipPlan, sentence: Sentence, vertices: NDArray[np.integer]
+) -> Filmed:
+    """What is true of each frame of a plan, with black pictures of a pixel; nothing is drawn."""
+    heads = [plan.neutral + deform(speaker, row).astype(np.float32) for row in plan.weights]
+    view = plan.views[0]
+    return Filmed(
+        sentence.name, sentence.text, sentence.utterance, view.camera,
+        np.zeros((len(plan), 1, 1, 3), np.uint8),
+        tuple(plan.pose(view, frame) for frame in range(len(plan))),
+        np.array([head[vertices] for head in heads], np.float64),
+        np.array([widest_gap(speaker, head) for head in heads]),
+    )  # fmt: skip
+
+
 def film_plan(
     speaker: Speaker, plan: ClipPlan, sentence: Sentence, vertices: NDArray[np.integer]
 ) -> Filmed:
@@ -142,14 +157,7 @@ def film_plan(
     """
     with Take(speaker, plan, 0, ()) as take:
         pictures = [shot.picture for _, shot in take.film(0, len(plan))]
-    heads = [plan.neutral + deform(speaker, row).astype(np.float32) for row in plan.weights]
-    view = plan.views[0]
-    return Filmed(
-        sentence.name, sentence.text, sentence.utterance, view.camera, np.stack(pictures),
-        tuple(plan.pose(view, frame) for frame in range(len(plan))),
-        np.array([head[vertices] for head in heads], np.float64),
-        np.array([widest_gap(speaker, head) for head in heads]),
-    )  # fmt: skip
+    return replace(truth_of(speaker, plan, sentence, vertices), pictures=np.stack(pictures))
 
 
 def film_sentence(
@@ -168,11 +176,13 @@ def film_sentence(
     `frames` films only so many, from the start.
     """
     plan = plan_sentence(speaker, person, sentence, camera, seed, beads)
-    return film_plan(speaker, plan if frames is None else cut(plan, frames), sentence, vertices)
+    return film_plan(speaker, cut(plan, frames), sentence, vertices)
 
 
-def cut(plan: ClipPlan, frames: int) -> ClipPlan:
-    """The first frames of a plan, all that belongs to them cut alike."""
+def cut(plan: ClipPlan, frames: int | None) -> ClipPlan:
+    """The first frames of a plan, or all, what belongs to them cut alike."""
+    if frames is None:
+        return plan
     first = slice(frames)
     views = tuple(
         replace(

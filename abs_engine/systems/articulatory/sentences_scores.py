@@ -12,9 +12,9 @@ from abs_engine.assets import Speaker
 from abs_engine.evaluate.metrics.closure import closed_intervals
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.speech import Segment
-from abs_engine.systems.articulatory.models import FaceShape
 from abs_engine.systems.articulatory.sentences_filmed import RATE, Filmed
 from abs_engine.systems.articulatory.sequence import Tracked
+from abs_engine.systems.articulatory.shape import FaceShape
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -30,8 +30,11 @@ class Curves:
     Parameters
     ----------
     evaluations : (T,) int64
-    rms, lips : (T,) float64, mm
-        Of all points, and of those on the lips and around them, in head coordinates.
+    rms, lips, rest : (T,) float64, mm
+        Of all points, of those on the lips and around them, and of all others, in head
+        coordinates.
+    depth : (T,) float64, mm
+        Of all points, the part along z, out of the face: a camera in front hardly sees it.
     width, aperture : (T,) float64, mm
         Of the lips, by their landmarks among the points.
     gap : (T,) float64, mm
@@ -41,9 +44,19 @@ class Curves:
     evaluations: NDArray[np.int64]
     rms: FloatArray
     lips: FloatArray
+    rest: FloatArray
+    depth: FloatArray
     width: FloatArray
     aperture: FloatArray
     gap: FloatArray
+
+    def told(self) -> dict[str, float]:
+        """Means over the frames, for ``results.json``."""
+        return {
+            "rms_mm": float(self.rms.mean()),
+            "lips_mm": float(self.lips.mean()),
+            "evaluations_per_frame": float(self.evaluations.mean()),
+        }
 
 
 @dataclass(frozen=True)
@@ -98,11 +111,14 @@ def lip_size(shape: FaceShape, points: FloatArray) -> tuple[FloatArray, FloatArr
 def curves(speaker: Speaker, shape: FaceShape, filmed: Filmed, tracked: Tracked) -> Curves:
     """A tracked sentence, or its first frames, against the truth."""
     points = np.array([shape.points(row) for row in tracked.alpha])
-    away = ((points - filmed.points[: len(tracked)]) ** 2).sum(axis=2)
+    squared = (points - filmed.points[: len(tracked)]) ** 2
+    away = squared.sum(axis=2)
     width, aperture = lip_size(shape, points)
     return Curves(
         tracked.evaluations, np.sqrt(away.mean(axis=1)),
-        np.sqrt(away[:, shape.lips].mean(axis=1)), width, aperture,
+        np.sqrt(away[:, shape.lips].mean(axis=1)),
+        np.sqrt(np.delete(away, shape.lips, axis=1).mean(axis=1)),
+        np.sqrt(squared[..., 2].mean(axis=1)), width, aperture,
         mesh_gaps(speaker, shape, tracked.alpha),
     )  # fmt: skip
 

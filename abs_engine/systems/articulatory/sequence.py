@@ -7,6 +7,7 @@ large epsilon starts again from the best of the corpus' postures.
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -91,6 +92,8 @@ class Tracked:
     evaluations : (T,) int64
     restarted : (T,) bool
         Whether the search started again from the corpus' postures.
+    seconds : float
+        All together.
     """
 
     alpha: FloatArray
@@ -98,6 +101,7 @@ class Tracked:
     value: FloatArray
     evaluations: NDArray[np.int64]
     restarted: NDArray[np.bool_]
+    seconds: float = 0.0
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -153,7 +157,7 @@ def track(
     PictureError
         If a pixel is not finite.
     """
-    how = settings or Settings()
+    how, started = settings or Settings(), time.perf_counter()
     state = _State(
         pose, np.asarray(alpha, np.float64), np.zeros((0 if how.pose_known else 6) + len(alpha))
     )
@@ -167,7 +171,7 @@ def track(
     alphas, poses, values, counts, again = zip(*rows, strict=True)
     return Tracked(
         np.array(alphas), tuple(poses), np.array(values), np.array(counts, np.int64),
-        np.array(again),
+        np.array(again), time.perf_counter() - started,
     )  # fmt: skip
 
 

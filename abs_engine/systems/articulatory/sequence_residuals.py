@@ -8,11 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.local import N_D
-from abs_engine.appearance.sight import in_sight
-from abs_engine.camera import Window
-from abs_engine.compare.descriptor import PENALTY_SHARE, TextureError
-from abs_engine.compare.penalty import ExponentialPenalty
-from abs_engine.compare.points import DEPTH_SCALE, LocalError
+from abs_engine.compare.descriptor import TextureError, penalty_roots
+from abs_engine.compare.points import LocalError
 from abs_engine.scene import Candidates
 
 FloatArray = NDArray[np.float64]
@@ -33,39 +30,36 @@ class Parts:
         Epsilon.
     penalty : (B, P) float64
         Square roots of A(a)'s terms, in units of epsilon.
+    mixer : (K, K) float64 or None
+        What the rows are multiplied by before they are squared.
     """
 
     rows: NDArray[np.floating]
     there: Flags
     value: FloatArray
     penalty: FloatArray
+    mixer: FloatArray | None = None
+
+    def mixed(self, rows: NDArray[np.floating]) -> FloatArray:
+        """Rows, or differences of rows, as they are squared."""
+        return np.asarray(rows if self.mixer is None else rows @ self.mixer.T)
 
 
 def parts(error: TextureError | LocalError, vectors: FloatArray) -> Parts:
     """Epsilon of parameter vectors (B, n), taken apart; its value is that of the objective."""
-    many = error.candidates(vectors)
-    rows: NDArray[np.floating]
     if isinstance(error, TextureError):
+        many = error.candidates(vectors)
         rows, there, data = _texture(error, many)
-        wrong = error.wrong
-    else:
-        rows, there, data = _local(error, many)
-        wrong = float(error.wrong.mean())
-    terms = _penalty(error.penalty, many.weights, wrong)
-    return Parts(rows, there, data + (terms**2).sum(axis=1), terms)
-
-
-def _penalty(penalty: ExponentialPenalty | None, weights: FloatArray, wrong: float) -> FloatArray:
-    if penalty is None:
-        return np.zeros((len(weights), 0))
-    out = np.empty((len(weights), len(penalty.lower)))
-    for k in range(out.shape[1]):
-        one = slice(k, k + 1)
-        own = ExponentialPenalty(
-            penalty.lower[one], penalty.upper[one], penalty.softness, penalty.strength
-        )
-        out[:, k] = own(weights[:, one])
-    return np.sqrt(PENALTY_SHARE * wrong * out)
+        terms = penalty_roots(many.weights, error.penalty, error.wrong)
+        return Parts(rows, there, data + (terms**2).sum(axis=1), terms)
+    differ, shown, weights = error.differences(vectors)
+    wide = differ.reshape(len(differ), -1)
+    data = (error.mixed(differ) ** 2).mean(axis=1) + np.where(shown, 0, error.wrong).mean(axis=1)
+    terms = penalty_roots(weights, error.penalty, float(error.wrong.mean()))
+    return Parts(
+        wide / np.sqrt(wide.shape[1]), np.repeat(shown, N_D, axis=1),
+        data + (terms**2).sum(axis=1), terms, error.mixer,
+    )  # fmt: skip
 
 
 def _texture(
@@ -87,21 +81,3 @@ def _texture(
         rows[i].reshape(frame.shape)[covered] = differ / np.sqrt(3 * (count + lost))
         there[i].reshape(frame.shape)[covered] = True
     return rows, there, data
-
-
-def _local(error: LocalError, many: Candidates) -> tuple[NDArray[np.floating], Flags, FloatArray]:
-    w = error.window
-    coarse = Window(w.x, w.y, w.width, w.height, w.scale * DEPTH_SCALE)
-    drawn = error.renderer.draw(error.scene, many, error.camera, coarse)
-    count = len(error.model)
-    rows, shown = np.empty((len(many), count, N_D)), np.empty((len(many), count), np.bool_)
-    for i, buffers in enumerate(drawn):
-        moved = error.windows.patches.placed(many, i)
-        points, normals = error.windows.patches.surface(moved)
-        rows[i] = error.windows.read(error.maps, w.to_drawn(error.camera.project(moved)))
-        shown[i] = in_sight(points, normals, buffers.depth, error.camera, coarse) > 0
-    rows = (rows - error.model.at(many.weights)) * error.inverse
-    costs = np.where(shown, (rows**2).sum(axis=2) / N_D, error.wrong)
-    there = np.repeat(shown, N_D, axis=1)
-    flat = np.where(there, rows.reshape(len(many), -1), 0.0) / np.sqrt(N_D * count)
-    return flat, there, costs.mean(axis=1)

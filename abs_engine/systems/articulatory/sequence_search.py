@@ -76,8 +76,9 @@ class Held:
         walls = (beside.penalty - here.penalty) / _DIFFERENCE
         pull = self.inertia * self.wrong
         off = (x - self.centre) / self.spec.scale
+        slopes, here_rows = here.mixed(slopes), here.mixed(here.rows)[0]
         squared = np.asarray(slopes @ slopes.T, np.float64) + walls @ walls.T
-        gradient = np.asarray(slopes @ here.rows[0], np.float64) + walls @ here.penalty[0]
+        gradient = np.asarray(slopes @ here_rows, np.float64) + walls @ here.penalty[0]
         value = float(here.value[0] + pull * (off**2).sum())
         return value, squared + pull * np.eye(len(x)), gradient + pull * off
 

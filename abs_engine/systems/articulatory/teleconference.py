@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.atlas import fitting_size, lay_atlas
-from abs_engine.appearance.choose import choose_points
+from abs_engine.appearance.information import choose_informative, information
 from abs_engine.appearance.local import learn_local
 from abs_engine.appearance.sight import Sighting
 from abs_engine.appearance.texture import learn_texture
@@ -23,8 +23,7 @@ from abs_engine.synth.french import SENTENCES, Sentence
 from abs_engine.synth.plan import ClipPlan, compose, vectors
 from abs_engine.synth.scenefile import CameraEntry
 from abs_engine.systems.articulatory.figures import figure_bytes
-from abs_engine.systems.articulatory.models import SPACING, FaceShape, TalkingFace
-from abs_engine.systems.articulatory.sentences import settings_of
+from abs_engine.systems.articulatory.models import SPACING, TalkingFace
 from abs_engine.systems.articulatory.sentences_figures import curves_figure
 from abs_engine.systems.articulatory.sentences_filmed import (
     Filmed,
@@ -34,7 +33,9 @@ from abs_engine.systems.articulatory.sentences_filmed import (
 )
 from abs_engine.systems.articulatory.sentences_scores import Curves
 from abs_engine.systems.articulatory.sentences_scores import curves as curves_of
+from abs_engine.systems.articulatory.sentences_work import settings_of
 from abs_engine.systems.articulatory.sequence import Tracked, track
+from abs_engine.systems.articulatory.shape import FaceShape
 from abs_engine.systems.articulatory.visemes import Speech
 
 FloatArray = NDArray[np.float64]
@@ -71,13 +72,7 @@ class Teleconference:
     def told(self) -> dict[str, dict[str, float]]:
         """For ``results.json``."""
         return {
-            name: {
-                "rms_mm": float(own.rms.mean()),
-                "lips_mm": float(own.lips.mean()),
-                "evaluations_per_frame": float(own.evaluations.mean()),
-                "frames": float(len(own.rms)),
-            }
-            for name, own in self.curves.items()
+            name: {**own.told(), "frames": float(len(own.rms))} for name, own in self.curves.items()
         }
 
 
@@ -137,7 +132,10 @@ def learn_at_once(
     away = np.linalg.norm(places[:, None] - scene.mean[beads], axis=2).min(axis=1)
     marks = shape.marks[away > FREE_OF_BEADS]
     every = learn_local(seen, scene, marks, camera, renderer)
-    chosen = choose_points(every, POINTS, places[away > FREE_OF_BEADS], SPACING, whiten=True)
+    told = information(every, seen, scene, camera, renderer, shape.moved)[:, 6:, 6:]
+    chosen = choose_informative(
+        every, told, shape.about[6:], POINTS, places[away > FREE_OF_BEADS], SPACING
+    )
     local = every.only(chosen).within(shape.kept)
     return TalkingFace(shape, texture, texture, local, local.constant())
 

@@ -20,17 +20,17 @@ from abs_engine.systems.articulatory.filmed import (
     SIZE,
     VisemePictures,
     film_visemes,
+    read_visemes,
     split,
 )
-from abs_engine.systems.articulatory.fitting import FROM_NEUTRAL, TOLERANCE, Problem, fit, problem
+from abs_engine.systems.articulatory.fitting import FROM_NEUTRAL, Problem, fit, problem
 from abs_engine.systems.articulatory.models import (
     MODELS,
-    FaceShape,
     TalkingFace,
-    face_shape,
     learn_face,
     sightings,
 )
+from abs_engine.systems.articulatory.shape import FaceShape, face_shape
 
 FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"
@@ -77,6 +77,11 @@ class Speech:
             self.shape.neutral, renderer, pose_known=True,
         )  # fmt: skip
 
+    def missed(self, alpha: FloatArray, which: int) -> tuple[float, float]:
+        """Root mean square of `distances`, mm, over all points, and over those of the lips."""
+        away = self.distances(alpha, which)
+        return _rms(away), _rms(away[self.shape.lips])
+
     def distances(self, alpha: FloatArray, which: int) -> FloatArray:
         """How far each of the model's points (N,) is from where it was filmed, mm."""
         true = self.pictures.vertices[which][self.shape.vertices]
@@ -102,7 +107,7 @@ def film_speech(
     person : str
         One of the speaker's.
     folder : Path
-        Gets the data set of the pictures; must not exist.
+        Gets the data set of the pictures; where it exists, that is taken for this corpus.
     beads : int
         On the face; 0 films it bare.
     size : tuple of int
@@ -115,14 +120,17 @@ def film_speech(
 
     Raises
     ------
-    ParameterError, OutputError, StudioError
-        As `speak_corpus`, `build` and `film_visemes`.
+    ParameterError, OutputError, StudioError, InputFileError, ModelFormatError
+        As `speak_corpus`, `build`, `film_visemes` and `read_visemes`.
     """
     spoken = speak_corpus(speaker, speaker.named(person), visemes, noise=NOISE, seed=seed)
     built = build(spoken.corpus)
-    pictures = film_visemes(
-        speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
-    )
+    if folder.exists():
+        pictures = read_visemes(folder, spoken.corpus.visemes)
+    else:
+        pictures = film_visemes(
+            speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
+        )
     shape = face_shape(speaker, spoken, built, person)
     return Speech(person, spoken, built, shape, pictures, beads)
 
@@ -173,7 +181,7 @@ def find_visemes(
         out.append(_error(speech, NEUTRAL, which, speech.shape.neutral, 0))
         for name in models:
             asked = speech.problem(face, name, which, renderer)
-            solver = RestartedSimplex(TOLERANCE * asked.wrong, LIMIT, RESTARTS)
+            solver = RestartedSimplex(asked.tolerance, LIMIT, RESTARTS)
             found = fit(asked, speech.shape.neutral, step=FROM_NEUTRAL, solver=solver)
             count = found.solution.n_evaluations
             out.append(_error(speech, name, which, found.alpha, count))
@@ -183,7 +191,7 @@ def find_visemes(
 def _error(speech: Speech, model: str, which: int, alpha: FloatArray, count: int) -> VisemeError:
     away = speech.distances(alpha, which)
     viseme = speech.pictures.visemes[which]
-    return VisemeError(viseme, model, away, _rms(away), _rms(away[speech.shape.lips]), count)
+    return VisemeError(viseme, model, away, *speech.missed(alpha, which), count)
 
 
 def _rms(distances: FloatArray) -> float:

@@ -24,15 +24,9 @@ from abs_engine.systems.physics.scores import (
     remark,
     told,
 )
+from abs_engine.systems.reproduced import figures as pictures
+from abs_engine.systems.reproduced import page, table
 
-_STYLE = """
-body { font: 16px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222 }
-img { max-width: 100%; display: block } figure { margin: 1.5em 0 } figcaption { color: #555 }
-table { border-collapse: collapse; margin: .7em 0 }
-th, td { border-bottom: 1px solid #ddd; padding: 2px 1.2em 2px 0; text-align: left }
-th { font-weight: normal; color: #555 } tr.missed td:last-child { color: #b00020 }
-code { font-size: 90% }
-"""
 DRIVERS = {
     "forces": "forces at the borders of classes: the whole derivative of eq. 7 (ours)",
     "forces_exact": "forces of eq. 11, exact sum over the visible pixels",
@@ -68,12 +62,7 @@ def reproduction_page(
     remarks : sequence of str
         What to know about the numbers.
     """
-    pictures = "".join(_figure(*figure) for figure in figures)
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Seed 000 reproduced</title>
-<style>{_STYLE}</style></head><body>
-<h1>3D modeling and tracking of human lip motions, reproduced</h1>
-{_made(results)}
+    body = f"""{_made(results)}
 {"".join(f"<p>{html.escape(remark)}</p>" for remark in remarks)}
 <h2>At a glance</h2>
 {_goals(results, GOALS)}
@@ -94,10 +83,10 @@ def reproduction_page(
 <h2>Closures in the GRID recordings</h2>
 {_grid(results)}
 <h2>Figures</h2>
-{pictures}
-<p>All numbers: <a href="results.json">results.json</a>.</p>
-</body></html>
-"""
+{pictures(figures)}"""
+    return page(
+        "Seed 000 reproduced", "3D modeling and tracking of human lip motions, reproduced", body
+    )
 
 
 def _made(results: Results) -> str:
@@ -114,12 +103,12 @@ def _made(results: Results) -> str:
         ("abs_engine", results.get("engine_version")),
     ]
     told_of = {name: str(value) for name, value in rows}
-    return _table((), [(k, "not told" if v in ("None", "nan") else v) for k, v in told_of.items()])
+    return table((), [(k, "not told" if v in ("None", "nan") else v) for k, v in told_of.items()])
 
 
 def _goals(results: Results, goals: Sequence[Goal]) -> str:
     rows = [(g.name, g.told(results), g.aim(), remark(results, g)) for g in goals]
-    return _table(("", "here", "goal", ""), rows)
+    return table(("", "here", "goal", ""), rows)
 
 
 def _variance(results: Results) -> str:
@@ -130,7 +119,7 @@ def _variance(results: Results) -> str:
     paper = [told(VARIANCE.bound, "share") if k == 10 else "" for k in range(1, len(shares) + 1)]
     ours = [told(finite(share), "share") for share in shares]
     found = f"<p>Ten modes: {html.escape(VARIANCE.verdict(results))}.</p>"
-    return _table(head, [("here", *ours), ("paper", *paper)]) + found
+    return table(head, [("here", *ours), ("paper", *paper)]) + found
 
 
 def _table_1(results: Results) -> str:
@@ -144,7 +133,7 @@ def _table_1(results: Results) -> str:
         rows.append((goal.name, goal.told(results), *beside, paper, goal.verdict(results)))
     head = ("", "here", *(("here, dots without noise",) if exact else ()), "paper", "")
     units = "<p>Mean squared error for each degree of freedom, in the paper's coordinates.</p>"
-    return units + _table(head, rows)
+    return units + table(head, rows)
 
 
 def _cameras(results: Results) -> str:
@@ -168,7 +157,7 @@ def _cameras(results: Results) -> str:
         f"{told(none, 'mm')}; with a frontal one: "
         f"{told(frontal, 'mm')}. For lips of your own: <code>abs-engine cameras LIPS</code>.</p>"
     )
-    return what + _table(("camera at", "dots seen", "alone", "beside a frontal camera"), rows)
+    return what + table(("camera at", "dots seen", "alone", "beside a frontal camera"), rows)
 
 
 def _remaining(value: float | None, best: bool) -> str:
@@ -197,7 +186,7 @@ def _drivers(results: Results) -> str:
         "the one are not to be compared with those of the other.</p>"
     )
     head = ("", "posterior by", *(title for title, _ in _COLUMNS.values()))
-    return what + _table(head, rows)
+    return what + table(head, rows)
 
 
 def _integral(results: Results, key: str) -> str:
@@ -229,7 +218,7 @@ def _yaws(results: Results) -> str:
             (_degrees(yaw), *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst))
         )
     verdict = "the worst" if len(people) > 1 else ""
-    return _table(("seen from", *people, "goal", verdict), rows)
+    return table(("seen from", *people, "goal", verdict), rows)
 
 
 def _further(results: Results) -> str:
@@ -238,28 +227,10 @@ def _further(results: Results) -> str:
         for key, name in (("before_mm", "before"), ("after_mm", "after"))
     ]
     what = "<p>Lip error before and after shapes of the relaxed shell were learned from, too.</p>"
-    return what + _table(("", "lip error, RMS"), rows)
+    return what + table(("", "lip error, RMS"), rows)
 
 
 def _grid(results: Results) -> str:
     if all(number(results, goal.key) is None for goal in GRID):
         return f"<p>{MISSING.capitalize()}: {remark(results, GRID[0])}.</p>"
     return _goals(results, GRID)
-
-
-def _figure(address: str, caption: str) -> str:
-    at, text = html.escape(address), html.escape(caption)
-    return f'<figure><img src="{at}" alt="{text}"><figcaption>{text}</figcaption></figure>\n'
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    top = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
-    body = "".join(
-        f"<tr{_missed(row[-1])}>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>"
-        for row in rows
-    )
-    return f"<table>{f'<tr>{top}</tr>' if head else ''}{body}</table>"
-
-
-def _missed(verdict: str) -> str:
-    return ' class="missed"' if verdict.startswith("not met") else ""
