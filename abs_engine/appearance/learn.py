@@ -113,17 +113,20 @@ def _separated(
     held: Mixture | None,
     rounds: int,
 ) -> _Separated:
-    """Expectation maximisation from a guess of the lips, which may be held to anybody's."""
+    """Expectation maximisation from a guess of the lips, at first held to anybody's if asked to.
+
+    Held to the end they would stay broad, and take shaded teeth to themselves.
+    """
     around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
     anchor = inside = _inside_guess(skin)
     strength, count = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
-    for _ in range(rounds):
+    for turn in range(rounds):
         share = _posterior((skin, lips, inside), samples, prior)
         own = share[1] * core
-        if held is None:
-            lips = shaded(lips.updated(samples, own), _LIP_SHADING)
-        else:
+        if held is not None and 2 * turn < rounds:
             lips = lips.anchored(samples, own, held, count)
+        else:
+            lips = shaded(lips.updated(samples, own), _LIP_SHADING)
         inside = inside.anchored(samples, share[2], anchor, strength)
         skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
     return _Separated(skin, inside, share)
