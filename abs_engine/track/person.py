@@ -37,7 +37,7 @@ FloatArray = NDArray[np.float64]
 
 # what the boxes of several frames leave open: radians, mm,
 SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0])
-DEPTH_SHARE = 0.06  # and of the depth: by 5 % the boxes of the GRID clips differ
+DEPTH_SHARE = 0.08  # and of the depth: boxes and faces each differ by some 5 %
 # what is left where the head's texture was aligned
 ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
 # mm, depths tried about the one before, in the first rounds
