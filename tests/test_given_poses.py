@@ -365,8 +365,8 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
     np.testing.assert_allclose(
         again["translation"][others], arrays["translation"][others], atol=1e-2
     )
-    away = again["lip_points"][others] - arrays["lip_points"][others]
-    assert np.sqrt((away**2).sum(axis=-1).mean()) < 0.5  # mm
+    away = again["lip_points"][others] - truth.points(again["lip_vertex"])[others]
+    assert np.sqrt((away**2).sum(axis=-1).mean()) < 1.8  # mm, as in the first run
 
 
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):
