@@ -98,25 +98,20 @@ class Unfinished:
     """
 
     def __init__(self, folder: Path, choices: str) -> None:
-        self._folder, self.work = check_free(folder), partial_of(folder)
+        self._folder = check_free(folder)
+        self._claim = Claim(folder)
+        self.work = self._claim.work
         self._basis = self.work / "choices"
         try:
-            self.work.mkdir(exist_ok=True)
-            self._lock = os.open(self.work, os.O_RDONLY)
             self._begin(choices)
         except OSError as error:
+            self._claim.release()
             raise unwritable(folder, error) from error
 
     def _begin(self, choices: str) -> None:
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(self._lock)
-            remedy = "wait for it, or name another folder"
-            raise OutputError(f"another process makes {self._folder}", remedy) from None
         self.resumed = self._basis.is_file()
         if self.resumed and self._basis.read_text(encoding="utf-8") != choices:
-            os.close(self._lock)
+            self._claim.release()
             raise OutputError(
                 f"{self.work} holds what was begun with other choices",
                 "choose the same, or remove that folder to begin again",
@@ -148,9 +143,42 @@ class Unfinished:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        os.close(self._lock)
+        self._claim.release()
         if isinstance(error, OSError):
             raise unwritable(self._folder, error) from error
+
+
+class Claim:
+    """The place where a folder is made, which no other process may use until it is released.
+
+    Parameters
+    ----------
+    folder : Path
+        What is made; its parent must exist.
+
+    Raises
+    ------
+    OutputError
+        If somebody makes it right now, or its parent cannot be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.work = partial_of(folder)
+        try:
+            self.work.mkdir(exist_ok=True)
+            self._lock = os.open(self.work, os.O_RDONLY)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self.release()
+            remedy = "wait for it, or name another folder"
+            raise OutputError(f"another process makes {folder}", remedy) from None
+
+    def release(self) -> None:
+        """Let others have it; what lies there stays."""
+        os.close(self._lock)
 
 
 def partial_of(folder: Path) -> Path:

@@ -161,7 +161,7 @@ def same_files(first, second):
 
 
 def test_two_at_once_at_one_data_set(tmp_path):
-    busy = pytest.raises(OutputError, match="another process is filming")
+    busy = pytest.raises(OutputError, match="another process makes")
     with Journal(tmp_path / "data", "scene"), busy:
         Journal(tmp_path / "data", "scene")
     (partial_of(tmp_path / "data") / "chunks" / "x.npz").write_text("")

@@ -227,8 +227,7 @@ def learn_local(
         If there are no frames, or shapes or numbers of parameters differ.
     """
     patches = Patches.around(scene, vertices)
-    sigmas = np.broadcast_to(np.asarray(sigma, np.float64), (len(vertices),)).copy()
-    windows = Windows(patches, sigmas, unit)
+    windows = Windows(patches, np.full(len(vertices), sigma, np.float64), unit)
     window = Window(0, 0, *camera.size, scale)
     fits: LinearFits | None = None
     rows, shown, values = [], [], []

@@ -9,6 +9,7 @@ at other places.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -52,12 +53,12 @@ def penalty_roots(weights: FloatArray, penalty: Penalty | None, wrong: float) ->
     return np.asarray(np.sqrt(PENALTY_SHARE * wrong) * penalty.roots(weights[:, : penalty.size]))
 
 
-class Epsilon:
+class Epsilon(ABC):
     """What the errors of all appearances share: epsilon at one vector, and at many."""
 
+    @abstractmethod
     def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Epsilon (B,) and its A(a) (B,) at parameter vectors (B, n)."""
-        raise NotImplementedError
 
     def __call__(self, x: FloatArray) -> Evaluation:
         """Epsilon and its terms at one parameter vector (n,)."""

@@ -8,19 +8,16 @@ in ``chunks`` is there.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import shutil
 from pathlib import Path
 from types import TracebackType
-from typing import IO
 
 from abs_engine.errors import OutputError
-from abs_engine.files import check_free, partial_of, unwritable
+from abs_engine.files import Claim, check_free, unwritable
 
 FORMAT, VERSION = "abs_engine.journal", 1
-_LOCK = "lock"
 _REMEDY = "give the same scene, seed and release, or remove that folder to begin again"
 
 
@@ -43,11 +40,9 @@ class Journal:
 
     def __init__(self, folder: Path, scene: str) -> None:
         self.target = check_free(folder)
-        self.work = partial_of(folder)
-        self._lock: IO[str] | None = None
+        self._claim = Claim(folder)
+        self.work = self._claim.work
         try:
-            self.work.mkdir(exist_ok=True)
-            self._hold()
             self.resumed = bool(scene) and (self.work / "journal.json").is_file()
             if not self.resumed:
                 self._clear()
@@ -59,7 +54,7 @@ class Journal:
                 told = {"format": FORMAT, "version": VERSION, "scene": scene}
                 self._write("journal.json", json.dumps(told) + "\n")
         except OSError as error:
-            self._release()
+            self._claim.release()
             raise unwritable(folder, error) from error
 
     @property
@@ -114,31 +109,16 @@ class Journal:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._release()
+        self._claim.release()
         if isinstance(error, OSError):
             raise unwritable(self.target, error) from error
-
-    def _hold(self) -> None:
-        self._lock = (self.work / _LOCK).open("w", encoding="utf-8")
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            self._release()
-            raise OutputError(
-                f"another process is filming {self.target}", "wait for it, or name another folder"
-            ) from None
 
     def _clear(self) -> None:
         for part in self.work.iterdir():
             if part.is_dir():
                 shutil.rmtree(part)
-            elif part.name != _LOCK:
+            else:
                 part.unlink()
-
-    def _release(self) -> None:
-        if self._lock is not None:
-            self._lock.close()
-        self._lock = None
 
     def _check(self, scene: str) -> None:
         try:
@@ -147,7 +127,7 @@ class Journal:
         except (ValueError, KeyError, TypeError):
             same = False
         if not same:
-            self._release()
+            self._claim.release()
             raise OutputError(f"{self.work} holds an unfinished data set of another scene", _REMEDY)
 
     def _write(self, name: str, text: str) -> None:

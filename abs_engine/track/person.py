@@ -123,18 +123,13 @@ def calibrate(
             shift = _choose_depth(
                 model, frames, terms, shift, person, vectors, deviation, DEPTHS[turn]
             )
-        frames_of = [PoseFrame(shifted(f.pose, shift, model.pivot), model.pivot) for f in frames]
-        vectors = np.stack(
-            [
-                _fit_posture(model, t, f, person, v).x
-                for t, f, v in zip(terms, frames_of, vectors, strict=True)
-            ]
-        )
+        bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
+        fits = zip(terms, bases, vectors, strict=True)
+        vectors = np.stack([_fit_posture(model, t, b, person, v).x for t, b, v in fits])
         joint = _PersonPosterior(model, frames, terms, vectors, deviation)
-        start = np.r_[shift, person]
-        spec = _person_spec(model, deviation)
-        solution = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec)
-        shift, person = solution.x[:6], solution.x[6:]
+        spec, start = _person_spec(model, deviation), np.r_[shift, person]
+        found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec).x
+        shift, person = found[:6], found[6:]
     if classes is None:
         raise ValueError("calibrate needs at least one round")
     return Calibration(person, shift, classes, vectors)
