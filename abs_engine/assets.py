@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.geometry import check_mesh
-from abs_engine.npz import read_npz as read_npz  # others import it from here, too
+from abs_engine.npz import read_npz
 
 FORMAT, VERSION = "abs_engine.speaker", 1
 POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)

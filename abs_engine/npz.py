@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from numpy.typing import NDArray
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.files import write_new
 
+BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
+"""What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged, encrypted,
+packed in another way, or holds pickles."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
@@ -110,5 +114,5 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
         with np.load(path, allow_pickle=False) as archive:
             # what is no array within the archive comes as bytes
             return {name: np.asarray(archive[name]) for name in archive.files}
-    except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except BROKEN as error:
         raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error

@@ -15,9 +15,9 @@ from abs_engine.appearance.patches import Patches
 from abs_engine.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.appearance.sight import Sighting, depth_of, in_sight
 from abs_engine.appearance.windows import Windows
-from abs_engine.assets import read_npz
 from abs_engine.camera import Camera, Window
 from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.npz import read_npz, write_npz
 from abs_engine.scene import Renderer, Scene
 
 FORMAT, VERSION = "abs_engine.local", 2
@@ -145,16 +145,14 @@ class LocalModel:
         return replace(self, vertices=place.astype(np.int64))
 
     def save(self, path: Path) -> None:
-        """Write an ``.npz`` that `load` reads.
+        """Write an ``.npz`` that `load` reads, whole or not at all.
 
         Raises
         ------
-        OSError
-            If it cannot be written.
+        OutputError
+            If it exists or cannot be written.
         """
-        content = {f.name: getattr(self, f.name) for f in fields(self)}
-        with Path(path).open("wb") as file:
-            np.savez_compressed(file, format=FORMAT, version=VERSION, **content)
+        write_npz(path, FORMAT, VERSION, {f.name: getattr(self, f.name) for f in fields(self)})
 
     @classmethod
     def load(cls, path: Path) -> LocalModel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from abs_engine.appearance.atlas import Atlas, warp
 from abs_engine.appearance.regression import Fitted, FloatArray, LinearFits
 from abs_engine.appearance.sight import Sighting
-from abs_engine.assets import read_npz
 from abs_engine.camera import Camera
 from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.npz import read_npz, write_npz
 from abs_engine.scene import Renderer, Scene
 
 FORMAT, VERSION = "abs_engine.texture", 1
@@ -108,18 +108,14 @@ class TextureModel:
         )
 
     def save(self, path: Path) -> None:
-        """Write an ``.npz`` that `load` reads.
+        """Write an ``.npz`` that `load` reads, whole or not at all.
 
         Raises
         ------
-        OSError
-            If it cannot be written.
+        OutputError
+            If it exists or cannot be written.
         """
-        with Path(path).open("wb") as file:
-            np.savez_compressed(
-                file, format=FORMAT, version=VERSION, base=self.base, modes=self.modes,
-                mean=self.mean, frames=self.frames, explained=self.explained,
-            )  # fmt: skip
+        write_npz(path, FORMAT, VERSION, {f.name: getattr(self, f.name) for f in fields(self)})
 
     @classmethod
     def load(cls, path: Path) -> TextureModel:

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.assets import read_npz
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.files import unwritable
 from abs_engine.geometry import Pose
+from abs_engine.npz import read_npz
 from abs_engine.systems.articulatory.sequence import Settings, Tracked
 
 FORMAT, VERSION = "abs_engine.tracked", 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.geometry import FloatArray
+from abs_engine.npz import BROKEN
 from abs_engine.scene import Renderer
 from abs_engine.systems.inspect.body import Body
 from abs_engine.systems.inspect.layout import beside
@@ -60,7 +60,7 @@ def read_values(path: Path, vertices: int) -> FloatArray:
         else:
             several = False
         values = np.asarray(loaded, np.float64)
-    except (ValueError, TypeError, IndexError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except (*BROKEN, IndexError) as error:
         raise InputFileError(f"{path} holds no numbers", "give a .npy or .npz of floats") from error
     if several:
         raise InputFileError(f"{path} holds several arrays", "name the one to show 'values'")
