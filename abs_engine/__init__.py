@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
     from abs_engine.geometry import Mesh, Pose
+    from abs_engine.observe.corpus_file import read_corpus
     from abs_engine.optimise.simplex import Simplex
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
     from abs_engine.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
+    from abs_engine.shape.articulatory import GuidedPCA
+    from abs_engine.shape.articulatory_model import ArticulatoryModel, load_articulatory
+    from abs_engine.shape.predictors import Predictor
     from abs_engine.synth.studio import film_scene
     from abs_engine.systems.demo import film_clip, run_demo
     from abs_engine.systems.lips import LipOptions, prepare_lips
@@ -55,6 +59,12 @@ _HOME = {
     "FrameResult": "track.tracker",
     "load_run": "track.record",
     "load_mesh": "track.mesh",
+    # articulatory parameters of a speaker's own corpus
+    "read_corpus": "observe.corpus_file",
+    "Predictor": "shape.predictors",
+    "GuidedPCA": "shape.articulatory",
+    "ArticulatoryModel": "shape.articulatory_model",
+    "load_articulatory": "shape.articulatory_model",
     # clips with known truth
     "film_clip": "systems.demo",
     "run_demo": "systems.demo",
@@ -73,11 +83,12 @@ _HOME = {
 }
 
 __all__ = [
-    "AbsEngineError", "Buffers", "Camera", "Candidates", "ClassMaps", "ColourError", "Dataset",
-    "FrameResult", "LipOptions", "Mesh", "Pose", "Renderer", "Scene", "Simplex", "Speaker", "Truth",
-    "Window", "check_dataset", "diagnose", "film_clip", "film_scene", "load_dataset", "load_mesh",
-    "load_run", "load_speaker", "load_truth", "open_renderer", "prepare_lips", "run_bench",
-    "run_demo", "score", "track_video", "write_report",
+    "AbsEngineError", "ArticulatoryModel", "Buffers", "Camera", "Candidates", "ClassMaps",
+    "ColourError", "Dataset", "FrameResult", "GuidedPCA", "LipOptions", "Mesh", "Pose",
+    "Predictor", "Renderer", "Scene", "Simplex", "Speaker", "Truth", "Window", "check_dataset",
+    "diagnose", "film_clip", "film_scene", "load_articulatory", "load_dataset", "load_mesh",
+    "load_run", "load_speaker", "load_truth", "open_renderer", "prepare_lips", "read_corpus",
+    "run_bench", "run_demo", "score", "track_video", "write_report",
 ]  # fmt: skip
 
 

@@ -16,8 +16,8 @@ from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.files import write_new
 
 BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged, encrypted,
-packed in another way, or holds pickles."""
+"""What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
+encrypted, packed in another way, or holds pickles."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 

@@ -217,6 +217,8 @@ def test_bad_data_are_refused():
     with pytest.raises(TooFewPointsError, match="2 visemes for 2 parameters"):
         fitted(points[:2])
     with pytest.raises(ParameterError, match="nothing left to explain"):
+        fitted(points, JAW, LIPS, replace(JAW, name="again"))
+    with pytest.raises(ParameterError, match="two predictors are named 'jaw'"):
         fitted(points, JAW, LIPS, JAW)
     with pytest.raises(ParameterError, match="shape"):
         fitted(points[:, :11])

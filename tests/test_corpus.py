@@ -26,9 +26,10 @@ from abs_engine.shape.articulatory_model import load_articulatory
 from abs_engine.shape.predictors import PAPER_PREDICTORS
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.corpus import ALL_VISEMES, PAPER_VISEMES, SpokenCorpus, speak_corpus
+from abs_engine.systems.articulatory.analysis import analyse
 from abs_engine.systems.articulatory.build import build, dense_head, left_out_errors
 from abs_engine.systems.articulatory.figures import boxplot_figure, figure_bytes, nomogram_figure
-from abs_engine.systems.articulatory.report import write_report
+from abs_engine.systems.articulatory.report import Heads, write_report
 from abs_engine.systems.articulatory.tables import boxes, results, variance_table, variance_text
 
 SPEAKER = load_speaker()
@@ -353,16 +354,28 @@ def test_a_lost_tooth_is_named(tmp_path: Path):
 
 
 def test_the_report_of_a_person_is_written(tmp_path: Path):
+    one = speak_corpus(SPEAKER, SPEAKER.named("mei"))
+    done = analyse(one.corpus, without=("ipi", "bead_001"))
     with CpuRenderer() as renderer:
-        built = write_report(tmp_path / "mei", SPEAKER, "mei", renderer)
+        heads = Heads(one, "mei", renderer)
+        write_report(tmp_path / "mei", done, heads)
         with pytest.raises(OutputError):
-            write_report(tmp_path / "mei", SPEAKER, "mei", renderer)
+            write_report(tmp_path / "mei", done, heads)
     assert {p.name for p in (tmp_path / "mei").iterdir()} == {
-        "corpus.npz", "model.npz", "variance.md", "results.json", "figure2.svg", "figure3.png",
-        "figure3_side.png",
+        "corpus.npz", "model.npz", "variance.md", "results.json", "index.html", "boxplots.svg",
+        "nomograms.svg", "heads_front.png", "heads_side.png", "points.csv", "roles.csv",
+        "predictors.toml",
     }  # fmt: skip
     told = json.loads((tmp_path / "mei" / "results.json").read_text())
-    assert told["variance"]["total"] == pytest.approx(built.model.held)
+    assert told["variance"]["total"] == pytest.approx(done.built.model.held)
+    assert told["variance_without_noise"]["total"] > told["variance"]["total"]
+    assert told["kept_out"]["asked"] == ["ipi", "bead_001"]
     again = build(load_corpus(tmp_path / "mei" / "corpus.npz"))
     model = load_articulatory(tmp_path / "mei" / "model.npz")
     np.testing.assert_allclose(again.model.modes, model.modes)
+    example = read_corpus(tmp_path / "mei" / "points.csv", tmp_path / "mei" / "roles.csv")
+    assert example.visemes == PAPER_VISEMES
+    assert example.groups == {k: tuple(v) for k, v in one.corpus.groups.items()}
+    assert example.roleless == ("upper_right", "upper_left", "upper_front")
+    shown = example.without(example.roleless).points
+    np.testing.assert_allclose(shown, one.corpus.points, atol=2e-4)

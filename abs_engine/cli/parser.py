@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from abs_engine.cli import check, commands, report
+from abs_engine.cli.articulate import add_articulate, articulate
 from abs_engine.cli.cameras import add_cameras, cameras
 from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
@@ -87,6 +88,7 @@ def build_parser() -> Parser:
     add_observe(add("observe", observe, "calibrate cameras; dots in two views to points in space"))
     add_train(add("train", train, "learn how lips move from dots that were observed"))
     add_cameras(add("cameras", cameras, "say where a camera would tell most about trained lips"))
+    _articulate(add("articulate", articulate, "build an articulatory model of a corpus of visemes"))
     _track(add("track", commands.track, "track the lips in a video"))
     _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
     check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))
@@ -198,6 +200,13 @@ def _bench(command: argparse.ArgumentParser) -> None:
 def _render(command: Parser) -> None:
     _output(command, "FILE", "a PNG or an MP4")
     add_render(command)
+    command.intermixed = True
+    _renderer(command)
+
+
+def _articulate(command: Parser) -> None:
+    _output(command, "DIR", "folder of the model, its tables and figures")
+    add_articulate(command)
     command.intermixed = True
     _renderer(command)
 

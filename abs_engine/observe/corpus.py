@@ -6,7 +6,7 @@ Odisio and Bailly (2003), section 2.1.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -112,6 +112,36 @@ class Corpus:
         return Corpus(
             self.points[rows], self.names, tuple(visemes), self.groups, self.frame, self.source
         )
+
+    def without(self, names: Collection[str]) -> Corpus:
+        """The corpus without the visemes and points of some names.
+
+        Raises
+        ------
+        ParameterError
+            If there is neither a viseme nor a point of that name.
+        """
+        for name in names:
+            if name not in self.visemes and name not in self.names:
+                raise ParameterError(
+                    f"there is neither a viseme nor a point '{name}'",
+                    f"the visemes are {', '.join(self.visemes)}",
+                )
+        rows, columns = (
+            [k for k, name in enumerate(own) if name not in names]
+            for own in (self.visemes, self.names)
+        )
+        groups = {g: tuple(n for n in own if n not in names) for g, own in self.groups.items()}
+        return Corpus(
+            self.points[np.ix_(rows, columns)], tuple(self.names[k] for k in columns),
+            tuple(self.visemes[k] for k in rows), groups, self.frame, self.source,
+        )  # fmt: skip
+
+    @property
+    def roleless(self) -> tuple[str, ...]:
+        """Points that are in no group."""
+        known = {name for own in self.groups.values() for name in own}
+        return tuple(name for name in self.names if name not in known)
 
     def save(self, path: Path) -> None:
         """Write an ``.npz``, whole or not at all.

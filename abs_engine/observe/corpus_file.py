@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,13 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.errors import InputFileError, ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.npz import format_of, read_arrays
+from abs_engine.observe.corpus import FORMAT as CORPUS
 from abs_engine.observe.corpus import Corpus, FloatArray, bite_plane, load_corpus
-from abs_engine.observe.markers import read_markers
+from abs_engine.observe.markers import UNITS, read_markers, refuse_infinite
+from abs_engine.observe.observations import FORMAT as OBSERVATIONS
 from abs_engine.observe.observations import read_observations
 
 _TEETH = ("right", "left", "front")
-_HOW = "see abs_engine.observe.corpus_file.read_table"
+_COLUMNS = ("what", "name", "value")
+_HOW = "see 'abs-engine articulate --help'"
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def read_corpus(
     rate : float, optional
         Frames per second of a marker file that does not say; it does not matter to the corpus.
     unit : {"mm", "cm", "m"}, optional
-        Of a marker file that does not say; mm by default.
+        Of a marker file, or of plain arrays, which do not say; mm by default.
 
     Returns
     -------
@@ -66,22 +69,24 @@ def read_corpus(
     Raises
     ------
     InputFileError
-        If a file is missing or cannot be read.
+        If a file is missing or cannot be read, or holds what is infinite.
     ModelFormatError
         If an ``.npz`` is neither a corpus nor observations.
     ParameterError
-        If the table is lacking, or names points or frames that are not there.
+        If the table is lacking, or names points or frames that are not there; if a unit is given
+        for what is in mm.
     TooFewPointsError
         If a point of the upper teeth is missing in a frame that is used.
     """
     path = Path(path)
     if path.suffix.lower() == ".npz" and table is None:
+        _check_mm(path, unit)
         return load_corpus(path)
     if table is None:
         raise ParameterError(f"{path} does not say what its points are", f"give a table, {_HOW}")
     told = read_table(table)
     if path.suffix.lower() == ".npz":
-        names, points = _read_npz(path)
+        names, points = _read_npz(path, unit)
     else:
         markers = read_markers(path, _rate(path, rate), unit)
         names, points = markers.names, markers.points
@@ -112,25 +117,37 @@ def read_table(path: Path) -> CorpusTable:
         raise InputFileError(f"{path} is no table of a corpus ({error})", _HOW) from error
 
 
-def _read_npz(path: Path) -> tuple[tuple[str, ...], FloatArray]:
+def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray]:
     """Names, and points (T, N, 3): of observations, or of an archive that holds just these."""
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            plain = "format" not in archive.files and {"names", "points"} <= set(archive.files)
-            if plain:
-                points = np.asarray(archive["points"], np.float64)
-                names = tuple(map(str, archive["names"]))
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
-    if not plain:
+    arrays = read_arrays(path)
+    if "format" in arrays:
+        _check_mm(path, unit)
+        if format_of(arrays) == CORPUS:
+            raise ParameterError(f"{path} says itself what its points are", "give no table")
         seen = read_observations(path)
         return seen.names, np.where(seen.found[..., None], seen.points, np.nan)
+    if unit is not None and unit not in UNITS:
+        raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
+    try:
+        names = tuple(map(str, arrays["names"]))
+        points = np.asarray(arrays["points"], np.float64) * UNITS[unit or "mm"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ModelFormatError(
+            f"{path} is neither {CORPUS} nor {OBSERVATIONS} nor points and their names",
+            "give points (T, N, 3) and N names",
+        ) from error
     if points.ndim != 3 or points.shape[1:] != (len(names), 3):
         raise InputFileError(
             f"{path} has {len(names)} names and points of shape {points.shape}",
-            "give points (T, N, 3), mm, and N names",
+            "give points (T, N, 3) and N names",
         )
+    refuse_infinite(path, names, points)
     return names, points
+
+
+def _check_mm(path: Path, unit: str | None) -> None:
+    if unit not in (None, "mm"):
+        raise ParameterError(f"{path} is in mm", "leave the unit out")
 
 
 def _rate(path: Path, rate: float | None) -> float | None:
@@ -149,20 +166,31 @@ def _from_csv(text: str) -> CorpusTable:
     groups: dict[str, tuple[str, ...]] = {}
     visemes: dict[str, tuple[int, int]] = {}
     teeth: dict[str, str] = {}
-    for number, row in enumerate(csv.DictReader(text.splitlines()), start=2):
-        what, name, value = ((row[key] or "").strip() for key in ("what", "name", "value"))
+    reader = csv.DictReader(text.splitlines())
+    if not set(_COLUMNS) <= set(reader.fieldnames or ()):
+        raise ValueError(f"the first line is not {','.join(_COLUMNS)}")
+    for row in reader:
+        what, name, value = ((row[key] or "").strip() for key in _COLUMNS)
+        line = f"line {reader.line_num}"
         if what == "point":
             for group in value.split():
                 groups[group] = (*groups.get(group, ()), name)
         elif what == "viseme":
             if name in visemes:
-                raise ValueError(f"line {number}: viseme '{name}' is given twice")
-            visemes[name] = _span([int(v) for v in value.split("-")])
+                raise ValueError(f"{line}: viseme '{name}' is given twice")
+            visemes[name] = _frames(value, line)
         elif what == "teeth" and name in _TEETH:
             teeth[name] = value
         else:
-            raise ValueError(f"line {number}: '{what}' '{name}'")
-    return _checked(groups, visemes, tuple(teeth[k] for k in _TEETH) if teeth else ())
+            raise ValueError(f"{line}: '{what}' '{name}'")
+    return _checked(groups, visemes, tuple(teeth.get(k, "") for k in _TEETH) if teeth else ())
+
+
+def _frames(text: str, line: str) -> tuple[int, int]:
+    try:
+        return _span([int(part) for part in text.split("-")])
+    except ValueError as error:
+        raise ValueError(f"{line}: '{text}' are no frames, such as 12 or 30-34") from error
 
 
 def _span(frames: Any) -> tuple[int, int]:
@@ -179,7 +207,7 @@ def _checked(
 ) -> CorpusTable:
     if not visemes:
         raise ValueError("no visemes")
-    if teeth and len(set(teeth)) != len(_TEETH):
+    if teeth and len(set(teeth) - {""}) != len(_TEETH):
         raise ValueError("upper_teeth are three points: right, left, front")
     return CorpusTable(groups, visemes, teeth)
 

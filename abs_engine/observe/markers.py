@@ -83,7 +83,8 @@ def read_markers(path: Path, rate: float | None = None, unit: str | None = None)
     Raises
     ------
     InputFileError
-        If the file is missing, cut or of another kind, holds no marker, or its rate is not known.
+        If the file is missing, cut or of another kind, holds no marker or what is infinite, or its
+        rate is not known.
     ParameterError
         If the unit is unknown, or the file states another unit or rate.
     """
@@ -96,7 +97,18 @@ def read_markers(path: Path, rate: float | None = None, unit: str | None = None)
     markers = read(path, rate, unit)
     if not markers.names or not len(markers.points):
         raise InputFileError(f"{path} holds no markers", "check the file")
+    refuse_infinite(path, markers.names, markers.points)
     return markers
+
+
+def refuse_infinite(path: Path, names: tuple[str, ...], points: FloatArray) -> None:
+    """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap."""
+    frames, which = np.nonzero(np.isinf(points).any(axis=2))
+    if len(frames):
+        raise InputFileError(
+            f"{path}: '{names[which[0]]}' is infinite in frame {frames[0]}",
+            "leave its place empty where a point is missing",
+        )
 
 
 def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
@@ -154,7 +166,7 @@ def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
         )
     columns = [[header.index(f"{n}_{c}") for c in "xyz"] for n in names]
     points = table[:, columns] * scale
-    points[~np.isfinite(points).all(axis=2)] = np.nan
+    points[np.isnan(points).any(axis=2)] = np.nan
     if frame is not None and np.any(np.diff(frame) != 1):
         raise InputFileError(f"{path} skips or repeats a frame", "give a line for every frame")
     residual = np.where(np.isnan(points[..., 0]), np.nan, 0.0)

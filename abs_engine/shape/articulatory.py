@@ -109,8 +109,8 @@ class GuidedPCA:
             If points are missing and `missing` is ``refuse``, or one is missing everywhere; if a
             predictor has no points; if there are not more visemes than parameters.
         ParameterError
-            If shapes or names do not fit, a value is infinite, a predictor asks for an unknown
-            group, or finds nothing left to explain.
+            If shapes or names do not fit, a value is infinite, two predictors have one name, or
+            one asks for an unknown group, or finds nothing left to explain.
         """
         data, kept = self._prepared(X)
         names = tuple(name for name, keep in zip(self.names, kept, strict=True) if keep)
@@ -179,6 +179,10 @@ class GuidedPCA:
             raise ParameterError("a coordinate is infinite", "give NaN where a point is missing")
         if not self.predictors:
             raise ParameterError("there are no predictors", "give one at least")
+        twice = [p.name for k, p in enumerate(self.predictors)
+                 if p.name in [q.name for q in self.predictors[:k]]]  # fmt: skip
+        if twice:
+            raise ParameterError(f"two predictors are named '{twice[0]}'", "name each once")
         if len(points) <= len(self.predictors):
             raise TooFewPointsError(
                 f"{len(points)} visemes for {len(self.predictors)} parameters",
@@ -203,11 +207,12 @@ class GuidedPCA:
         few = ", ".join(bad[:5]) + (", ..." if len(bad) > 5 else "")
         if self.missing == "refuse":
             raise TooFewPointsError(
-                f"{len(bad)} points are missing in some visemes: {few}",
-                "choose missing='drop' or 'impute'",
+                f"{len(bad)} of {len(refused)} points are missing in some visemes: {few}",
+                "choose missing 'drop', which keeps them out, or 'impute'",
             )
         raise TooFewPointsError(
-            f"{len(bad)} points are missing in all visemes: {few}", "choose missing='drop'"
+            f"{len(bad)} points are missing in all visemes: {few}",
+            "choose missing 'drop', which keeps them out",
         )
 
 

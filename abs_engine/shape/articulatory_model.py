@@ -76,7 +76,18 @@ class ArticulatoryModel:
         return float(self.variance.sum())
 
     def points(self, alpha: FloatArray) -> FloatArray:
-        """Points (..., N, 3), mm, at parameters (..., P), standard deviations."""
+        """Points (..., N, 3), mm, at parameters (..., P), standard deviations.
+
+        Raises
+        ------
+        ParameterError
+            If there are other than P parameters.
+        """
+        if np.shape(alpha)[-1:] != (len(self.modes),):
+            raise ParameterError(
+                f"parameters have shape {np.shape(alpha)}",
+                f"give {len(self.modes)}: {', '.join(self.parameters)}",
+            )
         return np.asarray(self.mean + np.tensordot(alpha, self.modes, 1), np.float64)
 
     def invert(self, points: FloatArray) -> FloatArray:
@@ -90,7 +101,7 @@ class ArticulatoryModel:
         Raises
         ------
         ParameterError
-            If there are other than N points.
+            If there are other than N points, or one is infinite.
         TooFewPointsError
             If the points that are there do not determine all parameters.
         """
@@ -99,10 +110,22 @@ class ArticulatoryModel:
             raise ParameterError(
                 f"points have shape {points.shape}", f"give the model's {len(self.names)} points"
             )
+        if np.isinf(points).any():
+            raise ParameterError("a coordinate is infinite", "give NaN where a point is missing")
         away = (points - self.mean).reshape(-1, self.mean.size)
         matrix = self.modes.reshape(len(self.modes), -1).T
         out = np.array([_solved(matrix, row) for row in away]).reshape(-1, len(self.modes))
         return out.reshape(*points.shape[:-2], len(self.modes))
+
+    def transform(self, X: FloatArray) -> FloatArray:
+        """`invert` as scikit-learn calls it: (V, P) of postures (V, N, 3) or (V, 3N), mm."""
+        rows = np.asarray(X, np.float64)
+        flat = rows.ndim == 2 and rows.shape[1] == self.mean.size
+        return self.invert(rows.reshape(-1, *self.mean.shape) if flat else rows)
+
+    def inverse_transform(self, X: FloatArray) -> FloatArray:
+        """`points` as scikit-learn calls it: (V, N, 3), mm, of parameters (V, P)."""
+        return self.points(X)
 
     def errors(self, points: FloatArray) -> FloatArray:
         """What the direct inversion misses at each point, (..., N), mm; NaN where it is missing."""

@@ -75,6 +75,7 @@ class Predictor:
             if name not in groups and name not in names:
                 raise ParameterError(
                     f"predictor '{self.name}' asks for '{name}', no group and no point",
+                    "name such a group in the table of points, or give other predictors; "
                     f"the groups are {', '.join(groups) or 'none'}",
                 )
             wanted |= set(groups.get(name, (name,)))
@@ -82,7 +83,8 @@ class Predictor:
         if not at:
             raise TooFewPointsError(
                 f"predictor '{self.name}' has no points: {', '.join(self.points)} is empty",
-                "name points of the corpus, or leave the predictor out",
+                "name points that every viseme has, impute those that are missing, or leave the "
+                "predictor out",
             )
         own = [AXES.index(axis) for axis in AXES if axis in self.coordinates]
         return np.array([3 * k + axis for k in at for axis in own])

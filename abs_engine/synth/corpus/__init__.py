@@ -7,6 +7,7 @@ from abs_engine.synth.corpus.make import (
     bite_plane_of,
     speak_corpus,
     spoken_heads,
+    upper_teeth_of,
     viseme_weights,
 )
 from abs_engine.synth.corpus.visemes import ALL_VISEMES, PAPER_VISEMES
@@ -22,5 +23,6 @@ __all__ = [
     "choose_points",
     "speak_corpus",
     "spoken_heads",
+    "upper_teeth_of",
     "viseme_weights",
 ]

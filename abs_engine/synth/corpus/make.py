@@ -141,12 +141,19 @@ def spoken_heads(
 
 
 def bite_plane_of(speaker: Speaker, neutral: NDArray[np.floating]) -> Pose:
-    """Head frame to bite-plane frame of a person.
+    """Head frame to bite-plane frame of a person, by `upper_teeth_of`.
 
     The skull of the bundled head does not move in its head frame, nor do the upper teeth, so that
-    this is one rigid motion for all postures. The plane goes through the edge of the upper front
-    teeth (lowest vertex within 5 mm of the middle) and the lowest vertex of the hindmost quarter
-    of the upper teeth on either side; see `abs_engine.observe.corpus.bite_plane`.
+    this is one rigid motion for all postures.
+    """
+    return bite_plane(*upper_teeth_of(speaker, neutral))
+
+
+def upper_teeth_of(speaker: Speaker, neutral: NDArray[np.floating]) -> FloatArray:
+    """Three points (3, 3) of a person's upper teeth, right, left and front, mm, head frame.
+
+    The lowest vertex of the hindmost quarter of the teeth on either side, and the edge of the front
+    teeth: the lowest vertex within 5 mm of the middle, moved into it.
     """
     own = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("upper_teeth")])
     place = neutral[own].astype(np.float64)
@@ -155,4 +162,4 @@ def bite_plane_of(speaker: Speaker, neutral: NDArray[np.floating]) -> Pose:
     right, left = (place[np.where(behind & side, y, np.inf).argmin()] for side in (x < 0, x > 0))
     ahead = (np.abs(x) < 5.0) & (z > (z.min() + z.max()) / 2)
     front = place[np.where(ahead, y, np.inf).argmin()] * [0.0, 1.0, 1.0]
-    return bite_plane(right, left, front)
+    return np.stack([right, left, front])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.errors import TooFewPointsError
 from abs_engine.observe.corpus import Corpus
 from abs_engine.shape.articulatory import GuidedPCA, Missing
 from abs_engine.shape.articulatory_dense import dense_units
@@ -80,9 +81,17 @@ def build(
         corpus.points[:, kept], model.names, corpus.visemes, model.groups, corpus.frame,
         corpus.source,
     )  # fmt: skip
-    alpha = model.invert(own.points)
+    alpha = np.array([_inverted(model, v, p) for v, p in zip(own.visemes, own.points, strict=True)])
     errors = np.linalg.norm(own.points - model.points(alpha), axis=2)
     return Build(model, own, alpha, errors, estimator.left_out_, estimator.imputed_)
+
+
+def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> FloatArray:
+    """Parameters (P,) of a viseme (N, 3), which an error names."""
+    try:
+        return model.invert(points)
+    except TooFewPointsError as error:
+        raise TooFewPointsError(f"viseme '{viseme}': {error.problem}", "leave it out") from error
 
 
 def left_out_errors(
@@ -129,7 +138,7 @@ def dense_head(built: Build, spoken: SpokenCorpus) -> LinearShape:
     Parameters
     ----------
     built : Build
-        Of `spoken.corpus`.
+        Of `spoken.corpus`, or of some of its visemes.
     spoken : SpokenCorpus
 
     Returns
@@ -138,4 +147,5 @@ def dense_head(built: Build, spoken: SpokenCorpus) -> LinearShape:
         Mean (M, 3) and modes (P, M, 3) for one standard deviation; its generators are the face
         units.
     """
-    return dense_units(built.alpha, spoken.weights, spoken.neutral, spoken.speaker.units)
+    own = [spoken.corpus.visemes.index(v) for v in built.corpus.visemes]
+    return dense_units(built.alpha, spoken.weights[own], spoken.neutral, spoken.speaker.units)

@@ -53,8 +53,8 @@ def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
         return
     told = [
         {
-            "label": b.viseme, "whislo": b.low, "q1": b.first, "med": b.median, "q3": b.third,
-            "whishi": b.high, "fliers": b.outliers,
+            "label": plain(b.viseme), "whislo": b.low, "q1": b.first, "med": b.median,
+            "q3": b.third, "whishi": b.high, "fliers": b.outliers,
         }
         for b in boxes
     ]  # fmt: skip
@@ -67,6 +67,11 @@ def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
     axes.axhline(_HALF_MM, color="0.8", lw=0.8, zorder=0)
     axes.tick_params(axis="x", labelsize=_FONT, labelrotation=90)
     axes.tick_params(axis="y", labelsize=_FONT)
+
+
+def plain(name: str) -> str:
+    """A name as matplotlib writes it, not as mathematics between dollars."""
+    return name.replace("$", r"\$")
 
 
 def figure_bytes(figure: Figure, kind: str = "png") -> bytes:

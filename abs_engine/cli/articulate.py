@@ -1,0 +1,146 @@
+"""The `articulate` command."""
+
+from __future__ import annotations
+
+import argparse
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from abs_engine.cli.progress import Progress
+from abs_engine.errors import ParameterError
+from abs_engine.files import check_free
+
+if TYPE_CHECKING:
+    from abs_engine.observe.corpus import Corpus
+    from abs_engine.shape.predictors import Predictor
+    from abs_engine.systems.articulatory.report import Heads
+
+EPILOG = """\
+Articulatory parameters by guided principal components: each is the first component of some points'
+coordinates, of what the parameters before it leave, and takes away what it explains of all points.
+To see every file as it should be, begin with a bundled speaker, whose folder has them all:
+  abs-engine articulate --person clara -o clara
+  abs-engine articulate clara/points.csv --roles clara/roles.csv -o again
+
+CORPUS, points of a face in a posture for each viseme:
+  C3D   markers, in the unit that the file states
+  CSV   frame,point,x,y,z with a line for each point, or frame,NAME_x,NAME_y,NAME_z,... with a line
+        for each frame; the cells of a point that is missing are empty
+  NPZ   names (N) and points (T, N, 3), NaN where missing; or what 'observe -o' wrote; or a
+        corpus.npz of this command, which needs no table
+--roles, a CSV:                      or JSON:
+  what,name,value                    {"groups": {"lips": ["m1", ...], ...},
+  point,m1,lips upper_lip            "visemes": {"ipi": 12, "a": [30, 34]},
+  viseme,ipi,12                      "upper_teeth": ["m80", "m81", "m82"]}
+  viseme,a,30-34
+  teeth,right,m80                    and so left and front
+  A point may be in several groups; one in none is kept out. Frames count from 0; several are one
+  viseme, their mean. teeth are three points of the upper teeth (a molar on either side, the front
+  edge), by which the head's motion is taken out; without them the points are in the frame of the
+  upper teeth already: x to the subject's left, y up, z forward. The paper's predictors ask for the
+  groups lips, upper_lip, lower_lip, jaw_line, lower_teeth and face (all but lips and teeth).
+--predictors, a TOML, where a language, a speaker or a set of points wants others:
+  format = "abs_engine.predictors"
+  version = 1
+  [[predictor]]                      one for each parameter, in their order
+  name = "jaw1"
+  points = ["jaw_line", "m17"]       groups, or points
+  coordinates = "y"                  of x, y and z
+  positive = "-y"                    where they go as the parameter grows
+
+From Python: model = abs_engine.load_articulatory(Path("clara/model.npz")); model.transform(points)
+gives parameters (V, P) of points (V, N, 3), model.inverse_transform(parameters) the points.
+"""
+
+
+def add_articulate(command: argparse.ArgumentParser) -> None:
+    """Add what is typed after `articulate`, but for output and renderer."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = EPILOG
+    add = command.add_argument
+    add("corpus", type=Path, nargs="?", metavar="CORPUS", help="recorded points, see below")
+    add("--roles", type=Path, metavar="TABLE",
+        help="which points are lips, jaw and teeth, and which frames are which viseme")  # fmt: skip
+    add("--person", metavar="NAME",
+        help="a bundled person's corpus instead; also writes it and its tables as CSV and TOML, "
+        "and draws the head")  # fmt: skip
+    add("--predictors", type=Path, metavar="FILE",
+        help="what the parameters are made of (default: the seven of the paper)")  # fmt: skip
+    add("--missing", choices=("refuse", "drop", "impute"), default="refuse",
+        help="points that some visemes lack: an error, kept out, or filled in from the model of "
+        "the others (default: refuse)")  # fmt: skip
+    add("--without", action="append", default=[], metavar="NAME",
+        help="keep a viseme or a point out; may be repeated")  # fmt: skip
+    add("--unit", choices=("mm", "cm", "m"),
+        help="of CORPUS, where it does not say (default: mm)")  # fmt: skip
+
+
+def articulate(chosen: Namespace) -> int:
+    """Build an articulatory model of a corpus."""
+    check_free(chosen.output)
+    _check(chosen)
+    if chosen.person is None:
+        return _finish(chosen, _read(chosen), _predictors(chosen.predictors))
+    return _of_person(chosen)
+
+
+def _check(chosen: Namespace) -> None:
+    if (chosen.corpus is None) == (chosen.person is None):
+        both = "CORPUS and --person were given" if chosen.corpus else "there is no corpus"
+        raise ParameterError(both, "name a file of recorded points, or a bundled --person")
+    if chosen.person is not None and (chosen.roles or chosen.unit):
+        raise ParameterError("--roles and --unit are for recorded points", "leave them out")
+
+
+def _read(chosen: Namespace) -> Corpus:
+    from abs_engine.observe.corpus_file import read_corpus
+
+    return read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit)
+
+
+def _predictors(path: Path | None) -> tuple[Predictor, ...]:
+    from abs_engine.shape.predictors import PAPER_PREDICTORS
+
+    if path is None:
+        return PAPER_PREDICTORS
+    from abs_engine.systems.articulatory.predictor_file import read_predictors
+
+    return read_predictors(path)
+
+
+def _of_person(chosen: Namespace) -> int:
+    from abs_engine.assets import load_speaker
+    from abs_engine.cli.commands import _renderer
+    from abs_engine.synth.corpus import speak_corpus
+    from abs_engine.systems.articulatory.report import Heads
+
+    predictors, speaker = _predictors(chosen.predictors), load_speaker()
+    spoken = speak_corpus(speaker, speaker.named(chosen.person))
+    with _renderer(chosen.renderer) as renderer:
+        heads = Heads(spoken, chosen.person, renderer)
+        return _finish(chosen, spoken.corpus, predictors, heads)
+
+
+def _finish(
+    chosen: Namespace,
+    corpus: Corpus,
+    predictors: tuple[Predictor, ...],
+    heads: Heads | None = None,
+) -> int:
+    from abs_engine.systems.articulatory.analysis import analyse
+    from abs_engine.systems.articulatory.model_page import (
+        corpus_lines,
+        error_lines,
+        variance_lines,
+    )
+    from abs_engine.systems.articulatory.report import PAGE, write_report
+
+    with Progress("articulate") as progress:
+        progress.announce("building the model, and each time without one viseme")
+        done = analyse(corpus, predictors, chosen.missing, chosen.without)
+        progress.announce("drawing")
+        write_report(chosen.output, done, heads)
+    print("\n".join([*corpus_lines(done), *variance_lines(done), *error_lines(done)]))
+    print(f"wrote {chosen.output}; open {chosen.output / PAGE}")
+    return 0
