@@ -219,6 +219,54 @@ def test_a_model_refuses_what_does_not_fit(tmp_path: Path):
         model.transform(np.where(own > own.max() - 1e-9, np.inf, own))
 
 
+def test_a_model_gives_the_parameters_of_a_recording(tmp_path: Path, capsys):
+    own, points = recorded()
+    assert main(written(tmp_path, points)) == 0
+    model = tmp_path / "model" / "model.npz"
+    expected = abs_engine.load_articulatory(model).transform(own)
+    points[3, 5] = points[4, 14] = points[5, :12] = np.nan  # a point, a tooth, all
+    talk = write_c3d(tmp_path / "talk.c3d", (*NAMES[::-1], *TEETH), points[:, [*range(11, -1, -1),
+                     12, 13, 14]])  # fmt: skip
+    (tmp_path / "teeth.csv").write_text("what,name,value\n" + table(0).split("rest\n")[-1])
+    words = ["articulate", str(talk), "--roles", str(tmp_path / "teeth.csv"), "--model", str(model)]
+    capsys.readouterr()
+    assert main([*words, "-o", str(tmp_path / "talk.csv")]) == 0
+    assert "12 frames, 2 without parameters" in capsys.readouterr().out
+    head, *lines = (tmp_path / "talk.csv").read_text().splitlines()
+    assert head == "frame,jaw,lips,rms_mm,points"
+    assert lines[4:6] == ["4,,,,0", "5,,,,0"]
+    assert lines[3].endswith(",11")
+    rows = [line.split(",") for k, line in enumerate(lines) if k not in (3, 4, 5)]
+    found = np.array([row[1:3] for row in rows], float)
+    np.testing.assert_allclose(found, np.delete(expected, (3, 4, 5), axis=0), atol=1e-3)
+    assert main([*words, "-o", str(tmp_path / "x.csv"), "--without", "p1"]) == 2
+    assert "leave them out with --model" in capsys.readouterr().err
+    corpus = tmp_path / "model" / "corpus.npz"
+    again = ["articulate", str(corpus), "--model", str(model), "-o", str(tmp_path / "y.csv")]
+    assert main(again) == 0
+    first = float((tmp_path / "y.csv").read_text().splitlines()[1].split(",")[1])
+    assert first == pytest.approx(expected[0, 0], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("names", "points", "said"),
+    [
+        ([f"q{k}" for k in range(12)], np.zeros((4, 12, 3)), "none of the points"),
+        (NAMES, np.full((4, 12, 3), np.nan), "no frame has enough points for 2 parameters"),
+    ],
+)
+def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, points, said):
+    assert main(written(tmp_path, recorded()[1])) == 0
+    capsys.readouterr()
+    np.savez(tmp_path / "talk.npz", names=np.array(names), points=points)
+    model, out = tmp_path / "model" / "model.npz", tmp_path / "talk.csv"
+    words = ["articulate", tmp_path / "talk.npz", "--model", model, "-o", out]
+    assert main([str(word) for word in words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+    assert not out.exists()
+
+
 @pytest.mark.slow
 def test_a_bundled_person_is_an_example_to_start_from(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -20,7 +20,8 @@ from abs_engine.errors import (
     TooFewPointsError,
 )
 from abs_engine.observe.corpus import Corpus, bite_plane, load_corpus
-from abs_engine.observe.corpus_file import read_corpus, read_table
+from abs_engine.observe.corpus_file import read_corpus
+from abs_engine.observe.corpus_table import read_table
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.shape.articulatory_model import load_articulatory
 from abs_engine.shape.predictors import PAPER_PREDICTORS

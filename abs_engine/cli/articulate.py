@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli.progress import Progress
 from abs_engine.errors import ParameterError
-from abs_engine.files import check_free
+from abs_engine.files import check_free, write_new
 
 if TYPE_CHECKING:
     from abs_engine.observe.corpus import Corpus
@@ -49,6 +49,9 @@ CORPUS, points of a face in a posture for each viseme:
   coordinates = "y"                  of x, y and z
   positive = "-y"                    where they go as the parameter grows
 
+--model gives curves of the parameters instead, for points that are named as the model's:
+  abs-engine articulate speech.c3d --roles mine.csv --model mine/model.npz -o speech.csv
+
 From Python: model = abs_engine.load_articulatory(Path("clara/model.npz")); model.transform(points)
 gives parameters (V, P) of points (V, N, 3), model.inverse_transform(parameters) the points.
 """
@@ -67,7 +70,10 @@ def add_articulate(command: argparse.ArgumentParser) -> None:
         "and draws the head")  # fmt: skip
     add("--predictors", type=Path, metavar="FILE",
         help="what the parameters are made of (default: the seven of the paper)")  # fmt: skip
-    add("--missing", choices=("refuse", "drop", "impute"), default="refuse",
+    add("--model", type=Path, metavar="FILE",
+        help="build none, but write the parameters of each frame of CORPUS by this model.npz as a "
+        "CSV; of the table only the upper teeth count")  # fmt: skip
+    add("--missing", choices=("refuse", "drop", "impute"),
         help="points that some visemes lack: an error, kept out, or filled in from the model of "
         "the others (default: refuse)")  # fmt: skip
     add("--without", action="append", default=[], metavar="NAME",
@@ -77,9 +83,11 @@ def add_articulate(command: argparse.ArgumentParser) -> None:
 
 
 def articulate(chosen: Namespace) -> int:
-    """Build an articulatory model of a corpus."""
+    """Build an articulatory model of a corpus, or apply one."""
     check_free(chosen.output)
     _check(chosen)
+    if chosen.model is not None:
+        return _apply(chosen)
     if chosen.person is None:
         return _finish(chosen, _read(chosen), _predictors(chosen.predictors))
     return _of_person(chosen)
@@ -91,6 +99,12 @@ def _check(chosen: Namespace) -> None:
         raise ParameterError(both, "name a file of recorded points, or a bundled --person")
     if chosen.person is not None and (chosen.roles or chosen.unit):
         raise ParameterError("--roles and --unit are for recorded points", "leave them out")
+    building = chosen.person, chosen.predictors, chosen.missing, *chosen.without
+    if chosen.model is not None and any(building):
+        raise ParameterError(
+            "--person, --predictors, --missing and --without are for building a model",
+            "leave them out with --model",
+        )
 
 
 def _read(chosen: Namespace) -> Corpus:
@@ -107,6 +121,20 @@ def _predictors(path: Path | None) -> tuple[Predictor, ...]:
     from abs_engine.systems.articulatory.predictor_file import read_predictors
 
     return read_predictors(path)
+
+
+def _apply(chosen: Namespace) -> int:
+    from abs_engine.observe.corpus_file import read_recording
+    from abs_engine.shape.articulatory_model import load_articulatory
+    from abs_engine.systems.articulatory.applied import apply_model
+    from abs_engine.systems.articulatory.model_page import applied_lines
+
+    model = load_articulatory(chosen.model)
+    names, points = read_recording(chosen.corpus, chosen.roles, chosen.unit)
+    done = apply_model(model, names, points)
+    write_new(chosen.output, done.as_csv().encode())
+    print("\n".join([*applied_lines(done), f"wrote {chosen.output}"]))
+    return 0
 
 
 def _of_person(chosen: Namespace) -> int:
@@ -138,7 +166,7 @@ def _finish(
 
     with Progress("articulate") as progress:
         progress.announce("building the model, and each time without one viseme")
-        done = analyse(corpus, predictors, chosen.missing, chosen.without)
+        done = analyse(corpus, predictors, chosen.missing or "refuse", chosen.without)
         progress.announce("drawing")
         write_report(chosen.output, done, heads)
     print("\n".join([*corpus_lines(done), *variance_lines(done), *error_lines(done)]))

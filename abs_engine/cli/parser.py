@@ -205,7 +205,7 @@ def _render(command: Parser) -> None:
 
 
 def _articulate(command: Parser) -> None:
-    _output(command, "DIR", "folder of the model, its tables and figures")
+    _output(command, "DIR", "folder of the model, its tables and figures; with --model a CSV")
     add_articulate(command)
     command.intermixed = True
     _renderer(command)

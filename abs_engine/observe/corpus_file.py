@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,33 +10,10 @@ from abs_engine.errors import InputFileError, ModelFormatError, ParameterError, 
 from abs_engine.npz import format_of, read_arrays
 from abs_engine.observe.corpus import FORMAT as CORPUS
 from abs_engine.observe.corpus import Corpus, FloatArray, bite_plane, load_corpus
+from abs_engine.observe.corpus_table import HOW, CorpusTable, read_table
 from abs_engine.observe.markers import UNITS, read_markers, refuse_infinite
 from abs_engine.observe.observations import FORMAT as OBSERVATIONS
 from abs_engine.observe.observations import read_observations
-
-_TEETH = ("right", "left", "front")
-_COLUMNS = ("what", "name", "value")
-_HOW = "see 'abs-engine articulate --help'"
-
-
-@dataclass(frozen=True)
-class CorpusTable:
-    """What the points are, and which frame is which viseme.
-
-    Parameters
-    ----------
-    groups : mapping of str to tuple of str
-        Names of points by group.
-    visemes : mapping of str to tuple of int
-        First and last frame of each, both included; the first frame of the file is 0.
-    upper_teeth : tuple of str
-        Points on a right molar, a left molar and the front teeth, which the bite plane is set by;
-        empty where the points are in its frame already.
-    """
-
-    groups: Mapping[str, tuple[str, ...]]
-    visemes: Mapping[str, tuple[int, int]]
-    upper_teeth: tuple[str, ...] = field(default=())
 
 
 def read_corpus(
@@ -83,38 +55,62 @@ def read_corpus(
         _check_mm(path, unit)
         return load_corpus(path)
     if table is None:
-        raise ParameterError(f"{path} does not say what its points are", f"give a table, {_HOW}")
+        raise ParameterError(f"{path} does not say what its points are", f"give a table, {HOW}")
     told = read_table(table)
-    if path.suffix.lower() == ".npz":
-        names, points = _read_npz(path, unit)
-    else:
-        markers = read_markers(path, _rate(path, rate), unit)
-        names, points = markers.names, markers.points
+    if not told.visemes:
+        raise InputFileError(f"{table} names no visemes", f"say which frames they are, {HOW}")
+    names, points = _read_points(path, rate, unit)
     return _assembled(path, names, points, told)
 
 
-def read_table(path: Path) -> CorpusTable:
-    """Read a table of points and visemes, JSON by its suffix, else CSV.
+def read_recording(
+    path: Path, table: Path | None = None, unit: str | None = None
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Read all frames of recorded points, in the frame that a corpus has.
 
-    JSON: ``{"groups": {"lips": ["m1", ...], ...}, "visemes": {"ipi": 12, "a": [30, 34]},
-    "upper_teeth": ["right", "left", "front"]}``. CSV: the columns ``what,name,value`` with lines
-    such as ``point,m1,lips upper_lip``, ``viseme,ipi,12``, ``viseme,a,30-34`` and
-    ``teeth,front,m80``.
+    Parameters
+    ----------
+    path : Path
+        C3D, CSV or NPZ, as for `read_corpus`, whose visemes are the frames.
+    table : Path, optional
+        Only its points of the upper teeth count; without them the points are in their frame.
+    unit : {"mm", "cm", "m"}, optional
+
+    Returns
+    -------
+    tuple of str, N
+        Names of the points.
+    (T, N, 3) float64, mm
+        NaN where a point, or one of the upper teeth, is missing.
 
     Raises
     ------
-    InputFileError
-        If it is missing, or not of this form.
+    InputFileError, ModelFormatError
+        If a file is missing or cannot be read, or holds what is infinite.
+    ParameterError
+        If the table names points of the teeth that are not there.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
-    try:
-        text = path.read_text("utf-8-sig")
-        return _from_json(text) if path.suffix.lower() == ".json" else _from_csv(text)
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError, KeyError, TypeError,
-            AttributeError) as error:  # fmt: skip
-        raise InputFileError(f"{path} is no table of a corpus ({error})", _HOW) from error
+    if table is None and path.suffix.lower() == ".npz" and format_of(read_arrays(path)) == CORPUS:
+        corpus = read_corpus(path, unit=unit)
+        return corpus.names, corpus.points
+    teeth = () if table is None else read_table(table).upper_teeth
+    names, points = _read_points(path, None, unit)
+    if teeth:
+        marks = _marks(names, teeth)
+        whole = np.flatnonzero(np.isfinite(points[:, marks]).all(axis=(1, 2)))
+        points = _on_bite_plane(points, marks, whole.tolist())
+    return names, points
+
+
+def _read_points(
+    path: Path, rate: float | None, unit: str | None
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Names, and points (T, N, 3), mm, of a file of any kind."""
+    if path.suffix.lower() == ".npz":
+        return _read_npz(path, unit)
+    markers = read_markers(path, _rate(path, rate), unit)
+    return markers.names, markers.points
 
 
 def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray]:
@@ -155,63 +151,6 @@ def _rate(path: Path, rate: float | None) -> float | None:
     return 1.0 if rate is None and path.suffix.lower() != ".c3d" else rate
 
 
-def _from_json(text: str) -> CorpusTable:
-    told: dict[str, Any] = json.loads(text)
-    groups = {str(g): tuple(map(str, names)) for g, names in told["groups"].items()}
-    visemes = {str(v): _span(frames) for v, frames in told["visemes"].items()}
-    return _checked(groups, visemes, tuple(map(str, told.get("upper_teeth", ()))))
-
-
-def _from_csv(text: str) -> CorpusTable:
-    groups: dict[str, tuple[str, ...]] = {}
-    visemes: dict[str, tuple[int, int]] = {}
-    teeth: dict[str, str] = {}
-    reader = csv.DictReader(text.splitlines())
-    if not set(_COLUMNS) <= set(reader.fieldnames or ()):
-        raise ValueError(f"the first line is not {','.join(_COLUMNS)}")
-    for row in reader:
-        what, name, value = ((row[key] or "").strip() for key in _COLUMNS)
-        line = f"line {reader.line_num}"
-        if what == "point":
-            for group in value.split():
-                groups[group] = (*groups.get(group, ()), name)
-        elif what == "viseme":
-            if name in visemes:
-                raise ValueError(f"{line}: viseme '{name}' is given twice")
-            visemes[name] = _frames(value, line)
-        elif what == "teeth" and name in _TEETH:
-            teeth[name] = value
-        else:
-            raise ValueError(f"{line}: '{what}' '{name}'")
-    return _checked(groups, visemes, tuple(teeth.get(k, "") for k in _TEETH) if teeth else ())
-
-
-def _frames(text: str, line: str) -> tuple[int, int]:
-    try:
-        return _span([int(part) for part in text.split("-")])
-    except ValueError as error:
-        raise ValueError(f"{line}: '{text}' are no frames, such as 12 or 30-34") from error
-
-
-def _span(frames: Any) -> tuple[int, int]:
-    given = [frames] if isinstance(frames, int) else [int(f) for f in frames]
-    if len(given) not in (1, 2) or not 0 <= given[0] <= given[-1]:
-        raise ValueError(f"frames {frames}")
-    return given[0], given[-1]
-
-
-def _checked(
-    groups: Mapping[str, tuple[str, ...]],
-    visemes: Mapping[str, tuple[int, int]],
-    teeth: tuple[str, ...],
-) -> CorpusTable:
-    if not visemes:
-        raise ValueError("no visemes")
-    if teeth and len(set(teeth) - {""}) != len(_TEETH):
-        raise ValueError("upper_teeth are three points: right, left, front")
-    return CorpusTable(groups, visemes, teeth)
-
-
 def _assembled(
     path: Path, names: tuple[str, ...], points: FloatArray, table: CorpusTable
 ) -> Corpus:
@@ -223,7 +162,13 @@ def _assembled(
         )
     if table.upper_teeth:
         used = sorted({f for a, b in table.visemes.values() for f in range(a, b + 1)})
-        points = _on_bite_plane(names, points, table.upper_teeth, used)
+        marks = _marks(names, table.upper_teeth)
+        lost = [frame for frame in used if not np.isfinite(points[frame, marks]).all()]
+        if lost:
+            raise TooFewPointsError(
+                f"a point of the upper teeth is missing in frame {lost[0]}", "name another frame"
+            )
+        points = _on_bite_plane(points, marks, used)
     shown = [_mean(points[start : end + 1]) for start, end in table.visemes.values()]
     try:
         return Corpus(np.stack(shown), names, tuple(table.visemes), table.groups, source=path.name)
@@ -239,22 +184,20 @@ def _mean(points: FloatArray) -> FloatArray:
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def _on_bite_plane(
-    names: tuple[str, ...], points: FloatArray, teeth: tuple[str, ...], used: list[int]
-) -> FloatArray:
-    """Points (T, N, 3) in the frame of the upper teeth, in the used frames."""
+def _marks(names: tuple[str, ...], teeth: tuple[str, ...]) -> list[int]:
+    """Indices of the points on the upper teeth."""
     lacking = [name for name in teeth if name not in names]
     if lacking:
         raise ParameterError(
             f"there is no point '{lacking[0]}' on the upper teeth",
             f"the points are {', '.join(names)}",
         )
-    marks = [names.index(name) for name in teeth]
+    return [names.index(name) for name in teeth]
+
+
+def _on_bite_plane(points: FloatArray, marks: list[int], used: list[int]) -> FloatArray:
+    """Points (T, N, 3) in the frame of the upper teeth; NaN in frames that are not used."""
     out = np.full_like(points, np.nan)
     for frame in used:
-        if not np.isfinite(points[frame, marks]).all():
-            raise TooFewPointsError(
-                f"a point of the upper teeth is missing in frame {frame}", "name another frame"
-            )
         out[frame] = bite_plane(*points[frame, marks]).apply(points[frame])
     return out

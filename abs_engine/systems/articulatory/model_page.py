@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from abs_engine.systems.articulatory.analysis import Analysis
+from abs_engine.systems.articulatory.applied import Applied
 from abs_engine.systems.articulatory.tables import boxes, variance_table
 from abs_engine.systems.reproduced import figures, page, table
 
@@ -74,6 +75,19 @@ def variance_lines(done: Analysis) -> list[str]:
     return lines
 
 
+def applied_lines(done: Applied) -> list[str]:
+    """How many frames have parameters, how well they hold the points, and which points lack."""
+    error = done.error[done.found]
+    lines = [
+        f"{len(done.found)} frames, {int((~done.found).sum())} without parameters; error, RMS over "
+        f"the points: median {np.median(error):.2f} mm, worst {error.max():.2f} mm (frame "
+        f"{int(np.nanargmax(done.error))})"
+    ]
+    if done.lacking:
+        lines.append(f"{_points(done.lacking)} of the model not recorded: {_some(done.lacking)}")
+    return lines
+
+
 def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
     """The page of a model beside its figures.
 
@@ -119,5 +133,8 @@ def _points(names: Collection[str]) -> str:
 
 def _named(names: Sequence[str]) -> str:
     """The names, the first of them if they are many."""
-    more = ", ... (all in results.json)" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more
+    return _some(names) + (" (all in results.json)" if len(names) > _MOST_NAMED else "")
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:_MOST_NAMED]) + (", ..." if len(names) > _MOST_NAMED else "")
