@@ -219,6 +219,21 @@ def test_a_model_refuses_what_does_not_fit(tmp_path: Path):
         model.transform(np.where(own > own.max() - 1e-9, np.inf, own))
 
 
+def test_of_many_visemes_several_are_left_out_at_once(tmp_path: Path, monkeypatch):
+    monkeypatch.setattr("abs_engine.systems.articulatory.build.MOST_BUILT", 5)
+    assert main(written(tmp_path, recorded()[1])) == 0
+    told = json.loads((tmp_path / "model" / "results.json").read_text())
+    assert 0.05 < told["left_out_error_mm_median"] < 0.2
+
+
+def test_points_elsewhere_than_the_model_s_are_warned_of(tmp_path: Path, capsys):
+    words = written(tmp_path, recorded()[1])
+    assert main(words) == 0
+    more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
+    assert main([*words[:2], *more]) == 0
+    assert "warning: the points hardly lie where the model's do" in capsys.readouterr().out
+
+
 def test_a_model_gives_the_parameters_of_a_recording(tmp_path: Path, capsys):
     own, points = recorded()
     assert main(written(tmp_path, points)) == 0

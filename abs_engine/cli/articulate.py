@@ -38,7 +38,7 @@ CORPUS, points of a face in a posture for each viseme:
   A point may be in several groups; one in none is kept out. Frames count from 0; several are one
   viseme, their mean. teeth are three points of the upper teeth (a molar on either side, the front
   edge), by which the head's motion is taken out; without them the points are in the frame of the
-  upper teeth already: x to the subject's left, y up, z forward. The paper's predictors ask for the
+  upper teeth already: x to the subject's left, y up, z forward. The usual predictors ask for the
   groups lips, upper_lip, lower_lip, jaw_line, lower_teeth and face (all but lips and teeth).
 --predictors, a TOML, where a language, a speaker or a set of points wants others:
   format = "abs_engine.predictors"
@@ -69,7 +69,7 @@ def add_articulate(command: argparse.ArgumentParser) -> None:
         help="a bundled person's corpus instead; also writes it and its tables as CSV and TOML, "
         "and draws the head")  # fmt: skip
     add("--predictors", type=Path, metavar="FILE",
-        help="what the parameters are made of (default: the seven of the paper)")  # fmt: skip
+        help="what the parameters are made of (default: Odisio and Bailly's)")  # fmt: skip
     add("--model", type=Path, metavar="FILE",
         help="build none, but write the parameters of each frame of CORPUS by this model.npz as a "
         "CSV; of the table only the upper teeth count")  # fmt: skip

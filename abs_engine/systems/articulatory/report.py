@@ -21,6 +21,8 @@ MODEL, CORPUS, TABLE, RESULTS = "model.npz", "corpus.npz", "variance.md", "resul
 PAGE, BOXPLOTS, NOMOGRAMS = "index.html", "boxplots.svg", "nomograms.svg"
 HEADS = {"heads_front.png": (0.0, "mouth"), "heads_side.png": (-60.0, "head")}
 """Degrees by which the head is turned, and what is shown of it."""
+_ABREAST = 40
+"""Boxes beside each other."""
 _CAPTIONS = {
     BOXPLOTS: "Direct inversion of the corpus: a box of the points' errors for each viseme, from "
     "the worst to the best; the dot is their root mean square.",
@@ -74,7 +76,7 @@ def write_report(folder: Path, done: Analysis, heads: Heads | None = None) -> No
         (new.work / TABLE).write_text(variance_text(built.model), encoding="utf-8")
         shown = boxes(built.corpus.visemes, built.model.names, built.errors)
         pictures = {
-            BOXPLOTS: figure_bytes(boxplot_figure(shown), "svg"),
+            BOXPLOTS: figure_bytes(boxplot_figure(shown, -(-len(shown) // _ABREAST)), "svg"),
             NOMOGRAMS: figure_bytes(point_nomograms(built.model), "svg"),
         }
         if heads is not None:
