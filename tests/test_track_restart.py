@@ -14,8 +14,15 @@ from abs_engine.geometry import FACING, Pose
 from abs_engine.track import restart
 from abs_engine.track.person import Calibration
 from abs_engine.track.place import CalibrationFrame, shifted
-from abs_engine.track.restart import GOOD_SCORE, STARTS, calibrate_well
+from abs_engine.track.restart import (
+    GOOD_SCORE,
+    HIGHER_AND_LOWER,
+    NEARER_AND_FARTHER,
+    POOR_SCORE,
+    calibrate_well,
+)
 
+STARTS = HIGHER_AND_LOWER + NEARER_AND_FARTHER
 SETTING = toy_setting()
 MODEL = SETTING.model
 POSE = Pose(FACING, [0.0, 30.0, 600.0])
@@ -33,6 +40,7 @@ def attempt(monkeypatch, scores, model=MODEL):
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
     monkeypatch.setattr(restart, "explained", lambda *a: scores[int(a[-1].person[0]) - 1])
+    monkeypatch.setattr(restart, "log_evidence", lambda _m, given, *_: scores[: len(given)])
     return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer), tried
 
 
@@ -40,6 +48,12 @@ def test_a_good_calibration_is_not_tried_again(monkeypatch):
     found, tried = attempt(monkeypatch, [GOOD_SCORE])
     assert len(tried) == 1
     np.testing.assert_array_equal(found.shift, OWN)
+
+
+def test_one_that_is_not_poor_is_tried_again_higher_and_lower_only(monkeypatch):
+    tried = attempt(monkeypatch, [POOR_SCORE, 0.1, 0.1])[1]
+    assert len(tried) == 1 + len(HIGHER_AND_LOWER)
+    assert len({pose.translation[2] for pose in tried}) == 1
 
 
 @pytest.mark.parametrize("winner", range(1 + len(STARTS)))
@@ -70,6 +84,7 @@ def test_known_colours_are_not_learned_again(monkeypatch):
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
     monkeypatch.setattr(restart, "explained", lambda *_: 0.1)
+    monkeypatch.setattr(restart, "log_evidence", lambda _m, given, *_: np.zeros(len(given)))
     colours = SimpleNamespace()
     found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, colours)
     assert found.classes is colours
@@ -86,7 +101,10 @@ def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
         return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
-    monkeypatch.setattr(restart, "explained", lambda *a: 0.1 * a[-1].person[0])
+    monkeypatch.setattr(restart, "explained", lambda *_: 0.1)
+    monkeypatch.setattr(
+        restart, "log_evidence", lambda _m, given, *_: [c.found.person[0] for c in given]
+    )
     found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer)
     assert len(tried) == 1 + len(STARTS)
     assert found.person[0] == len(tried)

@@ -1,0 +1,106 @@
+"""Which of several calibrations of a clip explains its pictures best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.buffers import Buffers
+from abs_engine.camera import Camera, Window
+from abs_engine.scene import Renderer
+from abs_engine.track.fit import DRAWN_MOUTH, mouth_window
+from abs_engine.track.model import MouthModel
+from abs_engine.track.person import Calibration
+from abs_engine.track.place import CalibrationFrame, shifted
+from abs_engine.track.pose import PoseFrame
+
+FloatArray = NDArray[np.float64]
+
+STRANGE = 0.02
+"""Share of the pixels that show none of the classes, as hair or a collar: any colour alike."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A calibration, and the frames as they were posed for it."""
+
+    frames: Sequence[CalibrationFrame]
+    found: Calibration
+
+
+def log_evidence(
+    model: MouthModel, candidates: Sequence[Candidate], camera: Camera, renderer: Renderer
+) -> FloatArray:
+    """How probable each calibration makes the colours about all of their mouths.
+
+    The probability of a class given a colour (eq. 6) compares the classes of one calibration, and
+    classes that were learned from the wrong places may explain these well: a smile's teeth as skin
+    between lips and chin. Here the same pixels are explained by all of the calibrations: by the
+    density of their colours in the class that is drawn there, and by skin's where none is.
+
+    Parameters
+    ----------
+    model : MouthModel
+    candidates : sequence of Candidate
+        Of the same frames.
+    camera : Camera
+    renderer : Renderer
+
+    Returns
+    -------
+    (K,) float64
+        Mean log density of a pixel, in units of `features`.
+    """
+    frames = range(len(candidates[0].frames))
+    of_frames = [_of_frame(model, candidates, k, camera, renderer) for k in frames]
+    return np.asarray(np.mean(of_frames, axis=0), np.float64)
+
+
+def _of_frame(
+    model: MouthModel, candidates: Sequence[Candidate], k: int, camera: Camera, renderer: Renderer
+) -> FloatArray:
+    """Mean log densities (K,) of one frame."""
+    bases = [
+        PoseFrame(shifted(c.frames[k].pose, c.found.shift, model.pivot), model.pivot)
+        for c in candidates
+    ]
+    window = _around([mouth_window(model, b.base, camera) for b in bases])
+    patch = window.sample(candidates[0].frames[k].image)
+    values = []
+    for base, c in zip(bases, candidates, strict=True):
+        posture = base.candidates(c.found.expressions[k][None])
+        drawn = renderer.draw(model.held(c.found.person), posture, camera, window)[0]
+        density = _density(model, c.found.classes, drawn, patch)
+        values.append(np.log((1 - STRANGE) * density + STRANGE).mean())
+    return np.array(values, np.float64)
+
+
+def _around(windows: Sequence[Window]) -> Window:
+    """The window that holds all of these, a mouth drawn about as large as in the first."""
+    low = np.min([(w.x, w.y) for w in windows], axis=0)
+    high = np.max([(w.x + w.width, w.y + w.height) for w in windows], axis=0)
+    scale = min(2.0, 1.6 * DRAWN_MOUTH / windows[0].width)
+    size = np.ceil((high - low) * scale) / scale
+    return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
+
+
+def _density(
+    model: MouthModel, classes: ColourClasses, drawn: Buffers, patch: NDArray[np.generic]
+) -> FloatArray:
+    """Density (H, W) of each pixel's colour in the class that is drawn there."""
+    samples = features(patch, classes.reference).reshape(-1, 3)
+    shape = drawn.class_id.shape
+    of = {name: classes.mixtures[name].density(samples).reshape(shape) for name in CLASSES}
+    teeth, dark = classes.priors[2:] / classes.priors[2:].sum()
+    inside = teeth * of["teeth"] + dark * of["dark"]  # where teeth stand is not known
+    of |= {"teeth": inside, "dark": inside}
+    density = of["skin"].copy()
+    for k, name in enumerate(model.colour_classes):
+        if name is not None:
+            shown = drawn.class_id == k
+            density[shown] = of[name][shown]
+    return density
