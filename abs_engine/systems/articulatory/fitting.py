@@ -29,6 +29,8 @@ local appearance, for which a wrong match costs far more than noise does, by les
 Chosen on another person's visemes: with 1e-4 points end a twentieth farther off, with 1e-6 as far.
 """
 LIMIT = 600
+EPSILON = "whitened, textures off outlines"
+"""What is minimised, for whoever keeps results: changes with `problem`."""
 FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
 OF_POINTS = 0.1
@@ -150,6 +152,12 @@ def problem(
         If there is no such model, or the face is outside of the picture.
     PictureError
         If a pixel is not finite.
+
+    Notes
+    -----
+    Beyond epsilon as printed, differences are whitened by what the model leaves out of its own
+    training frames (``whiten``), and textures leave out pixels beside an outline (``inner``).
+    Epsilon as printed is what `texture_error` and `local_error` make without being asked.
     """
     shape = face.shape
     if name not in MODELS:
@@ -161,6 +169,7 @@ def problem(
         error = texture_error(
             face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
             np.concatenate([np.zeros(6), alpha]), renderer, shape.penalty, face.dressed[name],
+            inner=True, whiten=True,
         )  # fmt: skip
     else:
         weaker = replace(shape.penalty, strength=OF_POINTS * shape.penalty.strength)

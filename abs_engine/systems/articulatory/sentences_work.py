@@ -24,6 +24,7 @@ from abs_engine.render.select import open_renderer
 from abs_engine.scene import Renderer
 from abs_engine.synth.french import Sentence
 from abs_engine.synth.plan import ClipPlan
+from abs_engine.systems.articulatory.fitting import EPSILON
 from abs_engine.systems.articulatory.kept import Kept, digest
 from abs_engine.systems.articulatory.models import LOCALS, TalkingFace
 from abs_engine.systems.articulatory.sentences_filmed import (
@@ -100,7 +101,8 @@ class Work:
         basis = {
             "person": self.person, "beads": self.beads, "seed": self.seed, "frames": self.frames,
             "renderer": self.renderer, "engine_version": engine_version(),
-            "camera": digest(self.camera), "face": digest([self.face, self.postures]),
+            "epsilon": EPSILON, "camera": digest(self.camera),
+            "face": digest([self.face, self.postures]),
         }  # fmt: skip
         return Kept(self.folder, basis)
 
