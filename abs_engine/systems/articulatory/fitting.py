@@ -33,9 +33,9 @@ EPSILON = "whitened, textures off outlines"
 """What is minimised, for whoever keeps results: changes with `problem`."""
 FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
-OF_POINTS = 0.1
-"""Share of A(a)'s strength that counts beside local appearance, whose noise is less of what a wrong
-match costs than that of textures; chosen on `french.PRACTICE`, like that strength."""
+WHITENED = 0.1
+"""Share of A(a)'s strength that counts beside whitened differences, whose noise is less of what a
+wrong match costs than that of raw ones; chosen on `french.PRACTICE`, like that strength."""
 MARGIN = 10.0
 """Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
@@ -164,15 +164,15 @@ def problem(
         raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
     seen = face_window(shape, alpha, pose, camera) if window is None else window
+    weaker = replace(shape.penalty, strength=WHITENED * shape.penalty.strength)
     error: TextureError | LocalError
     if name in TEXTURES:
         error = texture_error(
             face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
-            np.concatenate([np.zeros(6), alpha]), renderer, shape.penalty, face.dressed[name],
+            np.concatenate([np.zeros(6), alpha]), renderer, weaker, face.dressed[name],
             inner=True, whiten=True,
         )  # fmt: skip
     else:
-        weaker = replace(shape.penalty, strength=OF_POINTS * shape.penalty.strength)
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
             frame.candidates, renderer, weaker, whiten="all",

@@ -39,7 +39,7 @@ from abs_engine.systems.articulatory.sequence import Settings, Tracked, track
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]
 
-_OF_TEXTURES = Settings(limit=300)
+_OF_TEXTURES = Settings(limit=300, coarse=1e-5, inertia=1e-5)
 _OF_POINTS = Settings(limit=280, coarse=1e-5, tolerance=1e-3, inertia=1e-5, unusual=2.0)
 
 
