@@ -75,16 +75,19 @@ def about(pose: Pose):
     return candidates
 
 
-@pytest.fixture(scope="module", params=["tex", "la", "la each", "la all"])
+@pytest.fixture(scope="module", params=["tex", "tex all", "la", "la each", "la all"])
 def error(request, texture, local, scene, camera, other):
     """Epsilon of the other frame, at its own pose, with a penalty."""
     plain = Scene(**{**vars(scene), "texture_modes": None})
     penalty = ExponentialPenalty(np.full(N, -1.5), np.full(N, 1.5))
     given = other.image, camera, camera.whole, about(other.pose)
-    if request.param == "tex":
+    if request.param.startswith("tex"):
         # A mask, as a face is: turned away it shows less, and in the end nothing.
         front, _ = part(plain, facets_around(plain, np.flatnonzero(plain.mean[:, 2] > 30)))
-        return texture_error(texture, front, *given, np.zeros(6 + N), RENDERER, penalty)
+        own = request.param == "tex all"
+        return texture_error(
+            texture, front, *given, np.zeros(6 + N), RENDERER, penalty, inner=own, whiten=own
+        )
     whiten = (*request.param.split(), "no")[1]
     return local_error(local, plain, *given, RENDERER, penalty, whiten)
 

@@ -202,6 +202,8 @@ def test_saved_and_loaded(model, tmp_path):
     for name in ("base", "modes", "mean", "frames"):
         assert np.array_equal(getattr(back, name), getattr(model, name))
     assert back.explained == model.explained
-    np.savez(tmp_path / "u.npz", format="abs_engine.texture", version=1, base=model.base)
+    for name in ("spread", "common"):
+        assert np.array_equal(getattr(back.leftover, name), getattr(model.leftover, name))
+    np.savez(tmp_path / "u.npz", format="abs_engine.texture", version=2, base=model.base)
     with pytest.raises(ModelFormatError, match="no whole texture"):
         TextureModel.load(tmp_path / "u.npz")

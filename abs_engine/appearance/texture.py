@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.appearance.atlas import Atlas, warp
-from abs_engine.appearance.regression import Fitted, FloatArray, LinearFits
+from abs_engine.appearance.leftover import Leftover, leftover, normalised
+from abs_engine.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.appearance.sight import Sighting
 from abs_engine.camera import Camera
 from abs_engine.errors import ModelFormatError, ParameterError
 from abs_engine.npz import read_npz, write_npz
 from abs_engine.scene import Renderer, Scene
 
-FORMAT, VERSION = "abs_engine.texture", 1
+FORMAT, VERSION = "abs_engine.texture", 2
 RIDGE = 1.0
 """See `LinearFits.solve`."""
 
@@ -39,6 +40,8 @@ class TextureModel:
         it; the colour there is that of the nearest texel seen.
     explained : float
         Share of the RGB variance of the training frames that the model explains, 0 to 1.
+    leftover : Leftover
+        What the model leaves out of luminance-normalised training frames.
 
     Raises
     ------
@@ -51,11 +54,14 @@ class TextureModel:
     mean: NDArray[np.float32]
     frames: NDArray[np.int32]
     explained: float
+    leftover: Leftover
 
     def __post_init__(self) -> None:
         shape = self.base.shape
         fits = len(shape) == 3 and shape[2] == 3 and self.modes.shape[1:] == shape
         fits = fits and self.mean.shape == shape and self.frames.shape == shape[:2]
+        fits = fits and self.leftover.spread.shape == shape[:2]
+        fits = fits and self.leftover.common.shape[1:] == shape
         if not fits or not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
             raise ParameterError("texture arrays do not fit or hold NaN", "learn the texture again")
 
@@ -80,7 +86,10 @@ class TextureModel:
         return [self.at(row) for row in rows]
 
     def constant(self, parameters: ArrayLike | None = None) -> TextureModel:
-        """The model with M_I = 0 (`tex_cst`): the mean, or the texture at given parameters."""
+        """The model with M_I = 0 (`tex_cst`): the mean, or the texture at given parameters.
+
+        All else stays, what differences are measured by too.
+        """
         base = self.mean if parameters is None else self._values(parameters).astype(np.float32)
         return replace(self, base=base, modes=self.modes[:0], explained=0.0)
 
@@ -115,7 +124,9 @@ class TextureModel:
         OutputError
             If it exists or cannot be written.
         """
-        write_npz(path, FORMAT, VERSION, {f.name: getattr(self, f.name) for f in fields(self)})
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "leftover"}
+        left = {"spread": self.leftover.spread, "common": self.leftover.common}
+        write_npz(path, FORMAT, VERSION, arrays | left)
 
     @classmethod
     def load(cls, path: Path) -> TextureModel:
@@ -132,7 +143,8 @@ class TextureModel:
         try:
             base, modes, mean = (np.asarray(data[k], np.float32) for k in ("base", "modes", "mean"))
             frames = np.asarray(data["frames"], np.int32)
-            return cls(base, modes, mean, frames, float(data["explained"]))
+            left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
+            return cls(base, modes, mean, frames, float(data["explained"]), left)
         except (KeyError, TypeError, ValueError, ParameterError) as error:
             raise ModelFormatError(f"{path} holds no whole texture", "learn it again") from error
 
@@ -188,17 +200,23 @@ def learn_texture(
     hidden, turned away, or beside an outline does not count at all.
     """
     fits: LinearFits | None = None
+    values, seen, parameters = [], [], []
     for sighting in sightings:
         if fits is None:
             fits = LinearFits(len(atlas.texels[0]), 3, len(sighting.parameters))
         colours, weights = warp(sighting, atlas, scene, camera, renderer)
         fits.add(colours, weights, sighting.parameters)
+        values.append(normalised(colours.astype(np.float32)))
+        seen.append(weights > 0)
+        parameters.append(sighting.parameters)
     if fits is None:
         raise ParameterError("there are no frames to learn a texture from", "give some")
-    return _model(fits.solve(ridge), atlas)
+    found = fits.solve(ridge)
+    frames = Frames(np.array(values), np.array(seen), np.array(parameters, np.float64))
+    return _model(found, atlas, leftover(frames, ridge, atlas))
 
 
-def _model(found: Fitted, atlas: Atlas) -> TextureModel:
+def _model(found: Fitted, atlas: Atlas, left: Leftover) -> TextureModel:
     """Fits of the atlas' texels as pictures."""
     seen = found.frames > 0
     frames = np.zeros(atlas.facet_id.shape, np.int32)
@@ -211,4 +229,5 @@ def _model(found: Fitted, atlas: Atlas) -> TextureModel:
         mean=atlas.picture(found.mean, seen),
         frames=frames,
         explained=found.explained,
+        leftover=left,
     )

@@ -16,10 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.leftover import normalised
 from abs_engine.appearance.sight import check_picture
 from abs_engine.appearance.texture import TextureModel
+from abs_engine.buffers import Buffers
 from abs_engine.camera import Camera, Window
+from abs_engine.compare.outline import off_outlines
 from abs_engine.compare.penalty import Penalty
+from abs_engine.compare.whiten import TextureNoise
 from abs_engine.errors import ParameterError
 from abs_engine.objective import Evaluation
 from abs_engine.scene import Candidates, ColourError, Renderer, Scene
@@ -95,6 +99,10 @@ class TextureError(Epsilon):
         What a wrong match costs, in units of epsilon.
     penalty : Penalty, optional
         A(a), over the first weights of a candidate; times `PENALTY_SHARE` times `wrong`.
+    inner : bool
+        Whether pixels beside an outline are left out of S; see `texture_error`.
+    noise : TextureNoise, optional
+        What differences are whitened by; without it they count as they are, as printed.
     """
 
     renderer: Renderer
@@ -106,6 +114,8 @@ class TextureError(Epsilon):
     drawn: int
     wrong: float
     penalty: Penalty | None = None
+    inner: bool = False
+    noise: TextureNoise | None = None
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """What is squared and summed to epsilon at one parameter vector, (3 H W + 1 + P,).
@@ -114,21 +124,47 @@ class TextureError(Epsilon):
         """
         many = self.candidates(x[None])
         drawn = self.renderer.draw(self.scene, many, self.camera, self.window)[0]
-        where = drawn.covered
-        ours = (drawn.rgb + 1.0) / (drawn.rgb.sum(axis=2, keepdims=True) + 3.0)
-        differ = np.where(where[..., None], ours - self.term.normalised, 0.0).ravel()
-        count = int(where.sum())
-        lost = max(self.drawn - count, 0)
-        charged = np.array([self.wrong * lost / (count + lost)])
+        where, off = self.differences(drawn)
+        differ = np.zeros(self.term.normalised.shape, np.float32)
+        differ[where] = off
+        lost = max(self.drawn - len(off), 0)
+        charged = np.array([self.wrong * lost / (len(off) + lost)])
         roots = penalty_roots(many.weights, self.penalty, self.wrong)[0]
-        return np.concatenate([differ / np.sqrt(3.0 * (count + lost)), np.sqrt(charged), roots])
+        scaled = differ.ravel() / np.sqrt(3.0 * (len(off) + lost))
+        return np.concatenate([scaled, np.sqrt(charged), roots])
+
+    def differences(self, drawn: Buffers) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+        """S of a drawing, (H, W), and D^s - D^a of its N pixels as they count, (N, 3)."""
+        where = _compared(drawn, self.camera, self.window, self.inner)
+        off = normalised(drawn.rgb[where]) - self.term.normalised[where]
+        if self.noise is not None:
+            off = self.noise.whitened(off, self.scene, drawn, where)
+        return where, off
 
     def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         many = self.candidates(vectors)
-        sums = self.renderer.measure(self.scene, many, self.camera, self.window, self.term)
-        lost = np.maximum(self.drawn - sums.pixels, 0)
-        data = (sums.total / 3 + self.wrong * lost) / (sums.pixels + lost)
+        total, pixels = self._sums(many) if self._as_printed else self._own_sums(many)
+        lost = np.maximum(self.drawn - pixels, 0)
+        data = (total / 3 + self.wrong * lost) / (pixels + lost)
         return with_penalty(data, many.weights, self.penalty, self.wrong)
+
+    def _sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Squared differences (B,) and pixels (B,), by the renderer itself."""
+        sums = self.renderer.measure(self.scene, many, self.camera, self.window, self.term)
+        return sums.total, sums.pixels
+
+    @property
+    def _as_printed(self) -> bool:
+        return self.noise is None and not self.inner
+
+    def _own_sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
+        """The same of `differences`."""
+        total, pixels = np.empty(len(many)), np.empty(len(many), np.int64)
+        drawn = self.renderer.draw(self.scene, many, self.camera, self.window)
+        for i, buffers in enumerate(drawn):
+            off = self.differences(buffers)[1]
+            total[i], pixels[i] = np.square(off).sum(dtype=np.float64), len(off)
+        return total, pixels
 
 
 def texture_error(
@@ -142,6 +178,8 @@ def texture_error(
     renderer: Renderer,
     penalty: Penalty | None = None,
     dressed: Scene | None = None,
+    inner: bool = False,
+    whiten: bool = False,
 ) -> TextureError:
     """The texture error of a frame.
 
@@ -165,6 +203,14 @@ def texture_error(
     penalty : Penalty, optional
     dressed : Scene, optional
         ``model.dress(scene)``, where it is made once for many frames.
+    inner : bool
+        Leave pixels beside an outline out of S; the paper's S is all rendered pixels. There a
+        camera mixes skin with what lies behind it and the drawing does not, and which pixels they
+        are changes with every candidate: so a fit gains by moving the outline.
+    whiten : bool
+        Divide differences by the spread that the model leaves unexplained, so that all texels
+        have a like weight (luminance-normalised, what is dark is mostly noise), and whiten them
+        together, so that what many miss alike counts once; the paper compares them raw.
 
     Raises
     ------
@@ -177,15 +223,24 @@ def texture_error(
     clothed = model.dress(scene) if dressed is None else dressed
     term = ColourError(window.sample(np.asarray(frame, np.float32)).astype(np.float32))
     drawn = renderer.draw(clothed, candidates(start[None]), camera, window)[0]
-    where = drawn.covered
+    where = _compared(drawn, camera, window, inner)
     if not where.any():
         raise ParameterError("nothing is drawn at the start", "start where the face is")
-    ours = (drawn.rgb[where] + 1) / (drawn.rgb[where].sum(axis=1, keepdims=True) + 3)
-    cost = wrong_match(term.normalised[where].astype(np.float64), ours.astype(np.float64))
+    ours = normalised(drawn.rgb[where].astype(np.float64))
+    cost = wrong_match(term.normalised[where].astype(np.float64), ours)
+    noise = TextureNoise.of(model.leftover) if whiten else None
+    if noise is not None:
+        cost = cost * noise.scales(clothed, drawn, where) ** 2
     count = max(1, int(KEPT * where.sum()))
     return TextureError(
-        renderer, clothed, camera, window, term, candidates, count, float(cost.mean()), penalty
-    )
+        renderer, clothed, camera, window, term, candidates, count, float(cost.mean()), penalty,
+        inner, noise,
+    )  # fmt: skip
+
+
+def _compared(drawn: Buffers, camera: Camera, window: Window, inner: bool) -> NDArray[np.bool_]:
+    """S, (H, W)."""
+    return off_outlines(drawn, camera, window) if inner else drawn.covered
 
 
 def wrong_match(analysed: FloatArray, synthetic: FloatArray) -> FloatArray:

@@ -31,9 +31,9 @@ Chosen on another person's visemes: with 1e-4 points end a twentieth farther off
 LIMIT = 600
 FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
-OF_POINTS = 0.1
-"""Share of A(a)'s strength that counts beside local appearance, whose noise is less of what a wrong
-match costs than that of textures; chosen on `french.PRACTICE`, like that strength."""
+WHITENED = 0.1
+"""Share of A(a)'s strength that counts beside whitened differences, whose noise is less of what a
+wrong match costs than that of raw ones; chosen on `french.PRACTICE`, like that strength."""
 MARGIN = 10.0
 """Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
@@ -124,6 +124,7 @@ def problem(
     *,
     pose_known: bool = False,
     window: Window | None = None,
+    whiten: bool = False,
 ) -> Problem:
     """What is to be minimised in a picture; the start is ``alpha``, or six zeros and ``alpha``.
 
@@ -143,6 +144,11 @@ def problem(
         Seek the articulatory parameters only.
     window : Window, optional
         Part of the picture that is compared; by default `face_window` at the start.
+    whiten : bool
+        Whether textures, too, are compared beyond epsilon as printed, which is several times the
+        work: pixels beside an outline are left out, and differences are whitened by what the model
+        leaves out of its own training frames (`texture_error`). Local appearance always is
+        (`local_error`), as whitening costs little there.
 
     Raises
     ------
@@ -156,14 +162,15 @@ def problem(
         raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
     seen = face_window(shape, alpha, pose, camera) if window is None else window
+    weaker = replace(shape.penalty, strength=WHITENED * shape.penalty.strength)
     error: TextureError | LocalError
     if name in TEXTURES:
         error = texture_error(
             face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
-            np.concatenate([np.zeros(6), alpha]), renderer, shape.penalty, face.dressed[name],
+            np.concatenate([np.zeros(6), alpha]), renderer, weaker if whiten else shape.penalty,
+            face.dressed[name], inner=whiten, whiten=whiten,
         )  # fmt: skip
     else:
-        weaker = replace(shape.penalty, strength=OF_POINTS * shape.penalty.strength)
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
             frame.candidates, renderer, weaker, whiten="all",

@@ -54,9 +54,9 @@ _TWINS_BEADS = (
     "say changed 0.46 to 0.44 mm on another person"
 )
 _BARE = (
-    "what a texture misses, whole regions miss alike (shading, lips that roll in), and epsilon as "
-    "printed counts each pixel for itself, so that moved lips explain it; for points, noise that "
-    "they have in common counts once, which took la_lin from 0.85 to 0.47 mm on another person"
+    "what a texture misses, whole regions miss alike (shading, lips that roll in), so that moved "
+    "lips explain it; such noise counts once here, which took tex_lin from 1.13 to 0.5 mm on "
+    "another person, but so few pictures tell only six directions of it"
 )
 _DEPTH = (
     "most of it lies along z (see below): one camera in front hardly tells how far the jaw "

@@ -100,7 +100,8 @@ class Work:
         basis = {
             "person": self.person, "beads": self.beads, "seed": self.seed, "frames": self.frames,
             "renderer": self.renderer, "engine_version": engine_version(),
-            "camera": digest(self.camera), "face": digest([self.face, self.postures]),
+            "camera": digest(self.camera),
+            "face": digest([self.face, self.postures]),
         }  # fmt: skip
         return Kept(self.folder, basis)
 

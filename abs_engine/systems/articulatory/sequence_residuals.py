@@ -71,10 +71,7 @@ def _texture(
     there = np.zeros(rows.shape, np.bool_)
     data = np.empty(len(many))
     for i, buffers in enumerate(drawn):
-        covered = buffers.covered
-        ours = buffers.rgb[covered].astype(np.float32)
-        ours = (ours + 1) / (ours.sum(axis=1, keepdims=True) + 3)
-        differ = frame[covered] - ours
+        covered, differ = error.differences(buffers)
         count = len(differ)
         lost = max(error.drawn - count, 0)
         data[i] = (float((differ**2).sum()) / 3 + error.wrong * lost) / (count + lost)

@@ -14,7 +14,7 @@ from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.scene import Candidates, Renderer
 from abs_engine.systems.articulatory.models import MODELS, TalkingFace
-from abs_engine.systems.articulatory.visemes import NEUTRAL, Speech, VisemeError
+from abs_engine.systems.articulatory.visemes import ASKED, NEUTRAL, PRINTED, Speech, VisemeError
 from abs_engine.systems.inspect.layout import Image, beside, captioned, label, stacked
 
 FloatArray = NDArray[np.float64]
@@ -32,15 +32,16 @@ def residual_figure(errors: Mapping[str, Sequence[VisemeError]]) -> Figure:
     errors : mapping of str to sequence of VisemeError
         By the title of a panel.
     """
-    figure = Figure(figsize=(4.6 * len(errors), 3.6), layout="constrained")
+    labels = [f"{PRINTED[n]}\nas printed" if n in PRINTED else n for n in (*ASKED, NEUTRAL)]
+    figure = Figure(figsize=(6.0 * len(errors), 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     for axes, (title, found) in zip(
         figure.subplots(1, len(errors), squeeze=False, sharey=True)[0], errors.items(), strict=True
     ):
-        groups = [[e for e in found if e.model == name] for name in (*MODELS, NEUTRAL)]
+        groups = [[e for e in found if e.model == name] for name in (*ASKED, NEUTRAL)]
         axes.boxplot(
             [[e.rms for e in group] for group in groups],
-            tick_labels=[*MODELS, NEUTRAL], widths=0.5, medianprops={"color": "black"},
+            tick_labels=labels, widths=0.5, medianprops={"color": "black"},
             flierprops={"marker": "+", "markersize": 4},
         )  # fmt: skip
         for place, group in enumerate(groups, 1):

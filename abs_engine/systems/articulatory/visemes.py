@@ -34,6 +34,9 @@ from abs_engine.systems.articulatory.shape import FaceShape, face_shape
 
 FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"
+PRINTED = {"tex_lin_printed": "tex_lin", "tex_cst_printed": "tex_cst"}
+"""Textures compared by epsilon as printed, beside the whitened comparison of `fitting.problem`."""
+ASKED = (*MODELS, *PRINTED)
 LIMIT, RESTARTS = 800, 2
 Tell = Callable[[str], None]
 
@@ -69,12 +72,14 @@ class Speech:
         """The appearance models of some of the pictures."""
         return learn_face(self.shape, self.sightings(which), self.pictures.camera, renderer)
 
-    def problem(self, face: TalkingFace, name: str, which: int, renderer: Renderer) -> Problem:
-        """A picture's epsilon from neutral, its pose known."""
+    def problem(
+        self, face: TalkingFace, name: str, which: int, renderer: Renderer, whiten: bool = False
+    ) -> Problem:
+        """A picture's epsilon from neutral, its pose known; `whiten` as of `fitting.problem`."""
         seen = self.pictures
         return problem(
             face, name, seen.pictures[which], seen.camera, seen.poses[which],
-            self.shape.neutral, renderer, pose_known=True,
+            self.shape.neutral, renderer, pose_known=True, whiten=whiten,
         )  # fmt: skip
 
     def missed(self, alpha: FloatArray, which: int) -> tuple[float, float]:
@@ -163,7 +168,7 @@ def find_visemes(
     face: TalkingFace,
     tests: Iterable[int],
     renderer: Renderer,
-    models: Sequence[str] = MODELS,
+    models: Sequence[str] = ASKED,
 ) -> list[VisemeError]:
     """Find visemes from neutral, their pose known, by every model; and what neutral misses.
 
@@ -175,12 +180,14 @@ def find_visemes(
     tests : iterable of int
     renderer : Renderer
     models : sequence of str
+        Of `ASKED`.
     """
     out = []
     for which in tests:
         out.append(_error(speech, NEUTRAL, which, speech.shape.neutral, 0))
         for name in models:
-            asked = speech.problem(face, name, which, renderer)
+            printed = name in PRINTED
+            asked = speech.problem(face, PRINTED.get(name, name), which, renderer, not printed)
             solver = RestartedSimplex(asked.tolerance, LIMIT, RESTARTS)
             found = fit(asked, speech.shape.neutral, step=FROM_NEUTRAL, solver=solver)
             count = found.solution.n_evaluations
@@ -214,7 +221,7 @@ def splits(count: int, seed: int, rounds: int) -> list[tuple[NDArray[np.int64], 
 def summary(errors: Sequence[VisemeError]) -> dict[str, dict[str, float]]:
     """By model: medians and worst over the visemes, mm, and evaluations for each."""
     out = {}
-    for name in (*MODELS, NEUTRAL):
+    for name in (*ASKED, NEUTRAL):
         own = [e for e in errors if e.model == name]
         if own:
             out[name] = {

@@ -1,0 +1,97 @@
+"""What a texture model leaves out of its frames whitens differences; outlines are left out of S."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapes
+
+from abs_engine.appearance.atlas import lay_atlas
+from abs_engine.appearance.leftover import Leftover, leftover, normalised
+from abs_engine.appearance.regression import Frames
+from abs_engine.compare.outline import off_outlines
+from abs_engine.compare.whiten import TextureNoise
+from abs_engine.geometry import Pose
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.scene import Candidates
+
+RENDERER = CpuRenderer()
+SIZE = 32
+
+
+@pytest.fixture(scope="module")
+def seen():
+    scene, (camera, _) = shapes.ball(), shapes.view(64)
+    still = Candidates.one(np.zeros(scene.n_modes), Pose.facing(shapes.DISTANCE))
+    return scene, camera, RENDERER.draw(scene, still, camera, camera.whole)[0]
+
+
+def test_normalised_does_not_depend_on_brightness():
+    rgb = np.array([[30.0, 20.0, 10.0]])
+    np.testing.assert_allclose(normalised(10 * rgb), normalised(rgb), atol=0.02)
+    assert normalised(rgb).sum() == pytest.approx(1.0)
+
+
+def test_spread_and_common_noise_are_found(seen):
+    """Half of the texels twice as noisy as the others, and a pattern that all have in common."""
+    scene, *_ = seen
+    atlas = lay_atlas(scene, (SIZE, SIZE), RENDERER)
+    k, rng = len(atlas.texels[0]), np.random.default_rng(1)
+    parameters = rng.normal(size=(60, 2))
+    own = np.where(np.arange(k) < k // 2, 0.01, 0.02)[:, None]
+    pattern = rng.normal(size=(k, 3)) * own
+    values = 0.3 + own * rng.normal(size=(60, k, 3)) + rng.normal(size=(60, 1, 1)) * pattern
+    frames = Frames(values.astype(np.float32), np.ones((60, k), np.bool_), parameters)
+    found = leftover(frames, 1.0, atlas)
+    spread = found.spread[atlas.texels]
+    assert np.median(spread[k // 2 :]) == pytest.approx(2 * np.median(spread[: k // 2]), rel=0.1)
+    first = found.common[0][atlas.texels].ravel()
+    assert abs(np.corrcoef(first, (pattern / own).ravel())[0, 1]) > 0.95
+    strength = (found.common**2).sum(axis=(1, 2, 3))
+    assert strength[0] > 5 * strength[1]
+
+
+def test_too_few_frames_say_nothing(seen):
+    scene, *_ = seen
+    atlas = lay_atlas(scene, (SIZE, SIZE), RENDERER)
+    k = len(atlas.texels[0])
+    one = Frames(np.zeros((1, k, 3), np.float32), np.ones((1, k), np.bool_), np.zeros((1, 2)))
+    found = leftover(one, 1.0, atlas)
+    assert (found.spread == 1).all()
+    assert len(found.common) == 0
+
+
+def test_common_noise_becomes_white(seen):
+    """Noise drawn as the model has it, whitened: each pixel and all together have variance 1."""
+    scene, _, drawn = seen
+    rng = np.random.default_rng(2)
+    common = rng.normal(size=(2, SIZE, SIZE, 3)).astype(np.float32)
+    noise = TextureNoise.of(Leftover(np.full((SIZE, SIZE), 0.1, np.float32), common))
+    plain = TextureNoise.of(Leftover(np.full((SIZE, SIZE), 0.1, np.float32), common[:0]))
+    where = drawn.covered
+    read = noise._at(scene, drawn, where)[:, 1:]
+    v = read.reshape(len(read), 2, 3).transpose(1, 0, 2).reshape(2, -1)
+    off = 0.1 * (rng.normal(size=(400, 2)) @ v + rng.normal(size=(400, v.shape[1])))
+    white = [
+        noise.whitened(o.reshape(-1, 3).astype(np.float32), scene, drawn, where).ravel()
+        for o in off
+    ]
+    assert np.var(white) == pytest.approx(1.0, rel=0.05)
+    along = v[0] / np.linalg.norm(v[0])
+    assert np.var(off @ along) / 0.01 > 50
+    assert np.var(np.array(white) @ along) == pytest.approx(1.0, rel=0.25)
+    same = plain.whitened(off[0].reshape(-1, 3).astype(np.float32), scene, drawn, where)
+    np.testing.assert_allclose(same.ravel(), 10 * off[0], rtol=1e-4, atol=1e-5)
+
+
+def test_pixels_beside_an_outline_are_left_out(seen):
+    _, camera, drawn = seen
+    inner = off_outlines(drawn, camera, camera.whole)
+    assert inner.any()
+    assert (inner <= drawn.covered).all()
+    rows, columns = np.nonzero(inner)
+    for row in (-1, 0, 1):
+        for column in (-1, 0, 1):
+            assert drawn.covered[rows + row, columns + column].all()
+    left = drawn.covered & ~inner
+    assert 0 < left.sum() < 0.35 * drawn.covered.sum()
