@@ -81,6 +81,15 @@ class ShellFit:
     found: bool = True
 
 
+def seen_shapes(physics: LearnedPhysics, displacements: FloatArray) -> FloatArray:
+    """Shapes (T, P) of displacements (T, N, 3), mm, in standard deviations of the modes.
+
+    What is likely of them under errors of observation.
+    """
+    shrunk = physics.deviations / physics.variances
+    return np.asarray(physics.coefficients(physics.rest + displacements) * shrunk)
+
+
 def typical_shapes(
     physics: LearnedPhysics, displacements: FloatArray, count: int = STARTS, seed: int = 0
 ) -> FloatArray:
@@ -99,8 +108,7 @@ def typical_shapes(
     (K, P) float64
         In standard deviations of the modes; the first is the mean.
     """
-    shrunk = physics.deviations / physics.variances  # what is likely under errors of observation
-    seen = physics.coefficients(physics.rest + displacements) * shrunk
+    seen = seen_shapes(physics, displacements)
     count = min(count, len(seen))
     centres = kmeans2(seen, count, seed=seed, minit="++", missing="warn")[0] if count > 1 else seen
     centres = centres[np.isfinite(centres).all(axis=1)]
