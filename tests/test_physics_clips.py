@@ -231,6 +231,16 @@ def test_colours_are_learned_near_the_lips_of_every_fourth_frame():
     assert wall.sum(axis=0).max() < 0.05
 
 
+def test_lips_in_shade_beside_the_opening_are_lips_but_what_meets_skin_is_left_out():
+    view, shaded = View(), (70, 34, 34)
+    view.picture[50:52, 50:110] = shaded  # of the upper lip, above the teeth
+    view.picture[40:41, 50:110] = FAR  # of the upper lip, below the skin
+    learned = learn_colours([view])
+    shown = learned.probabilities(np.full((2, 2, 3), shaded, np.uint8))
+    assert shown[CLASSES.index("lips")].min() > 0.6
+    assert learned.probabilities(np.full((2, 2, 3), FAR, np.uint8)).sum(axis=0).max() < 0.05
+
+
 def test_views_without_lips_teach_no_colours():
     with pytest.raises(TooFewPixelsError):
         learn_colours([View(lips=False)])

@@ -14,17 +14,27 @@ from abs_engine.appearance.labelled import train_classes
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.forces import slopes
+from abs_engine.compare.prior import MixturePrior
 from abs_engine.errors import ModelFormatError, ParameterError
 from abs_engine.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates, ClassMaps
-from abs_engine.shape.lip_model import COLOUR_OF, INTERIOR, LIPS, SKIN, LipModel, lip_model
+from abs_engine.shape.lip_model import (
+    COLOUR_OF,
+    INSIDE,
+    INTERIOR,
+    LIPS,
+    SKIN,
+    LipModel,
+    lip_model,
+)
 from abs_engine.shape.lip_shell import COLUMNS
 from abs_engine.systems.physics.fitting import (
     DRIVERS,
     ITERATIONS,
     ShellFit,
     fit_frame,
+    seen_shapes,
     typical_shapes,
 )
 from abs_engine.systems.physics.motion import authored_motion, observed_motion
@@ -35,9 +45,13 @@ from abs_engine.track.shell import (
     FIRST_STRIDE,
     POSE_FREE,
     RULES,
+    SIDE,
+    SIDE_OF_MOUTH,
+    WIDTH,
     Pull,
     ShellPosterior,
     ShellSetting,
+    mouth_across,
     shell_posterior,
     shell_window,
     zone,
@@ -90,11 +104,12 @@ def untracked(frame: int) -> float:
 
 def test_lips_skin_and_opening_are_drawn_in_their_classes():
     scene = MODEL.scene()
-    rings = len(MODEL.skirt) // COLUMNS
-    assert len(scene.mean) == len(MODEL.shell) + len(MODEL.skirt) + 1
-    assert len(scene.faces) == 2 * COLUMNS * (5 + rings) + COLUMNS
+    rings, more = len(MODEL.skirt) // COLUMNS, len(MODEL.bulge) // COLUMNS
+    assert more == INSIDE + 2 * 3
+    assert len(scene.mean) == len(MODEL.shell) + len(MODEL.skirt) + len(MODEL.bulge) + 1
+    assert len(scene.faces) == 2 * COLUMNS * (5 + rings + more) + COLUMNS
     counted = np.bincount(scene.facet_class, minlength=4).tolist()
-    assert counted == [0, 2 * COLUMNS * (3 + rings), 4 * COLUMNS, COLUMNS]
+    assert counted == [0, 2 * COLUMNS * (3 + rings), 2 * COLUMNS * (2 + more), COLUMNS]
     assert (COLOUR_OF[SKIN], COLOUR_OF[LIPS], COLOUR_OF[INTERIOR]) == ("skin", "lips", "interior")
     assert scene.n_modes == MODEL.n_modes == 6
 
@@ -106,10 +121,13 @@ def test_it_is_one_sheet_that_faces_the_front():
     directed = {tuple(edge) for edge in edges.tolist()}
     assert len(directed) == len(edges)
     free = [edge for edge in directed if edge[::-1] not in directed]
-    outermost = range(len(MODEL.scene().mean) - 1 - COLUMNS, len(MODEL.scene().mean) - 1)
+    end = len(MODEL.shell) + len(MODEL.skirt)
+    outermost = range(end - COLUMNS, end)
     assert len(free) == COLUMNS
     assert {k for edge in free for k in edge} == set(outermost)
-    a, b, c = MODEL.scene().mean.astype(float)[faces].transpose(1, 0, 2)
+    deep = np.arange(end, end + INSIDE * COLUMNS)  # lips face the teeth there
+    seen = faces[~np.isin(faces, deep).any(axis=1)]
+    a, b, c = MODEL.scene().mean.astype(float)[seen].transpose(1, 0, 2)
     assert (np.cross(b - a, c - a)[:, 2] > 0).mean() > 0.95
 
 
@@ -122,11 +140,13 @@ def test_the_shell_moves_by_its_modes_in_standard_deviations():
 
 
 def test_opening_follows_the_inner_ring_and_skin_the_border():
-    scene, shell = MODEL.scene(), len(MODEL.shell)
+    scene, shell, rest = MODEL.scene(), len(MODEL.shell), TRAINED.physics.rest
     for weights in (np.zeros(6), np.array([2.0, -1, 1, 0.5, 0, -2])):
         at = scene.vertices(weights)
-        np.testing.assert_allclose(at[-1], at[:COLUMNS].mean(axis=0), atol=1e-3)
-        moved = (at[:shell] - TRAINED.physics.rest)[-COLUMNS:]
+        edge = MODEL.bulge[:COLUMNS].mean(axis=0)
+        inner = (at[:COLUMNS] - rest[:COLUMNS]).mean(axis=0)
+        np.testing.assert_allclose(at[-1] - edge, inner, atol=1e-3)
+        moved = (at[:shell] - rest)[-COLUMNS:]
         for ring in range(len(MODEL.skirt) // COLUMNS):
             part = slice(ring * COLUMNS, (ring + 1) * COLUMNS)
             np.testing.assert_allclose(at[shell:-1][part] - MODEL.skirt[part], moved, atol=1e-3)
@@ -141,7 +161,7 @@ def test_physics_of_another_shell_is_refused():
         modes=TRAINED.physics.modes[:, few],
     )
     with pytest.raises(ModelFormatError, match="170 nodes, the shell 204"):
-        LipModel(MODEL.shell, physics, MODEL.skirt)
+        LipModel(MODEL.shell, physics, MODEL.skirt, MODEL.bulge)
 
 
 # ---- window, zone, parameters --------------------------------------------------------------------
@@ -411,3 +431,41 @@ def test_typical_shapes_are_the_mean_and_shapes_that_were_seen():
     np.testing.assert_array_equal(again, STARTS)
     few = typical_shapes(TRAINED.physics, TRAINED.displacements[:3], count=12)
     assert len(few) <= 4
+
+
+# ---- what was seen, as the prior -----------------------------------------------------------------
+
+
+def informed() -> ShellSetting:
+    """A setting that knows the shapes of the training."""
+    return replace(setting(), seen=seen_shapes(TRAINED.physics, TRAINED.displacements))
+
+
+def test_shapes_that_were_seen_make_the_prior():
+    plain = shell_posterior(setting(), picture(12), FRONT)
+    told = shell_posterior(informed(), picture(12), FRONT)
+    x = np.array([1.0, -0.5, 0.5, 0, 0, 1])
+    assert told(x).terms["likelihood"] == plain(x).terms["likelihood"]
+    expected = MixturePrior(plain.prior, informed().seen, WIDTH).negative_log(np.r_[np.zeros(6), x])
+    assert told(x).terms["prior"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("frame", SHOWN[::2])
+def test_where_a_picture_says_nothing_forces_follow_the_prior(frame):
+    """Maps of one value: what pushes is that the shape is unlikely."""
+    posterior = shell_posterior(informed(), picture(frame), FRONT)
+    none = replace(posterior, pull=Pull(0 * posterior.pull.maps, 0 * posterior.pull.slopes))
+    x = np.array([2.5, -2, 2, 1.5, -2, 2])
+    step = none.push(x)
+    assert posterior(x + 0.2 * step).terms["prior"] < posterior(x).terms["prior"]
+
+
+def test_an_observation_is_no_smaller_than_a_share_of_the_mouth():
+    """Over which the errors of a shell last, however fine the picture is."""
+    near, far = seen_at([0, 0, 0], [0, 0, 280]), seen_at([0, 0, 0], [0, 0, 5600])
+    counted = [shell_posterior(setting(), picture(0), pose).likelihood for pose in (near, far)]
+    width = [like.pixels / like.observations / like.window.scale**2 for like in counted]
+    across = mouth_across(setting(), near)
+    assert width[0] == pytest.approx((SIDE_OF_MOUTH * across) ** 2)
+    assert width[0] > SIDE**2
+    assert width[1] == pytest.approx(SIDE**2)

@@ -29,6 +29,67 @@ class GaussianPrior:
         scaled = (x - self.mean) / self.deviation
         return float(0.5 * scaled @ scaled)
 
+    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gradient (N,) of `negative_log` at `x` (N,)."""
+        return np.asarray((x - self.mean) / self.deviation**2)
+
+
+@dataclass(frozen=True, eq=False)
+class MixturePrior:
+    """-log of a mixture of Gaussians about shapes that were seen, without its constant.
+
+    One Gaussian (eq. 10) says of what is not seen, such as depth from the front, only what follows
+    from all shapes together. Speech keeps to a few ways of moving the lips, of which many hold at
+    once what one mean does not: rounded lips protrude, spread ones do not.
+
+    Parameters
+    ----------
+    gaussian : GaussianPrior
+        Whose mean and covariance the mixture keeps, if the shapes have these.
+    seen : (K, P) float64
+        Shapes, in standard deviations of the last P parameters; the others stay Gaussian.
+    width : float
+        Of each Gaussian, in standard deviations, 0 to 1; with 1 it is `gaussian` itself.
+
+    Notes
+    -----
+    The centres are drawn towards the mean by sqrt(1 - width^2), so that the variance about them and
+    that of them add up to the variance of eq. 10 (West 1993, smooth kernels with shrinkage).
+    """
+
+    gaussian: GaussianPrior
+    seen: NDArray[np.float64]
+    width: float
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """Of the Gaussian, (N,)."""
+        return self.gaussian.mean
+
+    def negative_log(self, x: NDArray[np.float64]) -> float:
+        """-log of the mean density of the Gaussians at `x` (N,)."""
+        scaled, away = self._scaled(x)
+        exponent = -0.5 * (away**2).sum(axis=1) / self.width**2
+        highest = exponent.max()
+        held = highest + np.log(np.exp(exponent - highest).mean())
+        first = len(x) - away.shape[1]
+        return float(0.5 * scaled[:first] @ scaled[:first] - held)
+
+    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gradient (N,) of `negative_log` at `x` (N,)."""
+        scaled, away = self._scaled(x)
+        exponent = -0.5 * (away**2).sum(axis=1) / self.width**2
+        weight = np.exp(exponent - exponent.max())
+        pulled = weight @ away / weight.sum() / self.width**2
+        first = len(x) - away.shape[1]
+        return np.asarray(np.r_[scaled[:first], pulled] / self.gaussian.deviation)
+
+    def _scaled(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Standard deviations (N,) from the mean, and the last ones (K, P) from each centre."""
+        scaled = (x - self.gaussian.mean) / self.gaussian.deviation
+        first = len(scaled) - self.seen.shape[1]
+        return scaled, scaled[first:] - np.sqrt(1 - self.width**2) * self.seen
+
 
 @dataclass(frozen=True, eq=False)
 class ContactPrior:

@@ -2,11 +2,14 @@
 
 The paper draws the shell alone. Its score (eq. 9) then grows with the area that the shell covers,
 whatever lies under it. Here the skin goes on beyond the shell, moved along with its border, and the
-opening is filled, so that every pixel around the mouth belongs to a facet of some class.
+opening is filled, so that every pixel around the mouth belongs to a facet of some class. Lips bulge
+between the shell's three rings, and where an opening ends in the picture is their crest, not the
+inner ring: they are drawn with more rings, which are the person's own at rest and move along.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +18,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker
 from abs_engine.errors import ModelFormatError
 from abs_engine.scene import Scene
-from abs_engine.shape.lip_shell import COLUMNS, LipShell, skin_around
+from abs_engine.shape.lip_shell import COLUMNS, LIP_ROWS, LipShell, lips_besides, skin_around
 from abs_engine.shape.modal import LearnedPhysics
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +26,9 @@ SKIN, LIPS, INTERIOR = 1, 2, 3
 COLOUR_OF: tuple[str | None, ...] = (None, "skin", "lips", "interior")
 """Colour class of each facet class of the drawn shell."""
 _SKIRT = (24.0, 42.0, 62.0)  # mm beyond the outer contour at which the rings around the shell lie
+
+INSIDE = 2  # rings of the lips behind their inner contour
+_BETWEEN = 3  # rings of the lips in each gap between the shell's
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +42,10 @@ class LipModel:
         Of the shell's nodes.
     skirt : (S, 3) float64, mm, head frame
         Rings of skin around the shell at rest, each with as many points as the shell has columns.
+    bulge : (D, 3) float64, mm, head frame
+        The lips' other rings at rest: `INSIDE` behind the inner contour, from the deepest, then
+        those between the shell's, equally many in each gap. They move as the shell's facets do, the
+        former with its inner ring, and keep how far they stand out of them.
 
     Raises
     ------
@@ -46,6 +56,7 @@ class LipModel:
     shell: LipShell
     physics: LearnedPhysics
     skirt: FloatArray
+    bulge: FloatArray
 
     def __post_init__(self) -> None:
         if len(self.physics.rest) != len(self.shell):
@@ -65,25 +76,55 @@ class LipModel:
         return self.physics.deviations
 
     def surrounded(self, nodes: FloatArray) -> FloatArray:
-        """Vertices (..., V, 3) of `scene` of shell nodes (..., N, 3): skirt and middle follow.
+        """Vertices (..., V, 3) of `scene` of shell nodes (..., N, 3): all others follow.
 
-        Linear, so that it serves displacements as well (with `skirt` left out of them).
+        Linear, so that it serves displacements as well; what skirt and bulge are at rest is left
+        out of it.
         """
         border = nodes[..., -COLUMNS:, :]
-        rings = len(self.skirt) // COLUMNS
         middle = nodes[..., :COLUMNS, :].mean(axis=-2, keepdims=True)
-        return np.concatenate([nodes, *([border] * rings), middle], axis=-2)
+        return np.concatenate(
+            [nodes, *([border] * self._skirts), *self._chords(nodes), middle], axis=-2
+        )
+
+    def gathered(self, forces: FloatArray) -> FloatArray:
+        """Forces (N, 3) on the shell's nodes that do the work of those (V, 3) on its drawn lips.
+
+        Forces on the skirt and the opening, which no shell of lips feels, are left out.
+        """
+        count, first = len(self.shell), len(self.shell) + len(self.skirt)
+        out = np.array(forces[:count], np.float64)
+        rings = forces[first : first + len(self.bulge)].reshape(-1, COLUMNS, 3)
+        for ring, (low, share) in zip(rings, self._places, strict=True):
+            out[low * COLUMNS : (low + 1) * COLUMNS] += (1 - share) * ring
+            out[(low + 1) * COLUMNS : (low + 2) * COLUMNS] += share * ring
+        return out
+
+    @property
+    def _places(self) -> list[tuple[int, float]]:
+        """The shell's ring within each ring of the bulge, and the share of the way to the next."""
+        gaps = len(LIP_ROWS) - 1
+        each = (len(self.bulge) // COLUMNS - INSIDE) // gaps
+        between = [(low, (k + 1) / (each + 1)) for low in range(gaps) for k in range(each)]
+        return [(0, 0.0)] * INSIDE + between
+
+    def _chords(self, nodes: FloatArray) -> list[FloatArray]:
+        """Where the shell's facets have the rings of the bulge, of nodes (..., N, 3)."""
+        rings = [nodes[..., r * COLUMNS : (r + 1) * COLUMNS, :] for r in range(len(LIP_ROWS))]
+        return [(1 - share) * rings[low] + share * rings[low + 1] for low, share in self._places]
 
     def scene(self) -> Scene:
         """The family of meshes that is drawn; weights are in standard deviations of the modes.
 
-        Vertices are the shell's nodes, the skirt's points, and the middle of the opening. Classes
-        are those of `COLOUR_OF`; there is no texture.
+        Vertices are the shell's nodes, the skirt's points, the bulge's, and the middle of the
+        opening. Classes are those of `COLOUR_OF`; there is no texture.
         """
-        mean = self.surrounded(self.physics.rest + self.physics.mean)
+        at_rest = self.surrounded(self.physics.rest)
         skirt = slice(len(self.shell), len(self.shell) + len(self.skirt))
-        rings = len(self.skirt) // COLUMNS
-        mean[skirt] = self.skirt + np.tile(self.physics.mean[-COLUMNS:], (rings, 1))
+        at_rest[skirt] = self.skirt
+        at_rest[skirt.stop : -1] = self.bulge
+        at_rest[-1] = self.bulge[:COLUMNS].mean(axis=0)
+        mean = at_rest + self.surrounded(self.physics.mean)
         modes = self.surrounded(self.deviations[:, None, None] * self.physics.modes)
         faces, classes = self._facets()
         return Scene(
@@ -92,23 +133,36 @@ class LipModel:
         )  # fmt: skip
 
     def _facets(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Facets of the shell, then of the skirt, then of the opening, and their classes."""
-        here = np.arange(COLUMNS)
-        after = (here + 1) % COLUMNS
-        first = len(self.shell) - COLUMNS
-        skirt = []
-        for ring in range(len(self.skirt) // COLUMNS):
-            inner = first + ring * COLUMNS
-            outer = inner + COLUMNS
-            skirt.append(np.stack([inner + here, inner + after, outer + after], axis=1))
-            skirt.append(np.stack([inner + here, outer + after, outer + here], axis=1))
-        middle = np.full(COLUMNS, len(self.shell) + len(self.skirt))
-        opening = np.stack([middle, after, here], axis=1)
-        faces = np.concatenate([self.shell.faces, *skirt, opening]).astype(np.int32)
-        classes = np.full(len(faces), SKIN, np.int32)
-        classes[: len(self.shell.faces)][self.shell.lip] = LIPS
-        classes[-COLUMNS:] = INTERIOR
-        return faces, classes
+        """Facets of the lips, the skin, the skirt and the opening, and their classes."""
+        here, first = np.arange(COLUMNS), len(self.shell) + len(self.skirt)
+        places = [(float(r), COLUMNS * r) for r in range(len(LIP_ROWS))]
+        for number, (low, share) in enumerate(self._places):
+            depth = number - INSIDE if number < INSIDE else low + share
+            places.append((depth, first + COLUMNS * number))
+        rings = [start + here for _, start in sorted(places)]
+        lips = [_band(a, b) for a, b in itertools.pairwise(rings)]
+        around = [len(self.shell) - COLUMNS + COLUMNS * r + here for r in range(self._skirts + 1)]
+        skirt = [_band(a, b) for a, b in itertools.pairwise(around)]
+        middle = np.full(COLUMNS, first + len(self.bulge))
+        opening = np.stack([middle, np.roll(rings[0], -1), rings[0]], axis=1)
+        parts: list[NDArray[np.integer]]
+        parts = [np.concatenate(lips), self.shell.faces[~self.shell.lip], *skirt, opening]
+        classes = [LIPS, SKIN, *[SKIN] * len(skirt), INTERIOR]
+        faces = np.concatenate(parts).astype(np.int32)
+        return faces, np.repeat(np.array(classes, np.int32), [len(p) for p in parts])
+
+    @property
+    def _skirts(self) -> int:
+        """Number of rings of the skirt."""
+        return len(self.skirt) // COLUMNS
+
+
+def _band(inner: NDArray[np.int64], outer: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Facets (2 C, 3) between two rings of vertices (C,), counter-clockwise from the front."""
+    after, out_after = np.roll(inner, -1), np.roll(outer, -1)
+    return np.concatenate(
+        [np.stack([inner, after, out_after], axis=1), np.stack([inner, out_after, outer], axis=1)]
+    )
 
 
 def lip_model(
@@ -116,4 +170,5 @@ def lip_model(
 ) -> LipModel:
     """The model of a person whose neutral head is `vertices` (V, 3), mm."""
     skirt = skin_around(speaker, _SKIRT).nodes(vertices)
-    return LipModel(shell, physics, skirt)
+    bulge = lips_besides(speaker, _BETWEEN, INSIDE).nodes(vertices)
+    return LipModel(shell, physics, skirt, bulge)

@@ -7,6 +7,7 @@ is a point of a facet of the head, so whatever moves the head moves the shell.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from trimesh.triangles import closest_point
 
 from abs_engine.assets import Speaker
 from abs_engine.shape.fem import Material, ThinShell
+from abs_engine.shape.lip_edge import lip_edge
 
 FloatArray = NDArray[np.float64]
 COLUMNS = 34
@@ -115,6 +117,31 @@ def skin_around(speaker: Speaker, reaches: tuple[float, ...]) -> LipPoints:
     rings = np.vstack(_skin_rings(speaker, vertices, outer, reaches))
     on_skin = speaker.facet_class == speaker.class_id("skin")
     return LipPoints(*_on_surface(speaker, vertices, on_skin, rings))
+
+
+def lips_besides(speaker: Speaker, between: int, inside: int) -> LipPoints:
+    """Rings of points on the lips besides the shell's own, from within.
+
+    The shell's chords cut off what bulges: 1.7 mm RMS half way from the inner ring to the next, on
+    full lips. And lips go on behind the inner contour, which shows as the mouth opens.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    between : int
+        Number of rings in each gap between the shell's.
+    inside : int
+        Of rings behind the inner contour; the first is where the lips end.
+    """
+    vertices = speaker.vertices.astype(np.float64)
+    inner, outer = _contours(speaker, vertices)
+    upper, lower = lip_edge(speaker, "upper_lip"), lip_edge(speaker, "lower_lip")[::-1]
+    edge = np.vstack([_evenly(part, COLUMNS // 2) for part in (upper, lower)])
+    rings = [edge + (k / inside) * (inner - edge) for k in range(inside)]
+    for low, high in itertools.pairwise(LIP_ROWS):
+        shares = low + (high - low) * np.arange(1, between + 1) / (between + 1)
+        rings += [inner + share * (outer - inner) for share in shares]
+    return LipPoints(*_on_lips(speaker, vertices, np.vstack(rings)))
 
 
 def _skin_rings(

@@ -89,7 +89,7 @@ def settle(
     best = before
     for _ in range(STEPS):
         forces = scene_forces(there.likelihood, candidate, posterior.pull, posterior.rule)
-        head = posterior.gain(data) * (forces @ pose.rotation)[:count]
+        head = posterior.gain(data) * model.gathered(forces @ pose.rotation)
         goal = elastic.displacement(temperature * head)
         while step >= _SHORTEST:
             tried = u + step * (goal - u)

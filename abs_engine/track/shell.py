@@ -14,7 +14,7 @@ from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.compare.forces import border_forces, facet_forces, lifted, node_forces, slopes
-from abs_engine.compare.prior import GaussianPrior
+from abs_engine.compare.prior import GaussianPrior, MixturePrior
 from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
 from abs_engine.params import ParamSpec
@@ -28,7 +28,9 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 DRAWN_MOUTH = 92.0  # drawn pixels across the mouth
 FINEST = 2.0  # drawn pixels for one of the picture, at most
-SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two
+SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two,
+SIDE_OF_MOUTH = 0.04  # or in mouth widths, if that is more: over so much the errors of a shell last
+WIDTH = 0.7  # of the prior about each shape that was seen, standard deviations
 PULL = 0.06  # likewise of the forces: how far a boundary is felt
 FIRST_STRIDE = 2.0  # mm that the node which moves most is first pushed by
 Rule = Literal["whole", "exact", "sample"]
@@ -56,6 +58,9 @@ class ShellSetting:
         Standard deviations of the pose about the given one, rad and mm; None if it is known.
     score : {"exact", "sample"}
         How the posterior is integrated over a facet: see `FacetLikelihood`.
+    seen : (K, P) float64, optional
+        Shapes that were learned from, in standard deviations of the modes: what is probable is near
+        one of them, see `MixturePrior`. By default the prior is eq. 10's one Gaussian.
     """
 
     model: LipModel
@@ -65,6 +70,7 @@ class ShellSetting:
     renderer: Renderer
     pose_deviation: FloatArray | None = None
     score: Integral = "exact"
+    seen: FloatArray | None = None
 
     @cached_property
     def border(self) -> FloatArray:
@@ -87,12 +93,18 @@ def shell_window(setting: ShellSetting, pose: Pose) -> Window:
     """The window around the lips: 1.6 mouth widths, as seen from the front, and 1.25 high."""
     at = pose.apply(setting.border)
     pixels = setting.camera.project(at)
-    across = float(np.ptp(setting.border[:, 0]) * setting.camera.matrix[0, 0] / at[:, 2].mean())
+    across = mouth_across(setting, pose)
     scale = min(FINEST, DRAWN_MOUTH / across)
     size = np.ceil(np.array([1.6, 1.25]) * across * scale) / scale
     centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, 0.08 * across]
     x, y = np.rint(centre - 0.5 * size)
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
+
+
+def mouth_across(setting: ShellSetting, pose: Pose) -> float:
+    """Width of the mouth at rest as if seen from the front, pixels of the picture."""
+    depth = pose.apply(setting.border)[:, 2].mean()
+    return float(np.ptp(setting.border[:, 0]) * setting.camera.matrix[0, 0] / depth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +132,7 @@ class ShellPosterior:
     setting : ShellSetting
     frame : PoseFrame
     likelihood : FacetLikelihood
-    prior : GaussianPrior
+    prior : GaussianPrior or MixturePrior
         Over all 6 + P parameters.
     pull : Pull
         What the forces come from.
@@ -131,7 +143,7 @@ class ShellPosterior:
     setting: ShellSetting
     frame: PoseFrame
     likelihood: FacetLikelihood
-    prior: GaussianPrior
+    prior: GaussianPrior | MixturePrior
     pull: Pull
     rule: Rule = "whole"
 
@@ -158,21 +170,22 @@ class ShellPosterior:
         """Where the forces at `x` (N,) push the parameters: eq. 13, and the pose's own work.
 
         The forces on the nodes go through the learned inverse stiffness: U = S L^(1/2) S' F. In
-        standard deviations of the modes that is S' F. Alpha is such that no node is first pushed
-        farther than `FIRST_STRIDE`. A pose is pushed by its work times its variance, and pulled
-        back by its prior.
+        standard deviations of the modes that is S' F. The prior's slope counts as a force on the
+        modes. Alpha is such that no node is first pushed farther than `FIRST_STRIDE`. A pose is
+        pushed by its work times its variance, and pulled back by its prior.
         """
         full = self.whole(x)
         forces, candidate = self.node_forces(full)
         rotation, vertices = candidate.rotations[0], self.setting.scene.vertices(full[6:])
         modes = self.setting.scene.modes.astype(np.float64)
         work = np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
-        step = work / self.setting.model.deviations
+        gain = self.gain(float(self.likelihood.negative_log(candidate)[0]))
+        felt = gain * work - self.prior.slope(full)[6:]
+        step = felt / self.setting.model.deviations
         step = strided(step, np.tensordot(step, modes, 1))
         if self.setting.pose_deviation is None:
             return step
         arm = (vertices - self.frame.pivot) @ rotation.T
-        gain = self.gain(float(self.likelihood.negative_log(candidate)[0]))
         pose_work = gain * np.r_[np.cross(arm, forces).sum(axis=0), forces.sum(axis=0)]
         pose = self.setting.pose_deviation**2 * pose_work - full[:6]
         pose = shortened(pose, np.cross(pose[:3], arm) + pose[3:])
@@ -240,18 +253,29 @@ def shell_posterior(
     outside = np.clip(1 - fine[1] - fine[2], 0, 1) * inside
     wide = wide - np.clip(1 - wide[1] - wide[2], 0, 1)
     pixels = int(inside.sum())
+    side = max(SIDE, SIDE_OF_MOUTH * mouth_across(setting, pose)) * window.scale
     likelihood = FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
-        ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / (SIDE * window.scale) ** 2,
+        ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / side**2,
         np.asarray(outside, np.float32), setting.score, inside,
     )  # fmt: skip
     frame = PoseFrame(pose, setting.border.mean(axis=0))
+    return ShellPosterior(
+        setting,
+        frame,
+        likelihood,
+        _prior(setting),
+        Pull(wide * inside, slopes(wide) * inside),
+        rule,
+    )
+
+
+def _prior(setting: ShellSetting) -> GaussianPrior | MixturePrior:
+    """Over all 6 + P parameters (eq. 10)."""
     free = setting.pose_deviation
     deviation = np.r_[np.ones(6) if free is None else free, np.ones(setting.model.n_modes)]
-    prior = GaussianPrior(np.zeros(len(deviation)), deviation)
-    return ShellPosterior(
-        setting, frame, likelihood, prior, Pull(wide * inside, slopes(wide) * inside), rule
-    )
+    gaussian = GaussianPrior(np.zeros(len(deviation)), deviation)
+    return gaussian if setting.seen is None else MixturePrior(gaussian, setting.seen, WIDTH)
 
 
 def _planes(probable: FloatArray) -> FloatArray:

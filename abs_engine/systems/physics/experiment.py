@@ -16,7 +16,13 @@ from abs_engine.scene import Renderer
 from abs_engine.shape.lip_model import LipModel, lip_model
 from abs_engine.shape.lip_shell import COLUMNS
 from abs_engine.systems.lips import lip_model as head_model
-from abs_engine.systems.physics.fitting import ITERATIONS, ShellFit, fit_frame, typical_shapes
+from abs_engine.systems.physics.fitting import (
+    ITERATIONS,
+    ShellFit,
+    fit_frame,
+    seen_shapes,
+    typical_shapes,
+)
 from abs_engine.systems.physics.motion import Motion, authored_motion, observed_motion
 from abs_engine.systems.physics.training import Training, train
 from abs_engine.track.blobs import find_lips
@@ -61,7 +67,10 @@ class TrainedLips:
     ) -> ShellSetting:
         """What a fit needs."""
         scene = self.model.scene()
-        return ShellSetting(self.model, scene, self.classes, camera, renderer, pose_deviation)
+        seen = seen_shapes(self.model.physics, self.training.displacements)
+        return ShellSetting(
+            self.model, scene, self.classes, camera, renderer, pose_deviation, seen=seen
+        )
 
 
 def learn_lips(

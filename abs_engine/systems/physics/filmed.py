@@ -34,6 +34,7 @@ CLASS_NAMES = {
     "dark": ("inner_mouth", "tongue"),
 }
 """Facet classes of the head that show each colour class."""
+_NEXT = np.ones((3, 3), np.uint8)
 _RADIUS = 560.0  # mm from the head to the cameras
 _KEYS = (
     "{ time = 0.0 }, { time = 1.0, turn_degrees = [4, -32, 0] }, "
@@ -155,7 +156,11 @@ def learn_colours(views: Sequence[Truth]) -> ColourClasses:
 
 
 def _labelled(view: Truth, frame: int, picture: NDArray[np.uint8]) -> dict[str, NDArray[np.uint8]]:
-    """Pixels (N, 3) of each class near the lips; those on a border of skin or lips left out."""
+    """Pixels (N, 3) of each class near the lips; those on the border of skin and lips left out.
+
+    Those beside the opening stay: there the lips lie in their own shade, and would else be taken
+    for the dark of the mouth.
+    """
     shown = view.class_ids(frame)
     where = {
         name: np.isin(shown, [view.class_names.index(c) for c in of if c in view.class_names])
@@ -166,10 +171,7 @@ def _labelled(view: Truth, frame: int, picture: NDArray[np.uint8]) -> dict[str, 
         return {}
     reach = max(3, int(0.6 * (columns[-1] - columns[0])))
     near = cv2.dilate(where["lips"].astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
-    out = {}
-    for name, mask in where.items():
-        kept = mask & near
-        if name in ("skin", "lips"):
-            kept = cv2.erode(kept.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        out[name] = picture[kept]
-    return out
+    skin = cv2.dilate(where["skin"].astype(np.uint8), _NEXT) > 0
+    clear = {"skin": cv2.erode(where["skin"].astype(np.uint8), _NEXT) > 0}
+    clear["lips"] = where["lips"] & ~skin
+    return {name: picture[clear.get(name, mask) & near] for name, mask in where.items()}

@@ -29,6 +29,8 @@ from abs_engine.track.shell import (
 
 FloatArray = NDArray[np.float64]
 STARTS = 48
+TRIED = 4
+"""Best of the starts that are all gone on with: what was seen makes several maxima."""
 EXPLAINED = 0.5
 """What is found explains at least so much, or no mouth is there."""
 ITERATIONS = 15
@@ -63,7 +65,7 @@ class ShellFit:
     nodes : (N, 3) float64, mm, head frame
         Of the shell.
     solution : Solution
-        Evaluations include those of the starts.
+        Evaluations include those of all starts; iterations are those from the one it began at.
     seconds : float
     explained : float
         Mean probability of the drawn classes over the compared pixels, 0 to 1.
@@ -79,6 +81,15 @@ class ShellFit:
     seconds: float
     explained: float = 1.0
     found: bool = True
+
+
+def seen_shapes(physics: LearnedPhysics, displacements: FloatArray) -> FloatArray:
+    """Shapes (T, P) of displacements (T, N, 3), mm, in standard deviations of the modes.
+
+    What is likely of them under errors of observation.
+    """
+    shrunk = physics.deviations / physics.variances
+    return np.asarray(physics.coefficients(physics.rest + displacements) * shrunk)
 
 
 def typical_shapes(
@@ -99,8 +110,7 @@ def typical_shapes(
     (K, P) float64
         In standard deviations of the modes; the first is the mean.
     """
-    shrunk = physics.deviations / physics.variances  # what is likely under errors of observation
-    seen = physics.coefficients(physics.rest + displacements) * shrunk
+    seen = seen_shapes(physics, displacements)
     count = min(count, len(seen))
     centres = kmeans2(seen, count, seed=seed, minit="++", missing="warn")[0] if count > 1 else seen
     centres = centres[np.isfinite(centres).all(axis=1)]
@@ -125,7 +135,7 @@ def fit_frame(
     pose : Pose
         Known, or where to start.
     starts : (K, P) float64
-        Shapes that are compared first; the best one is gone on with.
+        Shapes that are compared first; the `TRIED` best are gone on with, and the best end is kept.
     driver : str
         One of `DRIVERS`.
     rule : str
@@ -154,11 +164,13 @@ def fit_frame(
     if centre is not None:
         held[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
     vectors = np.hstack([held, starts])
-    best = vectors[int(np.argmin(posterior.values(vectors)))]
-    found = DRIVERS[driver].minimise(posterior, best, setting.spec)
+    order = np.argsort(posterior.values(vectors))[:TRIED]
+    ends = [DRIVERS[driver].minimise(posterior, vectors[k], setting.spec) for k in order]
+    found = min(ends, key=lambda end: end.value)
     full = posterior.whole(found.x)
     nodes = setting.scene.vertices(full[6:])[: len(setting.model.shell)]
-    counted = replace(found, n_evaluations=found.n_evaluations + len(starts))
+    spent = len(starts) + sum(end.n_evaluations for end in ends)
+    counted = replace(found, n_evaluations=spent)
     like = posterior.likelihood
     explained = float(np.exp(-found.terms["likelihood"] / like.observations))
     seen = _share_inside(like.window, setting.camera.size)

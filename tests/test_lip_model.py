@@ -1,0 +1,91 @@
+"""What is drawn of the lips besides the shell: how they bulge, and where they end in the mouth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.assets import load_speaker
+from abs_engine.shape.lip_edge import lip_edge
+from abs_engine.shape.lip_model import INSIDE, LIPS, LipModel, lip_model
+from abs_engine.shape.lip_shell import COLUMNS, cut_lip_shell, lips_besides
+from abs_engine.shape.modal import learn
+from abs_engine.systems.physics.motion import authored_motion
+
+SPEAKER = load_speaker()
+SHELL = cut_lip_shell(SPEAKER)
+BETWEEN = 3
+BESIDES = lips_besides(SPEAKER, BETWEEN, INSIDE)
+
+
+def model_of(person: str) -> tuple[LipModel, np.ndarray]:
+    """A person's lips whose modes are those of the whole surface, and the heads they are of."""
+    heads = authored_motion(SPEAKER, person, frames=60).vertices(SPEAKER)
+    rest = SHELL.nodes(SPEAKER.named(person))
+    return lip_model(
+        SPEAKER, SHELL, learn(rest, SHELL.nodes(heads) - rest), SPEAKER.named(person)
+    ), heads
+
+
+def surface(model: LipModel, nodes: np.ndarray) -> np.ndarray:
+    """The bulge's points as drawn, of nodes that have moved."""
+    count = len(model.shell) + len(model.skirt)
+    moved = model.surrounded(nodes - model.physics.rest)
+    return model.bulge + moved[..., count : count + len(model.bulge), :]
+
+
+@pytest.mark.parametrize("lip", ["upper_lip", "lower_lip"])
+def test_a_lip_ends_behind_its_inner_contour(lip):
+    edge, marks = (
+        lip_edge(SPEAKER, lip),
+        SPEAKER.vertices[SPEAKER.landmarks[f"inner_lip_{lip[:5]}"]],
+    )
+    facets = SPEAKER.faces[SPEAKER.facet_class == SPEAKER.class_id(lip)]
+    own = SPEAKER.vertices[np.unique(facets)]
+    assert np.linalg.norm(edge[:, None] - own, axis=2).min(axis=1).max() < 1e-3
+    assert edge[0, 0] < -20 < 20 < edge[-1, 0]
+    middle = np.abs(edge[:, 0]) < 12
+    behind = np.interp(edge[middle, 0], marks[:, 0], marks[:, 2]) - edge[middle, 2]
+    assert behind.min() > -0.7
+    assert behind.mean() > 0.5
+    assert np.linalg.norm(np.diff(edge, axis=0), axis=1).max() < 5  # one line, without leaps
+
+
+@pytest.mark.parametrize(("person", "cut"), [("kofi", 1.0), ("clara", 0.35)])
+def test_the_drawn_lips_stand_out_of_the_chords_as_the_heads_do(person, cut):
+    model, heads = model_of(person)
+    truth = BESIDES.nodes(heads)[:, INSIDE * COLUMNS :]
+    nodes = SHELL.nodes(heads)
+    drawn = surface(model, nodes)[:, INSIDE * COLUMNS :]
+    chords = np.concatenate(model._chords(nodes), axis=-2)[:, INSIDE * COLUMNS :]
+
+    def missed(points: np.ndarray) -> float:
+        return float(np.sqrt(((points - truth) ** 2).sum(axis=-1).mean()))
+
+    assert missed(chords) > cut
+    assert missed(drawn) < 0.25
+
+
+def test_lips_are_drawn_from_where_they_end_to_the_outer_contour():
+    model, _ = model_of("clara")
+    scene = model.scene()
+    of = np.unique(scene.faces[scene.facet_class == LIPS])
+    first = len(SHELL) + len(model.skirt)
+    assert set(of) == {*range(3 * COLUMNS), *range(first, first + len(model.bulge))}
+    opening = np.unique(scene.faces[-COLUMNS:])
+    assert set(opening) == {*range(first, first + COLUMNS), len(scene.mean) - 1}
+
+
+def test_forces_on_the_drawn_lips_do_their_work_on_the_nodes():
+    model, _ = model_of("clara")
+    rng = np.random.default_rng(1)
+    moved = rng.normal(size=(len(SHELL), 3))
+    drawn = model.surrounded(moved)
+    forces = rng.normal(size=drawn.shape)
+    skirt = slice(len(SHELL), len(SHELL) + len(model.skirt))
+    forces[skirt], forces[-1] = 0, 0
+    assert (model.gathered(forces) * moved).sum() == pytest.approx((forces * drawn).sum())
+    forces[skirt], forces[-1] = 1, 1  # which no shell of lips feels
+    felt = model.gathered(forces)
+    forces[skirt], forces[-1] = 0, 0
+    np.testing.assert_allclose(felt, model.gathered(forces))

@@ -1,0 +1,60 @@
+"""Priors over shapes: one Gaussian, and a mixture about what was seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.compare.prior import GaussianPrior, MixturePrior
+
+RNG = np.random.default_rng(3)
+SEEN = np.column_stack([RNG.choice([-1.0, 1.0], 40), RNG.normal(size=40)])
+SEEN = (SEEN - SEEN.mean(axis=0)) / SEEN.std(axis=0)
+GAUSSIAN = GaussianPrior(np.array([0.5, 0, 0]), np.array([2.0, 1, 1]))
+
+
+def mixture(width: float) -> MixturePrior:
+    """Over one Gaussian parameter and two of a shape."""
+    return MixturePrior(GAUSSIAN, SEEN, width)
+
+
+def test_a_width_of_one_leaves_the_gaussian():
+    x, y = np.array([1.0, -2, 0.5]), np.array([0.0, 0.3, 1])
+    whole = mixture(1.0)
+    away = whole.negative_log(x) - whole.negative_log(y)
+    assert away == pytest.approx(GAUSSIAN.negative_log(x) - GAUSSIAN.negative_log(y))
+
+
+@pytest.mark.parametrize("width", [0.4, 0.7])
+def test_mean_and_variance_stay_those_of_the_gaussian(width):
+    """By summing the density over a grid: the shapes have mean 0 and variance 1."""
+    axis = np.linspace(-5, 5, 101)
+    grid = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
+    prior = mixture(width)
+    density = np.exp([-prior.negative_log(np.r_[0.5, p]) for p in grid])
+    density /= density.sum()
+    np.testing.assert_allclose(density @ grid, 0, atol=1e-3)
+    np.testing.assert_allclose(density @ grid**2, 1, atol=0.01)
+
+
+def test_what_lies_between_shapes_that_were_seen_is_less_probable():
+    """Most probable for one Gaussian is the mean, at which no shape was seen."""
+    at, between = np.array([0.5, 0.7, 0]), np.array([0.5, 0, 0])
+    assert GAUSSIAN.negative_log(between) < GAUSSIAN.negative_log(at)
+    assert mixture(0.5).negative_log(at) < mixture(0.5).negative_log(between) - 0.2
+
+
+@pytest.mark.parametrize("prior", [GAUSSIAN, mixture(0.5)], ids=["gaussian", "mixture"])
+def test_slopes_are_those_of_differences(prior):
+    x, small = np.array([1.2, -0.4, 0.9]), 1e-5
+    found = [
+        (prior.negative_log(x + d) - prior.negative_log(x - d)) / (2 * small)
+        for d in small * np.eye(3)
+    ]
+    np.testing.assert_allclose(prior.slope(x), found, rtol=1e-6)
+
+
+def test_far_away_nothing_overflows():
+    far = mixture(0.4).negative_log(np.array([0.5, 300.0, -200]))
+    assert np.isfinite(far)
+    assert np.isfinite(mixture(0.4).slope(np.array([0.5, 300.0, -200]))).all()
