@@ -86,17 +86,30 @@ def settled(frame: int, typical: float = STRAINED) -> Settled:
     return settle(posterior(frame), known(frame), FRONT, shell, softness(shell, typical))
 
 
-@pytest.mark.parametrize("frame", ROUNDED)
-def test_nodes_leave_the_modes_towards_the_truth(frame):
-    """Started from the nearest modal shape, so that what is left lies outside of the modes."""
+def leaving(frame: int) -> tuple[np.ndarray, np.ndarray]:
+    """What the nearest modal shape misses of the lips in the picture's plane, and what is moved.
+
+    Started from there, so that what is left lies outside of the modes.
+    """
     model = lips().model
     truth, found = model.shell.nodes(HEADS[frame]), settled(frame, 1.0)
     near = found.nodes - found.moved
     np.testing.assert_allclose(near, posterior(frame).setting.scene.vertices(known(frame))[:204])
-    missed = (truth - near)[: 3 * COLUMNS, :2].ravel()
-    moved = found.moved[: 3 * COLUMNS, :2].ravel()
-    assert missed @ moved > 0.25 * np.linalg.norm(missed) * np.linalg.norm(moved)
-    assert rms(truth - found.nodes) < rms(truth - near)
+    return (truth - near)[: 3 * COLUMNS], found.moved[: 3 * COLUMNS]
+
+
+@pytest.mark.parametrize("frame", ROUNDED)
+def test_nodes_that_leave_the_modes_come_nearer_to_the_truth(frame):
+    missed, moved = leaving(frame)
+    assert rms(missed - moved) < 0.99 * rms(missed)
+
+
+def test_nodes_leave_the_modes_towards_the_truth():
+    """Cosines of a few frames together: where little is missed, its direction is uncertain."""
+    pairs = [[a[:, :2].ravel() for a in leaving(frame)] for frame in ROUNDED]
+    cosines = [a @ b / np.linalg.norm(a) / np.linalg.norm(b) for a, b in pairs]
+    assert np.mean(cosines) > 0.4
+    assert min(cosines) > 0
 
 
 @pytest.mark.parametrize("start", ["known", "mean", "wrong"])

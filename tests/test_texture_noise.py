@@ -51,6 +51,31 @@ def test_spread_and_common_noise_are_found(seen):
     assert strength[0] > 5 * strength[1]
 
 
+@pytest.mark.parametrize("strength", [0.5, 1.0, 2.0])
+def test_what_is_measured_whitens_other_frames(seen, strength):
+    """Noise of some frames is measured, that of others whitened: it has variance 1 all over."""
+    scene, *_ = seen
+    atlas = lay_atlas(scene, (SIZE, SIZE), RENDERER)
+    k, rng = len(atlas.texels[0]), np.random.default_rng(3)
+    pattern = strength * rng.normal(size=(k, 3))
+
+    def drawn(count: int) -> np.ndarray:
+        return 0.01 * (rng.normal(size=(count, 1, 1)) * pattern + rng.normal(size=(count, k, 3)))
+
+    values = (0.3 + drawn(60)).astype(np.float32)
+    seen_all = np.ones((60, k), np.bool_)
+    found = leftover(Frames(values, seen_all, rng.normal(size=(60, 1))), 1.0, atlas)
+    v = found.common[:, *atlas.texels].reshape(len(found.common), -1).astype(np.float64)
+    fresh = drawn(300).reshape(300, -1) / np.repeat(found.spread[atlas.texels], 3)
+    squared, axes = np.linalg.eigh(v @ v.T)
+    unit = axes.T @ v / np.sqrt(squared)[:, None]
+    white = fresh - (fresh @ unit.T * (1 - 1 / np.sqrt(1 + squared))) @ unit
+    assert white.var() == pytest.approx(1.0, abs=0.2)
+    along = pattern.ravel() / np.linalg.norm(pattern)
+    assert np.var(white @ along) < 3.0  # its direction is known from 60 frames only
+    assert np.var(fresh @ along) > 20.0
+
+
 def test_too_few_frames_say_nothing(seen):
     scene, *_ = seen
     atlas = lay_atlas(scene, (SIZE, SIZE), RENDERER)

@@ -15,6 +15,7 @@ from abs_engine.appearance.regression import FloatArray, Frames
 T = TypeVar("T", np.float32, np.float64)
 COMMON = 6
 """Directions of common noise that are kept."""
+_LEAST_OWN = 0.1  # share of the variance that counts as not common, where few frames hold no more
 _FRAMES_EACH = 2
 """Frames for each number fitted, at least, where what is left says how uncertain a texel is."""
 
@@ -31,10 +32,15 @@ class Leftover:
     Parameters
     ----------
     spread : (H, W) float32
-        Standard deviation of a texel's channels.
+        Standard deviation of a texel's channels, of what it does not have in common with others.
     common : (q, H, W, 3) float32, in units of `spread`
         The strongest directions of what is left of all texels together, each times its root mean
         square over the frames: where lips roll in, or light falls otherwise, many are off alike.
+
+    Notes
+    -----
+    In common is one share of the variance of all texels, that of these directions: each texel's own
+    share, of so few frames, is not known.
     """
 
     spread: NDArray[np.float32]
@@ -71,10 +77,14 @@ def leftover(frames: Frames, ridge: float, atlas: Atlas) -> Leftover:
     off = part.left_out(ridge)
     wide = np.zeros(len(known))
     wide[known] = np.sqrt((off**2).sum(axis=0).mean(axis=1) / count[known])
+    scaled = floored(wide[known])
+    rows = off / scaled[:, None]
+    modes = _strongest(rows.reshape(len(rows), -1))
+    own = np.sqrt(max(1 - (modes**2).sum() / (rows**2).mean(axis=0).sum(), _LEAST_OWN))
+    wide[known] = own * scaled
     spread = atlas.picture(wide[:, None], known)[..., 0]
-    rows = off / floored(wide[known])[:, None]
     layers = np.zeros((min(COMMON, len(rows)), *size, 3), np.float32)
-    for layer, mode in zip(layers, _strongest(rows.reshape(len(rows), -1)), strict=False):
+    for layer, mode in zip(layers, modes / own, strict=False):
         values = np.zeros((len(known), 3))
         values[known] = mode.reshape(-1, 3)
         layer[atlas.texels] = values
