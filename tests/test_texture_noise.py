@@ -51,9 +51,12 @@ def test_spread_and_common_noise_are_found(seen):
     assert strength[0] > 5 * strength[1]
 
 
-@pytest.mark.parametrize("strength", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("strength", [1.0, 2.0, 4.0])
 def test_what_is_measured_whitens_other_frames(seen, strength):
-    """Noise of some frames is measured, that of others whitened: it has variance 1 all over."""
+    """Noise of some frames is measured, that of others whitened: it has variance 1 all over.
+
+    Half as strong as the rest or less, so few frames do not tell where it points.
+    """
     scene, *_ = seen
     atlas = lay_atlas(scene, (SIZE, SIZE), RENDERER)
     k, rng = len(atlas.texels[0]), np.random.default_rng(3)
