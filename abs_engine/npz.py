@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import lzma
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -14,10 +15,12 @@ from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.files import write_new
+from abs_engine.inputs import check_file
 
-BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
+BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError, MemoryError,
+          zipfile.BadZipFile, zlib.error, lzma.LZMAError)  # fmt: skip
 """What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
-encrypted, packed in another way, or holds pickles."""
+encrypted, packed in another way, holds pickles, or claims more numbers than any memory holds."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
@@ -106,13 +109,16 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     Raises
     ------
     InputFileError
-        If the file is missing or no NPZ archive.
+        If the file is missing or no NPZ archive, or holds complex numbers.
     """
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
         with np.load(path, allow_pickle=False) as archive:
             # what is no array within the archive comes as bytes
-            return {name: np.asarray(archive[name]) for name in archive.files}
+            arrays = {name: np.asarray(archive[name]) for name in archive.files}
     except BROKEN as error:
         raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    for name, values in arrays.items():
+        if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
+            raise InputFileError(f"{name!r} in {path} is complex", "give real numbers")
+    return arrays

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.inputs import parse_json
 from abs_engine.npz import read_npz, write_npz
 from abs_engine.shape.predictors import Predictor
 
@@ -176,7 +177,7 @@ def load_articulatory(path: Path) -> ArticulatoryModel:
     """
     data = read_npz(Path(path), FORMAT, VERSION)
     try:
-        told = json.loads(str(data["told"]))
+        told = parse_json(str(data["told"]))
         predictors = tuple(
             Predictor(p["name"], tuple(p["points"]), p["coordinates"], p["positive"])
             for p in told["predictors"]
