@@ -233,6 +233,11 @@ def test_bad_data_are_refused():
         fitted(points[:, :11])
     with pytest.raises(ParameterError, match="infinite"):
         fitted(np.where(points > points.max() - 1e-9, np.inf, points))
+    with pytest.raises(ParameterError, match="complex"):
+        fitted(points + 0j)
+    for call in (fitted(points).model_.invert, fitted(points).model_.transform):
+        with pytest.raises(ParameterError, match="complex"):
+            call(points + 0j)
     with pytest.raises(ParameterError, match="missing is 'guess'"):
         fitted(points, missing="guess")
     with pytest.raises(ParameterError, match="no predictors"):

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.inputs import parse_json
@@ -102,10 +102,11 @@ class ArticulatoryModel:
         Raises
         ------
         ParameterError
-            If there are other than N points, or one is infinite.
+            If there are other than N points, or one is infinite or complex.
         TooFewPointsError
             If the points that are there do not determine all parameters.
         """
+        refuse_complex(points)
         points = np.asarray(points, np.float64)
         if points.shape[-2:] != self.mean.shape:
             raise ParameterError(
@@ -120,6 +121,7 @@ class ArticulatoryModel:
 
     def transform(self, X: FloatArray) -> FloatArray:
         """`invert` as scikit-learn calls it: (V, P) of postures (V, N, 3) or (V, 3N), mm."""
+        refuse_complex(X)
         rows = np.asarray(X, np.float64)
         flat = rows.ndim == 2 and rows.shape[1] == self.mean.size
         return self.invert(rows.reshape(-1, *self.mean.shape) if flat else rows)
@@ -151,6 +153,12 @@ class ArticulatoryModel:
             "told": json.dumps(told), "source": self.source,
         }  # fmt: skip
         write_npz(path, FORMAT, VERSION, fields)
+
+
+def refuse_complex(points: ArrayLike) -> None:
+    """Raise `ParameterError` for complex numbers, of which NumPy would drop the imaginary parts."""
+    if np.iscomplexobj(points):
+        raise ParameterError("a coordinate is complex", "give real numbers")
 
 
 def _solved(matrix: FloatArray, away: FloatArray) -> FloatArray:
