@@ -33,10 +33,13 @@ def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generi
     InputFileError
         If the file is missing or no NPZ archive.
     ModelFormatError
-        If format or version differ.
+        If format or version differ, or it holds complex numbers.
     """
     data = read_arrays(path)
     check_format(path, data, kind, version)
+    for name, values in data.items():
+        if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
+            raise ModelFormatError(f"{name!r} in {path} is complex", "give real numbers")
     return data
 
 
@@ -109,16 +112,12 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     Raises
     ------
     InputFileError
-        If the file is missing or no NPZ archive, or holds complex numbers.
+        If the file is missing or no NPZ archive.
     """
     check_file(path)
     try:
         with np.load(path, allow_pickle=False) as archive:
             # what is no array within the archive comes as bytes
-            arrays = {name: np.asarray(archive[name]) for name in archive.files}
+            return {name: np.asarray(archive[name]) for name in archive.files}
     except BROKEN as error:
         raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
-    for name, values in arrays.items():
-        if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
-            raise InputFileError(f"{name!r} in {path} is complex", "give real numbers")
-    return arrays

@@ -159,7 +159,7 @@ def test_two_points_of_one_name_are_refused(tmp_path: Path):
 @pytest.mark.parametrize(
     ("names", "at", "error"),
     [
-        (NAMES, points() + 1j, InputFileError),
+        (NAMES, points() + 1j, ModelFormatError),
         (NAMES, points() > 0, ModelFormatError),
         (range(6), points(), ModelFormatError),
         ([NAMES], points(), ModelFormatError),

@@ -96,5 +96,5 @@ def test_an_archive_whose_lzma_is_damaged_is_named(tmp_path: Path):
 
 def test_complex_numbers_are_refused(tmp_path: Path):
     np.savez(tmp_path / "c.npz", format=KIND, version=VERSION, numbers=np.array([1 + 2j]))
-    with pytest.raises(InputFileError, match=r"'numbers' in .* is complex; give"):
+    with pytest.raises(ModelFormatError, match=r"'numbers' in .* is complex; give"):
         read_npz(tmp_path / "c.npz", KIND, VERSION)

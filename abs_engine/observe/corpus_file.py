@@ -150,7 +150,7 @@ def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray
     ):
         raise ModelFormatError(
             f"{path} is neither {CORPUS} nor {OBSERVATIONS} nor points and their names",
-            "give points (T, N, 3) as numbers and N names as text",
+            "give points (T, N, 3) as real numbers and N names as text",
         )
     names = tuple(map(str, arrays["names"]))
     points = np.asarray(arrays["points"], np.float64) * UNITS[unit or "mm"]
