@@ -159,26 +159,33 @@ class Claim:
     Raises
     ------
     OutputError
-        If somebody makes it right now, or its parent cannot be written.
+        If somebody makes it right now, or its parent cannot be written or locked.
     """
 
     def __init__(self, folder: Path) -> None:
         self.work = partial_of(folder)
         try:
             self.work.mkdir(exist_ok=True)
-            self._lock = os.open(self.work, os.O_RDONLY)
+            self._lock: int | None = os.open(self.work, os.O_RDONLY)
         except OSError as error:
             raise unwritable(folder, error) from error
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        except OSError as error:
             self.release()
-            remedy = "wait for it, or name another folder"
-            raise OutputError(f"another process makes {folder}", remedy) from None
+            if isinstance(error, BlockingIOError):
+                remedy = "wait for it, or name another folder"
+                raise OutputError(f"another process makes {folder}", remedy) from None
+            with suppress(OSError):  # holds what was begun
+                self.work.rmdir()
+            remedy = "choose a place on a drive of this machine"
+            raise OutputError(f"{folder} cannot be locked ({error.strerror})", remedy) from error
 
     def release(self) -> None:
-        """Let others have it; what lies there stays."""
-        os.close(self._lock)
+        """Let others have it; what lies there stays. Again it does nothing."""
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            os.close(lock)
 
 
 def partial_of(folder: Path) -> Path:

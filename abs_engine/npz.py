@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import lzma
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -14,10 +15,12 @@ from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.files import write_new
+from abs_engine.inputs import check_file
 
-BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
+BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError, MemoryError,
+          zipfile.BadZipFile, zlib.error, lzma.LZMAError)  # fmt: skip
 """What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
-encrypted, packed in another way, or holds pickles."""
+encrypted, packed in another way, holds pickles, or claims more numbers than any memory holds."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
@@ -30,10 +33,13 @@ def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generi
     InputFileError
         If the file is missing or no NPZ archive.
     ModelFormatError
-        If format or version differ.
+        If format or version differ, or it holds complex numbers.
     """
     data = read_arrays(path)
     check_format(path, data, kind, version)
+    for name, values in data.items():
+        if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
+            raise ModelFormatError(f"{name!r} in {path} is complex", "give real numbers")
     return data
 
 
@@ -108,8 +114,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     InputFileError
         If the file is missing or no NPZ archive.
     """
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
         with np.load(path, allow_pickle=False) as archive:
             # what is no array within the archive comes as bytes

@@ -345,6 +345,39 @@ def test_teeth_are_not_learned_as_lips_where_a_closed_mouth_is_expected():
     assert maps[lips][label == TEETH].mean() < 0.2
 
 
+BARED = [(216, 189, 163), (229, 200, 173)]
+"""Log luminance 0.2 and 0.26 above the skin's."""
+
+
+def bared(seed: int, teeth: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """A mouth whose teeth are brighter than skin, and the class of every pixel."""
+    label = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    cv2.ellipse(label, (60, 46), (36, 18), 0, 0, 360, 1, -1)
+    cv2.ellipse(label, (60, 46), (30, 12), 0, 0, 360, TEETH, -1)
+    colours = np.array([{**COLOURS, "teeth": teeth}[c] for c in CLASSES], float)[label]
+    noise = np.random.default_rng(seed).normal(0, 4, (*label.shape, 3))
+    return np.uint8(np.clip(np.rint(colours + noise), 0, 255)), label
+
+
+@pytest.mark.parametrize("teeth", BARED)
+def test_teeth_brighter_than_skin_are_learned_as_teeth(teeth):
+    """Though the mouth is hardly expected to be open: not as skin, which they are nearest to."""
+    picture, label = bared(0, teeth)
+    closed = np.minimum(label, 1)
+    cv2.ellipse(closed, (60, 46), (30, 2), 0, 0, 360, 2, -1)
+    maps = learn_classes([picture], [expected(closed, 6.0)]).probabilities(bared(1, teeth)[0])
+    assert maps[TEETH][label == TEETH].mean() > 0.9
+    assert maps[0][label == TEETH].mean() < 0.1
+    assert maps[0][label == 0].mean() > 0.95
+
+
+@pytest.mark.parametrize("teeth", BARED)
+def test_typical_teeth_may_be_brighter_than_skin(teeth):
+    picture, label = bared(0, teeth)
+    maps = typical_classes([picture], [expected(label, 4.0)]).probabilities(picture)
+    assert maps[TEETH][label == TEETH].mean() > 0.8
+
+
 @pytest.mark.parametrize("light", [(1.0, 1.0, 1.0), (1.1, 0.95, 0.7), (0.5, 0.45, 0.45)])
 def test_typical_classes_find_lips_by_the_skin_alone(light):
     """In daylight, in warm light and in the dark; where the mouth is expected it is not."""

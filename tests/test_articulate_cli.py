@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -12,8 +13,11 @@ from test_observe_files import write_c3d, write_long, write_wide
 
 import abs_engine
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.observe.corpus import Corpus
 from abs_engine.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.systems.articulatory.applied import Applied
+from abs_engine.systems.articulatory.build import leave_out_in_turn, left_out_errors
 from abs_engine.systems.articulatory.predictor_file import predictors_text, read_predictors
 
 TEETH = ("right", "left", "front")
@@ -117,13 +121,60 @@ def test_missing_points_are_kept_out_or_imputed_by_name(
     out = capsys.readouterr().out
     assert "11 visemes of 11 points" in out
     assert "kept out as asked for: p5, v$7$" in out
+    twice = [*words[:-1], str(tmp_path / "d"), "--without", "v$7$", "--missing", "impute"]
+    assert main([*twice, "--without", "v$7$"]) == 0
+    assert "kept out as asked for: v$7$\n" in capsys.readouterr().out
 
 
 def test_just_enough_visemes_are_not_left_out_in_turn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     assert main(written(tmp_path, recorded(3)[1])) == 0
-    assert "too few visemes to leave each out in turn" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "not left out in turn: v$0$, v$1$, v$2$: 2 visemes for 2 parameters" in out
+    assert "each viseme in the model of the others" not in out
+    told = json.loads((tmp_path / "model" / "results.json").read_text())
+    assert "left_out_error_mm_median" not in told
+    assert told["not_left_out"]["v$1$"] == "2 visemes for 2 parameters"
+
+
+def test_only_the_viseme_that_cannot_be_left_out_is_skipped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """All but one visemes lack a point: without that one nothing says where it is."""
+    points = recorded()[1]
+    words = [*written(tmp_path, points), "--missing", "impute"]
+    assert main(words) == 0
+    whole = json.loads((tmp_path / "model" / "results.json").read_text())
+    points[[k for k in range(12) if k != 7], 9] = np.nan
+    folder = tmp_path / "gaps"
+    folder.mkdir()
+    capsys.readouterr()
+    assert main([*written(folder, points), "--missing", "impute"]) == 0
+    out = capsys.readouterr().out
+    assert "not left out in turn: v$7$: 1 points are missing in all visemes: p9" in out
+    assert "warning: of 1 point imputed hardly anything is known" in out
+    assert "(in how many): p9 (1)" in out
+    told = json.loads((folder / "model" / "results.json").read_text())
+    assert list(told["not_left_out"]) == ["v$7$"]
+    key = "left_out_error_mm_median"
+    assert told[key] == pytest.approx(whole[key], rel=0.3)
+    assert "p9 (1)" in (folder / "model" / "index.html").read_text()
+
+
+def test_a_viseme_with_too_few_points_of_its_own_is_told_of(monkeypatch):
+    """Of many visemes several are left out at once: the others among them are measured."""
+    monkeypatch.setattr("abs_engine.systems.articulatory.build.MOST_BUILT", 5)
+    own, _ = recorded(40)
+    own[3] = np.nan
+    corpus = Corpus(own, NAMES, tuple(f"v{k}" for k in range(40)), GROUPS)
+    done = leave_out_in_turn(corpus, OWN, "impute")
+    assert list(done.skipped) == ["v3"]
+    assert "do not determine" in done.skipped["v3"].problem
+    assert np.isfinite(np.delete(done.errors, 3)).all()
+    assert np.isnan(done.errors[3])
+    with pytest.raises(TooFewPointsError, match="do not determine"):
+        left_out_errors(corpus, OWN, "impute")
 
 
 def infinite(points: np.ndarray) -> np.ndarray:
@@ -147,6 +198,8 @@ def nowhere(points: np.ndarray) -> np.ndarray:
         (lambda p: p, ("--person", "clara"), "CORPUS and --person were given"),
         (lambda p: p, ("--predictors", "none.toml"), "none.toml does not exist"),
         (lambda p: p, ("--roles", "none.csv"), "none.csv does not exist"),
+        (lambda p: p, ("--roles", "/dev/null"), "/dev/null is not a file"),
+        (lambda p: p, ("--predictors", "/dev"), "/dev is not a file"),
     ],
 )
 @pytest.mark.parametrize("kind", ["csv", "npz"])  # infinity cannot be written to a C3D file
@@ -183,7 +236,7 @@ def test_tables_that_are_wrong_are_one_line(tmp_path, capsys, old, new, said):
 
 def test_predictors_come_back(tmp_path: Path):
     path = tmp_path / "p.toml"
-    odd = (*PAPER_PREDICTORS, Predictor('a "b" \\ é\n', ("x",), "zx", "-z"))
+    odd = (*PAPER_PREDICTORS, Predictor('a "b" \\ é', ("x",), "zx", "-z"))
     path.write_text(predictors_text(odd), encoding="utf-8")
     assert read_predictors(path) == odd
 
@@ -198,6 +251,13 @@ def test_predictors_come_back(tmp_path: Path):
         ('["lips"]', '"lips"', "give a list"),
         ('"xyz"', '"xyw"', "coordinates 'xyw'"),
         ("version = 1", "version = 2", "version 2"),
+        ("version = 1", "version = true", "version True"),
+        ("version = 1", "version = " + "[" * 5000, "too deep"),
+        ('"jaw1"', '"a,b"', "no predictor can be named 'a,b'"),
+        ('"jaw1"', '"frame"', "no predictor can be named 'frame'"),
+        ('"jaw1"', '"rms_mm"', "no predictor can be named 'rms_mm'"),
+        ('"jaw1"', '""', "a predictor has an empty name"),
+        ('"jaw1"', '"a\\nb"', "cannot be printed"),
         ("version", "[", "is not TOML"),
     ],
 )
@@ -279,6 +339,28 @@ def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, poin
     assert main([str(word) for word in words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
+    assert not out.exists()
+
+
+def test_names_are_quoted_in_the_table_of_parameters():
+    alpha, one = np.array([[1.0, np.nan]]).T, np.array([0.5, np.nan])
+    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), ())
+    rows = list(csv.reader(done.as_csv().splitlines()))
+    assert rows == [
+        ["frame", 'a "b"', "rms_mm", "points"], ["0", "1.0000", "0.5000", "4"], ["1", "", "", "0"]
+    ]  # fmt: skip
+
+
+def test_two_points_of_one_name_have_no_parameters(tmp_path: Path, capsys):
+    own, points = recorded()
+    assert main(written(tmp_path, points)) == 0
+    capsys.readouterr()
+    np.savez(tmp_path / "talk.npz", names=np.array([*NAMES[:11], "p0"]), points=own)
+    model, out = tmp_path / "model" / "model.npz", tmp_path / "talk.csv"
+    words = ["articulate", tmp_path / "talk.npz", "--model", model, "-o", out]
+    assert main([str(word) for word in words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "two points are named 'p0'" in line
     assert not out.exists()
 
 

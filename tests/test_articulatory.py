@@ -206,6 +206,15 @@ def test_coordinates_that_are_none_are_refused(coordinates: str, positive: str):
         Predictor("jaw", ("jaw",), coordinates, positive)
 
 
+@pytest.mark.parametrize(
+    "name", ["", " ", "a,b", "a\nb", "a\0", "\ud800", "frame", "rms_mm", "points", "total"]
+)
+def test_names_that_would_spoil_a_table_are_refused(name: str):
+    with pytest.raises(ParameterError) as error:
+        Predictor(name, ("jaw",))
+    assert len(str(error.value).encode().splitlines()) == 1
+
+
 def test_a_single_point_may_be_named():
     _, points = visemes()
     found = fitted(points, Predictor("one", ("p1",), "y", "-y"))
@@ -224,6 +233,11 @@ def test_bad_data_are_refused():
         fitted(points[:, :11])
     with pytest.raises(ParameterError, match="infinite"):
         fitted(np.where(points > points.max() - 1e-9, np.inf, points))
+    with pytest.raises(ParameterError, match="complex"):
+        fitted(points + 0j)
+    for call in (fitted(points).model_.invert, fitted(points).model_.transform):
+        with pytest.raises(ParameterError, match="complex"):
+            call(points + 0j)
     with pytest.raises(ParameterError, match="missing is 'guess'"):
         fitted(points, missing="guess")
     with pytest.raises(ParameterError, match="no predictors"):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 
 import pytest
 
 from abs_engine.errors import OutputError
-from abs_engine.files import NewFolder, parent_folder, write_new
+from abs_engine.files import Claim, NewFolder, Unfinished, parent_folder, partial_of, write_new
 
 
 def test_a_folder_appears_at_the_end(tmp_path):
@@ -111,3 +113,46 @@ def test_a_new_file_is_written_once(tmp_path):
         write_new(tmp_path / "file", b"2")
     assert (tmp_path / "file").read_bytes() == b"1"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def _open_files() -> set[str]:
+    """What this process has open, by its number."""
+    found = set()
+    for number in os.listdir("/proc/self/fd"):
+        try:
+            found.add(number + os.readlink(f"/proc/self/fd/{number}"))
+        except FileNotFoundError:  # the listing itself
+            continue
+    return found
+
+
+@pytest.mark.parametrize("make", [Claim, lambda folder: Unfinished(folder, "choices")])
+def test_a_drive_without_locks_is_named_and_nothing_stays_open(tmp_path, monkeypatch, make):
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", fail)
+    before = _open_files()
+    with pytest.raises(OutputError, match=r"cannot be locked \(No locks available\)"):
+        make(tmp_path / "out")
+    assert _open_files() == before
+    assert not list(tmp_path.iterdir())
+    partial_of(tmp_path / "out").mkdir()
+    (partial_of(tmp_path / "out") / "done").touch()
+    with pytest.raises(OutputError):
+        make(tmp_path / "out")
+    assert (partial_of(tmp_path / "out") / "done").is_file()  # what was begun is kept
+
+
+def test_a_claim_keeps_others_off_and_may_be_released_twice(tmp_path):
+    claim = Claim(tmp_path / "out")
+    before = _open_files()
+    with pytest.raises(OutputError, match="another process makes"):
+        Claim(tmp_path / "out")
+    assert _open_files() == before
+    claim.release()
+    other = os.open(tmp_path, os.O_RDONLY)  # gets the number that was the claim's
+    claim.release()
+    os.fstat(other)
+    os.close(other)
+    Claim(tmp_path / "out").release()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
+from abs_engine.errors import MeshError
 from abs_engine.shape.lip_edge import lip_edge
 from abs_engine.shape.lip_model import INSIDE, LIPS, LipModel, lip_model
 from abs_engine.shape.lip_shell import COLUMNS, cut_lip_shell, lips_besides
@@ -49,6 +52,17 @@ def test_a_lip_ends_behind_its_inner_contour(lip):
     assert behind.min() > -0.7
     assert behind.mean() > 0.5
     assert np.linalg.norm(np.diff(edge, axis=0), axis=1).max() < 5  # one line, without leaps
+
+
+def test_a_lip_that_ends_nowhere_is_named():
+    """All of a head's facets lips: they end at no skin, and in closed rings if at all."""
+    lower = SPEAKER.class_id("lower_lip")
+    only = SPEAKER.facet_class == lower
+    none = replace(SPEAKER, facet_class=np.where(only, SPEAKER.class_id("skin"), 0))
+    ring = replace(SPEAKER, facet_class=np.full_like(SPEAKER.facet_class, lower))
+    for speaker in (none, ring):
+        with pytest.raises(MeshError, match="lower_lip end in no line"):
+            lip_edge(speaker, "lower_lip")
 
 
 @pytest.mark.parametrize(("person", "cut"), [("kofi", 1.0), ("clara", 0.35)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import lzma
 import zipfile
 from pathlib import Path
 
@@ -57,3 +59,42 @@ def test_an_archive_that_breaks_off_is_named(whole: Path, tmp_path: Path):
         cut.write_bytes(content[: int(share * len(content))])
         with pytest.raises(InputFileError, match="is not an NPZ file"):
             read_npz(cut, KIND, VERSION)
+
+
+def _archive(path: Path, entry: bytes, packed: int = zipfile.ZIP_STORED) -> Path:
+    with zipfile.ZipFile(path, "w", packed) as archive:
+        archive.writestr("numbers.npy", entry)
+    return path
+
+
+def test_an_archive_that_claims_more_than_memory_holds_is_named(tmp_path: Path):
+    for shape in ((10**12,), (10**9, 10**9, 10**9), (10**30,)):
+        header = io.BytesIO()
+        told = {"descr": "<f8", "fortran_order": False, "shape": shape}
+        np.lib.format.write_array_header_1_0(header, told)
+        path = _archive(tmp_path / "large.npz", header.getvalue() + bytes(64))
+        with pytest.raises(InputFileError, match=r"large\.npz is not an NPZ file"):
+            read_npz(path, KIND, VERSION)
+
+
+def test_an_archive_whose_lzma_is_damaged_is_named(tmp_path: Path):
+    numbers = io.BytesIO()
+    np.save(numbers, np.random.default_rng(0).normal(size=4000))
+    path = _archive(tmp_path / "bad.npz", numbers.getvalue(), zipfile.ZIP_LZMA)
+    content = bytearray(path.read_bytes())
+    content[50:20_000] = bytes(19_950)
+    path.write_bytes(bytes(content))
+    with (
+        zipfile.ZipFile(path) as archive,
+        pytest.raises(lzma.LZMAError),
+        archive.open("numbers.npy") as entry,
+    ):
+        entry.read()
+    with pytest.raises(InputFileError, match="is not an NPZ file"):
+        read_npz(path, KIND, VERSION)
+
+
+def test_complex_numbers_are_refused(tmp_path: Path):
+    np.savez(tmp_path / "c.npz", format=KIND, version=VERSION, numbers=np.array([1 + 2j]))
+    with pytest.raises(ModelFormatError, match=r"'numbers' in .* is complex; give"):
+        read_npz(tmp_path / "c.npz", KIND, VERSION)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.compare.prior import GaussianPrior, MixturePrior
+from abs_engine.errors import ParameterError
 
 RNG = np.random.default_rng(3)
 SEEN = np.column_stack([RNG.choice([-1.0, 1.0], 40), RNG.normal(size=40)])
@@ -58,3 +59,33 @@ def test_far_away_nothing_overflows():
     far = mixture(0.4).negative_log(np.array([0.5, 300.0, -200]))
     assert np.isfinite(far)
     assert np.isfinite(mixture(0.4).slope(np.array([0.5, 300.0, -200]))).all()
+
+
+@pytest.mark.parametrize("width", [0.0, -0.5, 1.001, np.nan, np.inf])
+def test_a_width_that_is_none_is_refused(width):
+    with pytest.raises(ParameterError, match="the mixture's width is"):
+        mixture(width)
+
+
+@pytest.mark.parametrize(
+    ("seen", "said"),
+    [
+        (SEEN[:0], "shape"), (SEEN[0], "shape"), (SEEN[None], "shape"), (SEEN[:, :0], "shape"),
+        (np.zeros((3, 4)), "shape"), (np.where(SEEN > 1, np.nan, SEEN), "not finite"),
+        (np.where(SEEN > 1, np.inf, SEEN), "not finite"),
+    ],
+    ids=["none", "1d", "3d", "no columns", "wide", "nan", "inf"],
+)  # fmt: skip
+def test_shapes_that_are_none_are_refused(seen, said):
+    with pytest.raises(ParameterError, match=said):
+        MixturePrior(GAUSSIAN, seen, 0.5)
+
+
+def test_of_shrunk_shapes_the_variance_is_below_the_gaussian_s():
+    """width^2 + (1 - width^2) times theirs."""
+    axis = np.linspace(-5, 5, 101)
+    grid = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
+    prior = MixturePrior(GAUSSIAN, 0.9 * SEEN, 0.6)
+    density = np.exp([-prior.negative_log(np.r_[0.5, p]) for p in grid])
+    density /= density.sum()
+    np.testing.assert_allclose(density @ grid**2, 0.36 + 0.64 * 0.81, atol=0.01)

@@ -114,7 +114,7 @@ def test_lips_skin_and_opening_are_drawn_in_their_classes():
     assert scene.n_modes == MODEL.n_modes == 6
 
 
-def test_it_is_one_sheet_that_faces_the_front():
+def test_it_is_one_sheet():
     """Every edge but those of the outermost ring has a facet on either side, turned alike."""
     faces = MODEL.scene().faces
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -125,10 +125,42 @@ def test_it_is_one_sheet_that_faces_the_front():
     outermost = range(end - COLUMNS, end)
     assert len(free) == COLUMNS
     assert {k for edge in free for k in edge} == set(outermost)
-    deep = np.arange(end, end + INSIDE * COLUMNS)  # lips face the teeth there
-    seen = faces[~np.isin(faces, deep).any(axis=1)]
-    a, b, c = MODEL.scene().mean.astype(float)[seen].transpose(1, 0, 2)
-    assert (np.cross(b - a, c - a)[:, 2] > 0).mean() > 0.95
+
+
+def test_it_faces_the_front_but_for_the_lips_within_their_inner_contour():
+    """The band where the lips end faces the teeth, the next one turns over from there.
+
+    Beyond the inner contour only a few facets at the corners of the mouth face away, and at the far
+    border some of the cheeks.
+    """
+    scene, end = MODEL.scene(), len(MODEL.shell) + len(MODEL.skirt)
+    a, b, c = scene.mean.astype(float)[scene.faces].transpose(1, 0, 2)
+    front = np.cross(b - a, c - a)[:, 2] > 0
+    on_lips = scene.facet_class == LIPS
+    deepest, inner, deep = (
+        np.isin(scene.faces, nodes).any(axis=1) & on_lips
+        for nodes in (
+            np.arange(end, end + COLUMNS),
+            np.arange(COLUMNS),
+            np.arange(end, end + INSIDE * COLUMNS),
+        )
+    )
+    last = inner & deep
+    assert INSIDE == 2
+    assert (deepest.sum(), last.sum(), deep.sum()) == tuple(2 * COLUMNS * k for k in (1, 1, 2))
+    assert front[deepest].mean() < 0.1
+    assert 0.1 < front[last].mean() < 0.4
+    assert front[scene.facet_class == INTERIOR].all()
+    lips = on_lips & ~deep
+    assert front[lips].mean() > 0.95
+    away = scene.faces[lips & ~front] % COLUMNS  # all rings begin at a whole number of columns
+    corner = np.abs((away + COLUMNS // 4) % (COLUMNS // 2) - COLUMNS // 4).min(axis=1)
+    assert len(MODEL.shell) % COLUMNS == len(MODEL.skirt) % COLUMNS == 0
+    assert corner.max() <= 1
+    skin = scene.facet_class == SKIN
+    border = skin & np.isin(scene.faces, np.arange(end - COLUMNS, end)).any(axis=1)
+    assert front[skin & ~border].all()
+    assert front[border].mean() > 0.9
 
 
 def test_the_shell_moves_by_its_modes_in_standard_deviations():

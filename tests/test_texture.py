@@ -204,6 +204,18 @@ def test_saved_and_loaded(model, tmp_path):
     assert back.explained == model.explained
     for name in ("spread", "common"):
         assert np.array_equal(getattr(back.leftover, name), getattr(model.leftover, name))
+    with np.load(tmp_path / "t.npz") as archive:
+        whole = dict(archive)
+    for name in ("base", "modes", "mean", "spread", "common"):
+        for wrong in (np.nan, np.inf, -1.0):
+            if wrong == -1 and name != "spread":
+                continue
+            values = whole[name].copy()
+            values.flat[-1] = wrong
+            path = tmp_path / f"{name}_{wrong}.npz"
+            np.savez(path, **{**whole, name: values})
+            with pytest.raises(ModelFormatError, match="no whole texture"):
+                TextureModel.load(path)
     np.savez(tmp_path / "u.npz", format="abs_engine.texture", version=2, base=model.base)
     with pytest.raises(ModelFormatError, match="no whole texture"):
         TextureModel.load(tmp_path / "u.npz")

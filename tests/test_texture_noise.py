@@ -9,6 +9,9 @@ import shapes
 from abs_engine.appearance.atlas import lay_atlas
 from abs_engine.appearance.leftover import Leftover, leftover, normalised
 from abs_engine.appearance.regression import Frames
+from abs_engine.appearance.sight import FACING
+from abs_engine.buffers import Buffers
+from abs_engine.camera import Camera
 from abs_engine.compare.outline import off_outlines
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.geometry import Pose
@@ -30,6 +33,15 @@ def test_normalised_does_not_depend_on_brightness():
     rgb = np.array([[30.0, 20.0, 10.0]])
     np.testing.assert_allclose(normalised(10 * rgb), normalised(rgb), atol=0.02)
     assert normalised(rgb).sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int64, np.float32, np.float64])
+def test_normalised_takes_any_numbers(kind):
+    """Of 8-bit pictures too: 255 + 1 is not 0, and shares of whole numbers are not whole."""
+    rgb = np.array([[255, 20, 10], [255, 255, 255]])
+    found = normalised(rgb.astype(kind))
+    assert np.issubdtype(found.dtype, np.floating)
+    np.testing.assert_allclose(found, (rgb + 1.0) / (rgb.sum(axis=1, keepdims=True) + 3), rtol=1e-6)
 
 
 def test_spread_and_common_noise_are_found(seen):
@@ -123,3 +135,43 @@ def test_pixels_beside_an_outline_are_left_out(seen):
             assert drawn.covered[rows + row, columns + column].all()
     left = drawn.covered & ~inner
     assert 0 < left.sum() < 0.35 * drawn.covered.sum()
+
+
+def walls(*depths: float) -> tuple[Camera, Buffers]:
+    """Walls that face the camera, side by side and equally wide, mm from it; all else is empty."""
+    camera, window = shapes.view(64)
+    focal, corners = float(camera.matrix[0, 0]), []
+    edges = np.linspace(-24, 24, len(depths) + 1) * [1.0 / focal]
+    for depth, left, right in zip(depths, edges[:-1], edges[1:], strict=True):
+        x, y = np.array([left, right, right, left]), 24 / focal * np.array([-1, -1, 1, 1])
+        square = depth * np.column_stack([x, y, np.ones(4)])
+        corners += [square[[0, 1, 2]], square[[0, 2, 3]]]
+    return camera, shapes.draw_one(RENDERER, shapes.triangles(corners), camera, window)
+
+
+def test_both_sides_of_a_step_between_drawn_surfaces_are_left_out():
+    """The near surface ends there, and the far one has its outline before it."""
+    camera, drawn = walls(500.0, 500.0)
+    same = off_outlines(drawn, camera, camera.whole)
+    camera, drawn = walls(500.0, 560.0)
+    found = off_outlines(drawn, camera, camera.whole)
+    row = 32
+    near, far = (np.flatnonzero(np.isclose(drawn.depth[row], z, atol=1)) for z in (500, 560))
+    assert len(near) > 20
+    assert len(far) > 20
+    assert far[0] == near[-1] + 1
+    assert not found[:, [near[-1], far[0]]].any()
+    beside = [near[-2], far[1]]
+    np.testing.assert_array_equal(found[:, beside], same[:, beside])
+    assert found[row, beside].all()
+    assert same[row, [near[-1], far[0]]].all()
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_a_step_counts_from_the_flattest_surface_that_is_learned(share):
+    camera, _ = shapes.view(64)
+    step = np.tan(np.arccos(FACING)) * 500 / float(camera.matrix[0, 0])
+    camera, drawn = walls(500.0, 500.0 + share * step)
+    found = off_outlines(drawn, camera, camera.whole)[32]
+    left = np.flatnonzero(drawn.depth[32] == drawn.depth[32, 20])[-1]
+    assert found[left] == (share < 1)

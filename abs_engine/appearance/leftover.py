@@ -22,6 +22,7 @@ _FRAMES_EACH = 2
 
 def normalised(rgb: NDArray[T]) -> NDArray[T]:
     """Luminance-normalised RGB (..., 3), as `scene.ColourError` has it; RGB is 0 to 255."""
+    rgb = np.asarray(rgb, np.result_type(rgb, np.float32))  # of integers only zeros would be left
     return np.asarray((rgb + 1) / (rgb.sum(axis=-1, keepdims=True) + 3), rgb.dtype)
 
 

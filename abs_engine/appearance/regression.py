@@ -1,6 +1,7 @@
 """Many small least-squares fits at once: what each texel or point looks like, by the parameters.
 
-Frames are added one by one and only sums are kept, so memory does not grow with their number.
+For the fits, frames are added one by one and only sums are kept, so memory does not grow with their
+number. `Frames`, what a texture's leftover is measured on, keeps them all.
 """
 
 from __future__ import annotations
@@ -50,7 +51,9 @@ class Fitted:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Values of T frames that many fits were made of, all kept.
+    """Values of T frames that many fits were made of, all kept: memory grows with T times K.
+
+    There are no weights: every frame that shows an item counts alike, unlike in `LinearFits`.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ class TextureModel:
     Raises
     ------
     ParameterError
-        If the arrays do not fit together or are not finite.
+        If the arrays do not fit together or are not finite, or a spread is negative.
     """
 
     base: NDArray[np.float32]
@@ -62,8 +62,12 @@ class TextureModel:
         fits = fits and self.mean.shape == shape and self.frames.shape == shape[:2]
         fits = fits and self.leftover.spread.shape == shape[:2]
         fits = fits and self.leftover.common.shape[1:] == shape
-        if not fits or not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
+        left = self.leftover
+        known = (self.base, self.modes, self.mean, left.spread, left.common)
+        if not fits or not all(np.isfinite(values).all() for values in known):
             raise ParameterError("texture arrays do not fit or hold NaN", "learn the texture again")
+        if (left.spread < 0).any():
+            raise ParameterError("a spread of the texture is negative", "learn the texture again")
 
     def at(self, parameters: ArrayLike) -> NDArray[np.uint8]:
         """The texture at parameters (P,), clipped, (H, W, 3) uint8; a constant one reads none."""
@@ -137,7 +141,8 @@ class TextureModel:
         InputFileError
             If the file is missing or no NPZ archive.
         ModelFormatError
-            If it has another format or version, or its arrays do not fit together.
+            If it has another format or version, its arrays do not fit together or are not
+            finite, or a spread is negative.
         """
         data = read_npz(Path(path), FORMAT, VERSION)
         try:
@@ -197,7 +202,10 @@ def learn_texture(
     Notes
     -----
     A frame counts for a texel by the cosine between the surface and the line of sight; what is
-    hidden, turned away, or beside an outline does not count at all.
+    hidden, turned away, or beside an outline does not count at all. What the fit leaves over is
+    measured without that weight: each frame that shows a texel counts alike, and is off another fit
+    than this one. For it the texels of all frames are kept, in float32, so memory grows with the
+    number of frames.
     """
     fits: LinearFits | None = None
     values, seen, parameters = [], [], []

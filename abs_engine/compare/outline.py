@@ -18,9 +18,10 @@ _FAR = np.float32(1e6)  # mm: farther behind anything than a step of any surface
 def off_outlines(buffers: Buffers, camera: Camera, window: Window) -> NDArray[np.bool_]:
     """Drawn pixels whose eight neighbours show the same surface, (H, W) bool.
 
-    A neighbour does where it is drawn, and no farther before or behind than a surface is at
-    `sight.FACING`, the flattest at which appearance is learned. Pixels on the window's border are
-    left out.
+    A neighbour does where it is drawn, and no farther before or behind than the next pixel of a
+    surface is at `sight.FACING`, the flattest at which appearance is learned. Diagonal neighbours,
+    which lie 1.4 times as far off, are held to the same: across them flatter surfaces are left out
+    too. Pixels on the window's border are left out.
 
     Parameters
     ----------

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.errors import ParameterError
+
 
 @dataclass(frozen=True, eq=False)
 class GaussianPrior:
@@ -45,7 +47,7 @@ class MixturePrior:
     Parameters
     ----------
     gaussian : GaussianPrior
-        Whose mean and covariance the mixture keeps, if the shapes have these.
+        Whose mean and covariance the mixture has, if the shapes have mean 0 and variance 1.
     seen : (K, P) float64
         Shapes, in standard deviations of the last P parameters; the others stay Gaussian.
     width : float
@@ -53,13 +55,33 @@ class MixturePrior:
 
     Notes
     -----
-    The centres are drawn towards the mean by sqrt(1 - width^2), so that the variance about them and
-    that of them add up to the variance of eq. 10 (West 1993, smooth kernels with shrinkage).
+    The centres are drawn towards the mean by sqrt(1 - width^2), so that for shapes of mean 0 and
+    variance 1 the variance about the centres and that of them add up to the variance of eq. 10
+    (West 1993, smooth kernels with shrinkage). In general it is width^2 + (1 - width^2) times the
+    shapes' own covariance: those of `systems.physics.fitting.seen_shapes` are shrunk by what errors
+    of observation make of them, so that with these it is a little below that of eq. 10.
+
+    Raises
+    ------
+    ParameterError
+        If the shapes are not (K, P) with something in them, hold what is not finite, or have more
+        parameters than the Gaussian; if the width is not above 0 and at most 1.
     """
 
     gaussian: GaussianPrior
     seen: NDArray[np.float64]
     width: float
+
+    def __post_init__(self) -> None:
+        shape, most = np.shape(self.seen), len(self.gaussian.mean)
+        if len(shape) != 2 or not shape[0] or not 1 <= shape[1] <= most:
+            raise ParameterError(
+                f"shapes that were seen have shape {shape}", f"give (K, P) with P up to {most}"
+            )
+        if not np.isfinite(self.seen).all():
+            raise ParameterError("a shape that was seen is not finite", "leave it out")
+        if not 0 < self.width <= 1:
+            raise ParameterError(f"the mixture's width is {self.width}", "give 0 to 1, not 0")
 
     @property
     def mean(self) -> NDArray[np.float64]:

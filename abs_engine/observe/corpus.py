@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.geometry import Pose
+from abs_engine.inputs import name_problem, parse_json
 from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
@@ -47,7 +48,8 @@ class Corpus:
     Raises
     ------
     ParameterError
-        If shapes or names do not fit, or a group names a point that is not there.
+        If shapes or names do not fit, a viseme or group has a name that cannot be printed, or a
+        group names a point that is not there.
     """
 
     points: FloatArray
@@ -68,6 +70,10 @@ class Corpus:
             twice = sorted({n for n in given if given.count(n) > 1})
             if twice:
                 raise ParameterError(f"two {what}s are named '{twice[0]}'", "name each once")
+        for what, given in (("viseme", self.visemes), ("group", tuple(self.groups))):
+            problems = [p for p in (name_problem(what, name) for name in given) if p]
+            if problems:
+                raise ParameterError(problems[0], "give it another name")
         for group, members in self.groups.items():
             lacking = sorted(set(members) - set(self.names))
             if lacking:
@@ -173,7 +179,7 @@ def load_corpus(path: Path) -> Corpus:
     """
     data = read_npz(Path(path), FORMAT, VERSION)
     try:
-        groups = {g: tuple(map(str, n)) for g, n in json.loads(str(data["groups"])).items()}
+        groups = {g: tuple(map(str, n)) for g, n in parse_json(str(data["groups"])).items()}
         frame = Pose(*(np.asarray(data[n], np.float64) for n in ("rotation", "translation")))
         return Corpus(
             np.asarray(data["points"], np.float64), tuple(map(str, data["names"])),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.npz import format_of, read_arrays
@@ -46,16 +48,17 @@ def read_corpus(
         If an ``.npz`` is neither a corpus nor observations.
     ParameterError
         If the table is lacking, or names points or frames that are not there; if a unit is given
-        for what is in mm.
+        for what is in mm, or two points have one name.
     TooFewPointsError
-        If a point of the upper teeth is missing in a frame that is used.
+        If a point of the upper teeth is missing in a frame that is used, or the three do not span
+        a plane there.
     """
     path = Path(path)
-    if path.suffix.lower() == ".npz" and table is None:
+    if table is None:
+        if path.suffix.lower() != ".npz" or _is_plain(read_arrays(path)):
+            raise ParameterError(f"{path} does not say what its points are", f"give a table, {HOW}")
         _check_mm(path, unit)
         return load_corpus(path)
-    if table is None:
-        raise ParameterError(f"{path} does not say what its points are", f"give a table, {HOW}")
     told = read_table(table)
     if not told.visemes:
         raise InputFileError(f"{table} names no visemes", f"say which frames they are, {HOW}")
@@ -81,14 +84,17 @@ def read_recording(
     tuple of str, N
         Names of the points.
     (T, N, 3) float64, mm
-        NaN where a point, or one of the upper teeth, is missing.
+        NaN where a point is missing, and in all of a frame where one of the upper teeth is, or
+        where the three do not span a plane, as where a system writes zeros for what it lost.
 
     Raises
     ------
     InputFileError, ModelFormatError
         If a file is missing or cannot be read, or holds what is infinite.
     ParameterError
-        If the table names points of the teeth that are not there.
+        If the table names points of the teeth that are not there, or two points have one name.
+    TooFewPointsError
+        If the upper teeth are seen, but in no frame span a plane.
     """
     path = Path(path)
     if table is None and path.suffix.lower() == ".npz" and format_of(read_arrays(path)) == CORPUS:
@@ -98,8 +104,9 @@ def read_recording(
     names, points = _read_points(path, None, unit)
     if teeth:
         marks = _marks(names, teeth)
-        whole = np.flatnonzero(np.isfinite(points[:, marks]).all(axis=(1, 2)))
-        points = _on_bite_plane(points, marks, whole.tolist())
+        whole = np.flatnonzero(np.isfinite(points[:, marks]).all(axis=(1, 2))).tolist()
+        used = [frame for frame in whole if not _flat(points[frame], marks)]
+        points = _on_bite_plane(points, marks, used or whole[:1])  # one error where all are flat
     return names, points
 
 
@@ -108,9 +115,21 @@ def _read_points(
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Names, and points (T, N, 3), mm, of a file of any kind."""
     if path.suffix.lower() == ".npz":
-        return _read_npz(path, unit)
-    markers = read_markers(path, _rate(path, rate), unit)
-    return markers.names, markers.points
+        names, points = _read_npz(path, unit)
+    else:
+        markers = read_markers(path, _rate(path, rate), unit)
+        names, points = markers.names, markers.points
+    for name in names:
+        if names.count(name) > 1:
+            raise ParameterError(f"{path}: two points are named {name!r}", "name each once")
+        if not name.isprintable():
+            raise InputFileError(f"{path}: the name {name!r} cannot be printed", "change it")
+    return names, points
+
+
+def _is_plain(arrays: Mapping[str, NDArray[np.generic]]) -> bool:
+    """Whether an archive holds points and their names, and does not say what they are."""
+    return "format" not in arrays and {"names", "points"} <= set(arrays)
 
 
 def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray]:
@@ -124,14 +143,17 @@ def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray
         return seen.names, np.where(seen.found[..., None], seen.points, np.nan)
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
-    try:
-        names = tuple(map(str, arrays["names"]))
-        points = np.asarray(arrays["points"], np.float64) * UNITS[unit or "mm"]
-    except (KeyError, TypeError, ValueError) as error:
+    if (
+        not _is_plain(arrays)
+        or (arrays["names"].ndim, arrays["names"].dtype.kind) != (1, "U")
+        or arrays["points"].dtype.kind not in "iuf"
+    ):
         raise ModelFormatError(
             f"{path} is neither {CORPUS} nor {OBSERVATIONS} nor points and their names",
-            "give points (T, N, 3) and N names",
-        ) from error
+            "give points (T, N, 3) as real numbers and N names as text",
+        )
+    names = tuple(map(str, arrays["names"]))
+    points = np.asarray(arrays["points"], np.float64) * UNITS[unit or "mm"]
     if points.ndim != 3 or points.shape[1:] != (len(names), 3):
         raise InputFileError(
             f"{path} has {len(names)} names and points of shape {points.shape}",
@@ -199,5 +221,17 @@ def _on_bite_plane(points: FloatArray, marks: list[int], used: list[int]) -> Flo
     """Points (T, N, 3) in the frame of the upper teeth; NaN in frames that are not used."""
     out = np.full_like(points, np.nan)
     for frame in used:
-        out[frame] = bite_plane(*points[frame, marks]).apply(points[frame])
+        try:
+            out[frame] = bite_plane(*points[frame, marks]).apply(points[frame])
+        except TooFewPointsError as error:
+            raise TooFewPointsError(f"frame {frame}: {error.problem}", error.remedy) from error
     return out
+
+
+def _flat(points: FloatArray, marks: list[int]) -> bool:
+    """Whether the upper teeth of a frame (N, 3) span no plane."""
+    try:
+        bite_plane(*points[marks])
+    except TooFewPointsError:
+        return True
+    return False

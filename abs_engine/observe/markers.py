@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.inputs import check_file
 
 FloatArray = NDArray[np.float64]
 
@@ -91,8 +92,7 @@ def read_markers(path: Path, rate: float | None = None, unit: str | None = None)
     path = Path(path)
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     read = _read_c3d if path.suffix.lower() == ".c3d" else _read_csv
     markers = read(path, rate, unit)
     if not markers.names or not len(markers.points):

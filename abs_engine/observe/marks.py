@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ModelFormatError, TooFewPointsError
+from abs_engine.inputs import parse_json
 
 FloatArray = NDArray[np.float64]
 
@@ -168,7 +168,7 @@ def _short(text: str, most: int = 120) -> str:
 
 def _json_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
     try:
-        told = json.loads(text)
+        told = parse_json(text)
         kind, rows = (told.get("format"), told.get("version")), told["points"]
     except (ValueError, KeyError, AttributeError) as error:
         raise InputFileError(f"{path} is no JSON file of points", _REMEDY) from error

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.errors import ParameterError, TooFewPointsError
-from abs_engine.shape.articulatory_model import ArticulatoryModel
+from abs_engine.shape.articulatory_model import ArticulatoryModel, refuse_complex
 from abs_engine.shape.predictors import PAPER_PREDICTORS, Predictor
 
 FloatArray = NDArray[np.float64]
@@ -267,6 +267,7 @@ def _imputed(
 
 def _shaped(X: FloatArray, count: int) -> FloatArray:
     """(V, N, 3) of either form."""
+    refuse_complex(X)
     points = np.asarray(X, np.float64)
     if points.ndim == 2 and points.shape[1] == 3 * count:
         points = points.reshape(len(points), count, 3)

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.inputs import parse_json
 from abs_engine.npz import read_npz, write_npz
 from abs_engine.shape.predictors import Predictor
 
@@ -101,10 +102,11 @@ class ArticulatoryModel:
         Raises
         ------
         ParameterError
-            If there are other than N points, or one is infinite.
+            If there are other than N points, or one is infinite or complex.
         TooFewPointsError
             If the points that are there do not determine all parameters.
         """
+        refuse_complex(points)
         points = np.asarray(points, np.float64)
         if points.shape[-2:] != self.mean.shape:
             raise ParameterError(
@@ -119,6 +121,7 @@ class ArticulatoryModel:
 
     def transform(self, X: FloatArray) -> FloatArray:
         """`invert` as scikit-learn calls it: (V, P) of postures (V, N, 3) or (V, 3N), mm."""
+        refuse_complex(X)
         rows = np.asarray(X, np.float64)
         flat = rows.ndim == 2 and rows.shape[1] == self.mean.size
         return self.invert(rows.reshape(-1, *self.mean.shape) if flat else rows)
@@ -152,6 +155,12 @@ class ArticulatoryModel:
         write_npz(path, FORMAT, VERSION, fields)
 
 
+def refuse_complex(points: ArrayLike) -> None:
+    """Raise `ParameterError` for complex numbers, of which NumPy would drop the imaginary parts."""
+    if np.iscomplexobj(points):
+        raise ParameterError("a coordinate is complex", "give real numbers")
+
+
 def _solved(matrix: FloatArray, away: FloatArray) -> FloatArray:
     """Least squares over what is finite of one posture (3N,)."""
     there = np.isfinite(away)
@@ -176,7 +185,7 @@ def load_articulatory(path: Path) -> ArticulatoryModel:
     """
     data = read_npz(Path(path), FORMAT, VERSION)
     try:
-        told = json.loads(str(data["told"]))
+        told = parse_json(str(data["told"]))
         predictors = tuple(
             Predictor(p["name"], tuple(p["points"]), p["coordinates"], p["positive"])
             for p in told["predictors"]

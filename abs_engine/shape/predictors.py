@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.errors import ParameterError, TooFewPointsError
+from abs_engine.inputs import name_problem
 
 AXES = "xyz"
+TAKEN = ("frame", "rms_mm", "points", "total")
+"""No parameter's name: columns of the parameters of frames, and the sum in a table of shares."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Predictor:
     Parameters
     ----------
     name : str
-        Of the parameter.
+        Of the parameter: printable, without a comma, and none of `TAKEN`.
     points : tuple of str
         Groups of points, or single points, by name.
     coordinates : str
@@ -35,7 +38,7 @@ class Predictor:
     Raises
     ------
     ParameterError
-        If points, coordinates or sign are not of this form.
+        If name, points, coordinates or sign are not of this form.
     """
 
     name: str
@@ -44,6 +47,11 @@ class Predictor:
     positive: str = "+y"
 
     def __post_init__(self) -> None:
+        problem = name_problem("predictor", self.name)
+        if problem is None and ("," in self.name or self.name in TAKEN):
+            problem = f"no predictor can be named '{self.name}'"
+        if problem is not None:
+            raise ParameterError(problem, f"give a name without commas, not {', '.join(TAKEN)}")
         if not self.points:
             raise ParameterError(f"predictor '{self.name}' has no points", "name groups or points")
         if not self.coordinates or not set(self.coordinates) <= set(AXES):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from abs_engine.camera import Camera
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.geometry import Pose
+from abs_engine.inputs import check_file, parse_json
 from abs_engine.truth.codec import CAMERA_FORMAT, VERSION
 
 FloatArray = NDArray[np.float64]
@@ -105,10 +106,9 @@ def load_placed_camera(path: Path) -> PlacedCamera:
         If there can be no such camera.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
-        return _parse(path, json.loads(path.read_text(encoding="utf-8")))
+        return _parse(path, parse_json(path.read_text(encoding="utf-8")))
     except KeyError as error:
         raise ModelFormatError(f"{path} lacks the field {error}", MEND) from error
     except (TypeError, IndexError, AttributeError) as error:

@@ -6,7 +6,6 @@ import dataclasses
 import difflib
 import math
 import re
-import tomllib
 import types
 import typing
 from collections.abc import Mapping
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.inputs import parse_toml
 from abs_engine.synth.scenefile.scene import FORMAT, VERSION, SceneFile
 
 OTHER_NAMES: dict[str, tuple[str, ...]] = {
@@ -68,11 +68,11 @@ def read_scene(path: Path) -> SceneFile:
 def parse_scene(text: str, name: str = "the scene") -> SceneFile:
     """A scene from the text of a scene file; errors as `read_scene`."""
     try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        table = parse_toml(text)
+    except ValueError as error:
         raise InputFileError(f"{name} is not TOML: {error}", "mend that line") from error
     found = table.get("format", "unknown"), table.get("version", 0)
-    if found != (FORMAT, VERSION):
+    if found != (FORMAT, VERSION) or isinstance(found[1], bool):  # true == 1
         raise ModelFormatError(
             f"{name} is {found[0]} version {found[1]}, wanted {FORMAT} version {VERSION}",
             f'begin it with format = "{FORMAT}" and version = {VERSION}',

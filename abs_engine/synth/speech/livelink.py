@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.inputs import check_file
 from abs_engine.synth.speech.articulate import Speech, check_rate
 from abs_engine.truth.timecode import seconds_since_first
 
@@ -113,8 +114,7 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
 
 def _rows(path: Path) -> tuple[list[str], list[list[str]], int]:
     """Header, samples, and the line number of the first sample."""
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
         lines = list(csv.reader(path.read_text("utf-8-sig").splitlines()))
     except (UnicodeDecodeError, csv.Error, OSError) as error:

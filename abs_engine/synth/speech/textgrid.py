@@ -9,6 +9,7 @@ from praatio import textgrid as praat
 from praatio.utilities.errors import PraatioException
 
 from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.inputs import check_file
 from abs_engine.synth.speech.chart import ARPABET
 from abs_engine.synth.speech.notation import Alphabet, spell
 from abs_engine.synth.speech.phonemes import PAUSE, Phoneme
@@ -67,8 +68,7 @@ def read_textgrid(
 
 
 def _open(path: Path) -> praat.Textgrid:
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
         return praat.openTextgrid(str(path), False, "silence", "rename")
     except PraatioException as error:

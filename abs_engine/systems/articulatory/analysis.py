@@ -6,12 +6,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from abs_engine.errors import ParameterError, TooFewPointsError
 from abs_engine.observe.corpus import Corpus
 from abs_engine.release import engine_version
 from abs_engine.shape.articulatory import Missing
 from abs_engine.shape.predictors import PAPER_PREDICTORS, Predictor
-from abs_engine.systems.articulatory.build import Build, FloatArray, build, left_out_errors
+from abs_engine.systems.articulatory.build import Build, LeftOut, build, leave_out_in_turn
 from abs_engine.systems.articulatory.tables import results
 
 
@@ -26,20 +25,32 @@ class Analysis:
         Points and visemes that were to be kept out.
     roleless : tuple of str
         Points that were kept out as they are in no group and of no predictor.
-    unseen : (V,) float64 or None, mm
-        See `left_out_errors`; None where the others are too few to build a model of.
+    unseen : LeftOut
+        Errors of each viseme in the model of the others, and the visemes that could not be left
+        out: where the others are too few, lack a point or leave a predictor nothing to explain, or
+        the viseme's own points are too few.
     """
 
     built: Build
     asked: tuple[str, ...]
     roleless: tuple[str, ...]
-    unseen: FloatArray | None
+    unseen: LeftOut
+
+    @property
+    def guessed(self) -> dict[str, int]:
+        """Imputed points that fewer visemes show than there are parameters, and how many do.
+
+        Where such a point goes with the parameters is not determined.
+        """
+        count = len(self.built.corpus)
+        shown = {name: count - gaps for name, gaps in self.built.imputed.items()}
+        return {n: k for n, k in shown.items() if k < len(self.built.model.parameters)}
 
     def as_json(self) -> dict[str, Any]:
         """What results.json says: see `tables.results`; names of what was kept out or imputed."""
         built = self.built
         errors = zip(built.corpus.visemes, built.viseme_errors, strict=True)
-        return results(built, self.unseen) | {
+        return results(built, self.unseen.errors) | {
             "source": built.model.source,
             "engine_version": engine_version(),
             "points": len(built.model.names),
@@ -50,6 +61,7 @@ class Analysis:
                 "missing": list(built.left_out),
             },
             "imputed": dict(built.imputed),
+            "not_left_out": {v: error.problem for v, error in self.unseen.skipped.items()},
             "viseme_rms_mm": {viseme: float(error) for viseme, error in errors},
         }
 
@@ -85,8 +97,5 @@ def analyse(
     roleless = tuple(name for name in corpus.roleless if name not in named)
     corpus = corpus.without(roleless)
     built = build(corpus, predictors, missing)
-    try:
-        unseen = left_out_errors(corpus, predictors, missing)
-    except (TooFewPointsError, ParameterError):  # all of them together were just enough
-        unseen = None
-    return Analysis(built, tuple(without), roleless, unseen)
+    unseen = leave_out_in_turn(corpus, predictors, missing)
+    return Analysis(built, tuple(dict.fromkeys(without)), roleless, unseen)

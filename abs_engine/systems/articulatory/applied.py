@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -45,12 +47,14 @@ class Applied:
 
     def as_csv(self) -> str:
         """A line for each frame; the cells of what was not found are empty."""
-        lines = [",".join(("frame", *self.names, "rms_mm", "points"))]
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(("frame", *self.names, "rms_mm", "points"))
         rows = zip(self.alpha, self.error, self.seen, self.found, strict=True)
         for frame, (alpha, error, seen, found) in enumerate(rows):
             values = [f"{v:.4f}" if found else "" for v in (*alpha, error)]
-            lines.append(",".join([str(frame), *values, str(seen)]))
-        return "\n".join(lines) + "\n"
+            table.writerow((frame, *values, seen))
+        return text.getvalue()
 
 
 def apply_model(model: ArticulatoryModel, names: Sequence[str], points: FloatArray) -> Applied:

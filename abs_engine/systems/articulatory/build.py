@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import TooFewPointsError
+from abs_engine.errors import AbsEngineError, ParameterError, TooFewPointsError
 from abs_engine.observe.corpus import Corpus
 from abs_engine.shape.articulatory import GuidedPCA, Missing
 from abs_engine.shape.articulatory_dense import dense_units
@@ -119,17 +119,54 @@ def left_out_errors(
     TooFewPointsError, ParameterError
         As `build`.
     """
-    out = np.empty(len(corpus))
+    done = leave_out_in_turn(corpus, predictors, missing, progress)
+    if done.skipped:
+        raise next(iter(done.skipped.values()))
+    return done.errors
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """How models do on visemes that they were not built of.
+
+    Parameters
+    ----------
+    errors : (V,) float64, mm
+        Of each viseme in the model of all others, RMS over the points; NaN where `skipped`.
+    skipped : mapping of str to AbsEngineError
+        Visemes without which no model can be built, or whose points do not determine the
+        parameters, and why.
+    """
+
+    errors: FloatArray
+    skipped: Mapping[str, AbsEngineError]
+
+
+def leave_out_in_turn(
+    corpus: Corpus,
+    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
+    missing: Missing = "refuse",
+    progress: Callable[[int, int], None] | None = None,
+) -> LeftOut:
+    """As `left_out_errors`, but visemes that cannot be left out are told of, with the reason."""
+    out = np.full(len(corpus), np.nan)
+    skipped: dict[str, AbsEngineError] = {}
     rounds = min(len(corpus), MOST_BUILT)
     own = np.arange(len(corpus)) % rounds
     for k in range(rounds):
-        estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing)
-        model = estimator.fit(corpus.points[own != k]).model_
-        kept = np.isin(corpus.names, model.names)
-        out[own == k] = rms(model.errors(corpus.points[own == k][:, kept]))
+        model: ArticulatoryModel | None = None
+        for viseme in np.flatnonzero(own == k):
+            try:
+                if model is None:
+                    estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing)
+                    model = estimator.fit(corpus.points[own != k]).model_
+                kept = np.isin(corpus.names, model.names)
+                out[viseme] = rms(model.errors(corpus.points[viseme, kept]))
+            except (TooFewPointsError, ParameterError) as error:
+                skipped[corpus.visemes[viseme]] = error
         if progress is not None:
             progress(k + 1, rounds)
-    return out
+    return LeftOut(out, skipped)
 
 
 def rms(distances: FloatArray) -> FloatArray:

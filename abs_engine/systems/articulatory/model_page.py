@@ -39,6 +39,12 @@ def corpus_lines(done: Analysis) -> list[str]:
     if built.imputed:
         each = [f"{name} ({count})" for name, count in built.imputed.items()]
         lines.append(f"imputed, {_points(each)} missing in some visemes (how many): {_named(each)}")
+    if done.guessed:
+        each = [f"{name} ({count})" for name, count in done.guessed.items()]
+        lines.append(
+            f"warning: of {_points(each)} imputed hardly anything is known, seen in fewer visemes "
+            f"than there are parameters (in how many): {_named(each)}"
+        )
     return lines
 
 
@@ -52,14 +58,24 @@ def error_lines(done: Analysis) -> list[str]:
         f"{errors[worst]:.2f} mm ({built.corpus.visemes[worst]}); {(errors <= 0.5).mean():.0%} of "
         "the visemes within 0.5 mm"
     ]
-    if done.unseen is None:
-        lines.append("too few visemes to leave each out in turn")
-    else:
+    unseen = done.unseen.errors
+    if np.isfinite(unseen).any():
         lines.append(
-            f"each viseme in the model of the others: median {np.median(done.unseen):.2f} mm, "
-            f"worst {done.unseen.max():.2f} mm ({built.corpus.visemes[int(done.unseen.argmax())]})"
+            f"each viseme in the model of the others: median {np.nanmedian(unseen):.2f} mm, worst "
+            f"{np.nanmax(unseen):.2f} mm ({built.corpus.visemes[int(np.nanargmax(unseen))]})"
         )
-    return lines
+    return lines + _skipped_lines(done)
+
+
+def _skipped_lines(done: Analysis) -> list[str]:
+    """Visemes that could not be left out in turn, a line for each reason."""
+    by_reason: dict[str, list[str]] = {}
+    for viseme, error in done.unseen.skipped.items():
+        by_reason.setdefault(error.problem, []).append(viseme)
+    return [
+        f"not left out in turn: {_named(visemes)}: {reason}"
+        for reason, visemes in by_reason.items()
+    ]
 
 
 def variance_lines(done: Analysis) -> list[str]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.inputs import check_file, parse_toml
 from abs_engine.shape.predictors import Predictor
 from abs_engine.synth.scenefile import nearest
 from abs_engine.synth.scenefile.reader import build
@@ -43,7 +43,7 @@ def read_predictors(path: Path) -> tuple[Predictor, ...]:
                 f"{path} has no key '{key}'{nearest(key, _KEYS)}", f"keys: {', '.join(_KEYS)}"
             )
     found = told.get("format", "unknown"), told.get("version", 0)
-    if found != (FORMAT, VERSION):
+    if found != (FORMAT, VERSION) or isinstance(found[1], bool):  # true == 1
         raise ModelFormatError(
             f"{path} is {found[0]} version {found[1]}, wanted {FORMAT} version {VERSION}",
             f'begin it with format = "{FORMAT}" and version = {VERSION}',
@@ -55,13 +55,12 @@ def read_predictors(path: Path) -> tuple[Predictor, ...]:
 
 
 def _toml(path: Path) -> dict[str, Any]:
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return parse_toml(path.read_text(encoding="utf-8-sig"))
     except UnicodeDecodeError as error:
         raise InputFileError(f"{path} is no text in UTF-8", "give a TOML file") from error
-    except (OSError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise InputFileError(f"{path} is not TOML: {error}", "mend that line") from error
 
 

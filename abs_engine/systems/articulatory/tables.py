@@ -118,7 +118,7 @@ def results(built: Build, left_out: FloatArray | None = None) -> dict[str, Any]:
     ----------
     built : Build
     left_out : (V,) float64, mm, optional
-        Of `left_out_errors`.
+        Of `left_out_errors`; NaN where a viseme could not be left out.
 
     Returns
     -------
@@ -137,6 +137,6 @@ def results(built: Build, left_out: FloatArray | None = None) -> dict[str, Any]:
         "model_error_mm_worst": float(errors.max()),
         "model_error_below_half_mm": float((errors <= 0.5).mean()),
     }
-    if left_out is not None:
-        out["left_out_error_mm_median"] = float(np.median(left_out))
+    if left_out is not None and np.isfinite(left_out).any():
+        out["left_out_error_mm_median"] = float(np.nanmedian(left_out))
     return out

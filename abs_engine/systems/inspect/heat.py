@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.errors import InputFileError, ParameterError
 from abs_engine.geometry import FloatArray
+from abs_engine.inputs import check_file
 from abs_engine.npz import BROKEN
 from abs_engine.scene import Renderer
 from abs_engine.systems.inspect.body import Body
@@ -48,8 +49,7 @@ def read_values(path: Path, vertices: int) -> FloatArray:
         If there are too few or too many numbers, or one is not finite.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputFileError(f"{path} does not exist", "check the path")
+    check_file(path)
     try:
         loaded = np.load(path, allow_pickle=False)
         if isinstance(loaded, np.lib.npyio.NpzFile):
