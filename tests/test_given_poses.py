@@ -335,15 +335,20 @@ def run(truth, tmp_path_factory):
         return tracked(truth, folder, truth.folder, "--person", "clara"), folder
 
 
+def lip_error(arrays, truth) -> float:
+    """RMS error of the lip points of the frames found, mm, head coordinates."""
+    away = (arrays["lip_points"] - truth.points(arrays["lip_vertex"]))[arrays["found"]]
+    return float(np.sqrt((away**2).sum(axis=-1).mean()))
+
+
 def test_true_poses_are_taken_as_they_are_and_the_lips_are_found(run, truth):
     arrays, _ = run
     assert arrays["found"].all()
     np.testing.assert_allclose(matrices(arrays["rotation"]), matrices(truth.rotations), atol=1e-9)
     np.testing.assert_allclose(arrays["translation"], truth.translations)
     assert not arrays["parameters"][:, :6].any()
-    points = truth.points(arrays["lip_vertex"])
-    error = np.sqrt(((arrays["lip_points"] - points) ** 2).sum(axis=-1).mean())
-    assert error < 1.8  # mm; 1.5 measured, most of it depth, which a frontal view hardly shows
+    # 1.6 mm measured, most of it depth, which a frontal view hardly shows
+    assert lip_error(arrays, truth) < 1.8
 
 
 def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_path):
@@ -365,8 +370,7 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
     np.testing.assert_allclose(
         again["translation"][others], arrays["translation"][others], atol=1e-2
     )
-    away = again["lip_points"][others] - truth.points(again["lip_vertex"])[others]
-    assert np.sqrt((away**2).sum(axis=-1).mean()) < 1.8  # mm, as in the first run
+    assert lip_error(again, truth) < lip_error(arrays, truth) + 0.3  # after the gap it starts anew
 
 
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):
