@@ -264,5 +264,5 @@ def _inside_guess(skin: Mixture) -> Mixture:
     spread = np.vstack([spread, [0.02, 0.02, 0.07]])
     covariances = np.stack([np.diag(s**2) for s in spread])
     return Mixture(
-        np.array([0.45, 0.2, 0.2, 0.15]), np.stack([dark, bared, lit, shade]), covariances
+        np.array([0.45, 0.1, 0.27, 0.18]), np.stack([dark, bared, lit, shade]), covariances
     )

@@ -107,6 +107,8 @@ def _visemes(results: Results) -> str:
     rows = []
     for key, what in (("visemes", "beads"), ("visemes_bare", "bare")):
         for name in (*ASKED, NEUTRAL):
+            if name in PRINTED and number(results, f"{key}.{name}.median_mm") is None:
+                continue
             cells = (_cell(number(results, f"{key}.{name}.{c}")) for c, _ in _VISEMES)
             title = f"{PRINTED[name]}, epsilon as printed" if name in PRINTED else name
             rows.append((what, title, *cells))

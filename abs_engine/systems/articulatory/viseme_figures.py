@@ -32,13 +32,14 @@ def residual_figure(errors: Mapping[str, Sequence[VisemeError]]) -> Figure:
     errors : mapping of str to sequence of VisemeError
         By the title of a panel.
     """
-    labels = [f"{PRINTED[n]}\nas printed" if n in PRINTED else n for n in (*ASKED, NEUTRAL)]
+    asked = [n for n in (*ASKED, NEUTRAL) if any(e.model == n for f in errors.values() for e in f)]
+    labels = [f"{PRINTED[n]}\nas printed" if n in PRINTED else n for n in asked]
     figure = Figure(figsize=(6.0 * len(errors), 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     for axes, (title, found) in zip(
         figure.subplots(1, len(errors), squeeze=False, sharey=True)[0], errors.items(), strict=True
     ):
-        groups = [[e for e in found if e.model == name] for name in (*ASKED, NEUTRAL)]
+        groups = [[e for e in found if e.model == name] for name in asked]
         axes.boxplot(
             [[e.rms for e in group] for group in groups],
             tick_labels=labels, widths=0.5, medianprops={"color": "black"},
