@@ -89,6 +89,14 @@ def write_long(path: Path, names: tuple[str, ...], points: np.ndarray) -> Path:
     return path
 
 
+@pytest.mark.parametrize("lost", ["x", "z"])
+def test_a_table_of_points_without_a_coordinate_says_which(tmp_path: Path, lost: str):
+    path = write_long(tmp_path / "markers.csv", NAMES, talking())
+    path.write_text(path.read_text().replace(f",{lost}", f",{lost.upper()}", 1))
+    with pytest.raises(InputFileError, match=f"has no column {lost}"):
+        read_markers(path)
+
+
 @pytest.mark.parametrize("kind", ["c3d", "wide", "long"])
 def test_marker_files_become_observations(tmp_path: Path, kind: str):
     """By the command line; a marker is missing in one frame, and the nose has another name."""

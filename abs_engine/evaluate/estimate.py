@@ -147,7 +147,7 @@ def check_run(run: Mapping[str, NDArray[Any]], frames: int, vertices: int) -> No
     lengths = {len(run[key]) for key in RUN_KEYS if key != "lip_vertex"}
     if lengths != {frames}:
         raise ParameterError(
-            f"the run has {sorted(lengths)} frames, the truth {frames}",
+            f"the run has {' or '.join(map(str, sorted(lengths)))} frames, the truth {frames}",
             "evaluate a run of this very clip",
         )
     vertex = run["lip_vertex"]

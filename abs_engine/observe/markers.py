@@ -182,7 +182,7 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
     if len(rows) < 2:
         raise InputFileError(f"{path} holds no markers", "give column names and frames")
     header = [name.strip() for name in rows[0]]
-    if {"point", "x", "y", "z"} <= set(header):
+    if "point" in header:
         header, rows = _widened(path, header, rows[1:])
     else:
         rows = rows[1:]
@@ -207,6 +207,11 @@ def _widened(
     key = next((k for k in ("frame", "time") if k in header), None)
     if key is None:
         raise InputFileError(f"{path} has no column frame or time", "give one of them")
+    lacking = [name for name in "xyz" if name not in header]
+    if lacking:
+        raise InputFileError(
+            f"{path} has no column {lacking[0]}", "give frame or time, point, x, y and z"
+        )
     at = {name: header.index(name) for name in (key, "point", "x", "y", "z")}
     names: dict[str, None] = {}
     frames: dict[float, dict[str, list[str]]] = {}

@@ -142,7 +142,7 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
 <p>The model is <a href="model.npz">model.npz</a>; <code>abs_engine.load_articulatory</code> reads
 it. The method is that of Odisio and Bailly, Shape and appearance models of talking faces for
 model-based tracking, section 2.</p>"""
-    title = f"Articulatory model of {built.model.source or 'a corpus'}"
+    title = f"Articulatory model: {built.model.source or 'a corpus'}"
     return page(title, title, body)
 
 

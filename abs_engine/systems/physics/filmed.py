@@ -61,7 +61,7 @@ class Amount:
     moving: int
 
 
-QUICK = Amount(("clara",), 20, 12, 40)
+QUICK = Amount(("clara",), 8, 12, 20)
 FULL = Amount(("clara", "ravi", "kofi"), 50, 20, 75)
 
 
