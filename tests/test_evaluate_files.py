@@ -414,7 +414,7 @@ def test_the_command_refuses_on_one_line(truth, dataset, tmp_path, capsys):
 
     out = tmp_path / "out"
     short = write_run(tmp_path / "short", clip(20))
-    assert "20] frames, the truth 60" in fails(short, "--truth", dataset, "-o", out)
+    assert "has 20 frames, the truth 60" in fails(short, "--truth", dataset, "-o", out)
     assert "does not exist" in fails(tmp_path / "no.csv", "--truth", dataset, "-o", out)
     run = write_run(tmp_path / "run", truth)
     assert "1 results and 2 truths" in fails(run, "--truth", dataset, dataset, "-o", out)
