@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import tempfile
@@ -53,8 +52,7 @@ class NewFolder:
         """
         try:
             self.work.chmod(0o777 & ~_umask())
-            os.mkdir(self._folder)  # fails if there is anything; a rename replaces an empty folder
-            _put(self.work, self._folder, os.rmdir)
+            give_name(self.work, self._folder)
         except OSError as error:
             raise unwritable(self._folder, error) from error
         return self._folder
@@ -75,123 +73,6 @@ class NewFolder:
         self.discard()
         if isinstance(error, OSError):
             raise unwritable(self._folder, error) from error
-
-
-class Unfinished:
-    """A folder in the making that survives the process that makes it; a context manager.
-
-    It lies beside its final place as ``.NAME.partial``. Whoever makes the same folder again, with
-    the same choices, finds in `work` what was done; only `finish` takes it away.
-
-    Parameters
-    ----------
-    folder : Path
-        Must not exist; its parent must.
-    choices : str
-        All that the content follows from.
-
-    Raises
-    ------
-    OutputError
-        If the folder exists or its parent cannot be written, other choices began it, or somebody
-        works at it right now; on leaving the context also for any `OSError` of the writing.
-    """
-
-    def __init__(self, folder: Path, choices: str) -> None:
-        self._folder = check_free(folder)
-        self._claim = Claim(folder)
-        self.work = self._claim.work
-        self._basis = self.work / "choices"
-        try:
-            self._begin(choices)
-        except OSError as error:
-            self._claim.release()
-            raise unwritable(folder, error) from error
-
-    def _begin(self, choices: str) -> None:
-        self.resumed = self._basis.is_file()
-        if self.resumed and self._basis.read_text(encoding="utf-8") != choices:
-            self._claim.release()
-            raise OutputError(
-                f"{self.work} holds what was begun with other choices",
-                "choose the same, or remove that folder to begin again",
-            )
-        self._basis.write_text(choices, encoding="utf-8")
-
-    def finish(self) -> Path:
-        """Give the folder its name, and return it.
-
-        Raises
-        ------
-        OutputError
-            If somebody made the folder in the meantime, or the disk fails.
-        """
-        try:
-            self._basis.unlink()
-            os.mkdir(self._folder)
-            _put(self.work, self._folder, os.rmdir)
-        except OSError as error:
-            raise unwritable(self._folder, error) from error
-        return self._folder
-
-    def __enter__(self) -> Unfinished:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._claim.release()
-        if isinstance(error, OSError):
-            raise unwritable(self._folder, error) from error
-
-
-class Claim:
-    """The place where a folder is made, which no other process may use until it is released.
-
-    Parameters
-    ----------
-    folder : Path
-        What is made; its parent must exist.
-
-    Raises
-    ------
-    OutputError
-        If somebody makes it right now, or its parent cannot be written or locked.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.work = partial_of(folder)
-        try:
-            self.work.mkdir(exist_ok=True)
-            self._lock: int | None = os.open(self.work, os.O_RDONLY)
-        except OSError as error:
-            raise unwritable(folder, error) from error
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self.release()
-            if isinstance(error, BlockingIOError):
-                remedy = "wait for it, or name another folder"
-                raise OutputError(f"another process makes {folder}", remedy) from None
-            with suppress(OSError):  # holds what was begun
-                self.work.rmdir()
-            remedy = "choose a place on a drive of this machine"
-            raise OutputError(f"{folder} cannot be locked ({error.strerror})", remedy) from error
-
-    def release(self) -> None:
-        """Let others have it; what lies there stays. Again it does nothing."""
-        lock, self._lock = self._lock, None
-        if lock is not None:
-            os.close(lock)
-
-
-def partial_of(folder: Path) -> Path:
-    """Where lies what is unfinished of a folder."""
-    folder = Path(folder)
-    return folder.with_name(f".{folder.name}.partial")
 
 
 def check_free(path: Path) -> Path:
@@ -235,6 +116,12 @@ def write_new(path: Path, content: bytes) -> None:
             raise
     except OSError as error:
         raise unwritable(path, error) from error
+
+
+def give_name(made: Path, folder: Path) -> None:
+    """Make a finished folder the one of that name, which must not exist."""
+    os.mkdir(folder)  # fails if there is anything; a rename replaces an empty folder
+    _put(made, folder, os.rmdir)
 
 
 def _put(made: Path, place: Path, remove: Callable[[Path], None]) -> None:

@@ -85,9 +85,7 @@ def error(request, texture, local, scene, camera, other):
         # A mask, as a face is: turned away it shows less, and in the end nothing.
         front, _ = part(plain, facets_around(plain, np.flatnonzero(plain.mean[:, 2] > 30)))
         own = request.param == "tex all"
-        return texture_error(
-            texture, front, *given, np.zeros(6 + N), RENDERER, penalty, inner=own, whiten=own
-        )
+        return texture_error(texture, front, *given, np.zeros(6 + N), RENDERER, penalty, whiten=own)
     whiten = (*request.param.split(), "no")[1]
     return local_error(local, plain, *given, RENDERER, penalty, whiten)
 

@@ -9,7 +9,8 @@ from scipy import sparse
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import rotations
 from abs_engine.shape.dots import ShellPoints
-from abs_engine.shape.fem import Material, ThinShell, reach
+from abs_engine.shape.fem import Material, ThinShell
+from abs_engine.shape.reach import reach
 
 STEEL = Material(young=210.0, poisson=0.3, thickness=0.5)
 

@@ -9,7 +9,8 @@ import os
 import pytest
 
 from abs_engine.errors import OutputError
-from abs_engine.files import Claim, NewFolder, Unfinished, parent_folder, partial_of, write_new
+from abs_engine.files import NewFolder, parent_folder, write_new
+from abs_engine.unfinished import Claim, Unfinished, partial_of
 
 
 def test_a_folder_appears_at_the_end(tmp_path):

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from abs_engine.errors import OutputError
-from abs_engine.files import Unfinished, partial_of
 from abs_engine.geometry import Pose
 from abs_engine.synth.french import SENTENCES
 from abs_engine.systems.articulatory import sentences_work
@@ -21,6 +20,7 @@ from abs_engine.systems.articulatory.sentences import chosen
 from abs_engine.systems.articulatory.sentences_parts import jobs_of
 from abs_engine.systems.articulatory.sentences_work import Job, Work, settings_of, track_sentences
 from abs_engine.systems.articulatory.sequence import Settings, Tracked
+from abs_engine.unfinished import Unfinished, partial_of
 
 FRAMES, P = 3, 2
 JOBS = [Job(s, ("tex_lin", "la_lin")) for s in SENTENCES[:3]]

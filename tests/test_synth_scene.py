@@ -16,7 +16,6 @@ import pytest
 from abs_engine.cli import main
 from abs_engine.errors import OutputError, StudioError
 from abs_engine.evaluate.check import check_dataset
-from abs_engine.files import partial_of
 from abs_engine.synth import studio
 from abs_engine.synth.chunk import Job, jobs_of
 from abs_engine.synth.clock import Clock, cost_lines
@@ -25,6 +24,7 @@ from abs_engine.synth.make import Crew
 from abs_engine.synth.pool import _next
 from abs_engine.synth.scenefile import parse_scene, read_scene
 from abs_engine.truth import load_dataset
+from abs_engine.unfinished import partial_of
 
 ROOT = Path(__file__).parents[1]
 SCENE = """

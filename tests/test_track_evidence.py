@@ -12,9 +12,9 @@ from abs_engine.appearance.colour import CLASSES, ColourClasses, features
 from abs_engine.appearance.mixture import Mixture
 from abs_engine.camera import Window
 from abs_engine.geometry import FACING, Pose
-from abs_engine.track.evidence import Candidate, log_evidence
+from abs_engine.track.evidence import log_evidence
 from abs_engine.track.person import Calibration
-from abs_engine.track.place import CalibrationFrame, moved
+from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.pose import PoseFrame
 
 SETTING = toy_setting()
@@ -55,39 +55,41 @@ def frames():
     return [CalibrationFrame(np.clip(picture, 0, 255).astype(np.uint8), POSE)]
 
 
-def candidate(frames, prototype, known, down=0.0):
+def calibration(prototype, known, down=0.0):
     """The mouth in a posture, `down` mm below where it is, with these colours."""
-    there = moved(frames, np.array([0.0, 0.0, 0.0, 0.0, down, 0.0]), MODEL.pivot)
+    shift = np.array([0.0, 0.0, 0.0, 0.0, down, 0.0])
     posture = np.r_[np.zeros(6), MODEL.prototypes[prototype]][None]
-    return Candidate(there, Calibration(NOBODY, np.zeros(6), known, posture))
+    return Calibration(NOBODY, shift, known, posture)
 
 
-def evidence(*candidates):
-    return log_evidence(MODEL, candidates, CAMERA, RENDERER)
+def evidence(frames, *calibrations):
+    return log_evidence(MODEL, frames, calibrations, CAMERA, RENDERER)
 
 
 def test_the_right_posture_is_more_probable_than_others(frames):
-    values = evidence(*(candidate(frames, k, classes()) for k in (4, 0, 2)))
+    values = evidence(frames, *(calibration(k, classes()) for k in (4, 0, 2)))
     assert values.argmax() == 0
 
 
 def test_classes_that_hold_several_colours_do_not_pay(frames):
     """Closed lips, and skin that was learned from the open mouth as well."""
-    closed = candidate(frames, 0, classes(skin=("skin", "lips", "teeth", "dark")))
-    right = candidate(frames, 4, classes())
-    assert evidence(right, closed).argmax() == 0
+    closed = calibration(0, classes(skin=("skin", "lips", "teeth", "dark")))
+    right = calibration(4, classes())
+    assert evidence(frames, right, closed).argmax() == 0
 
 
 def test_a_mouth_on_the_chin_does_not_win_by_leaving_the_mouth_out(frames):
     """It explains its own window by its own colours, but not the pixels of the other."""
-    chin = candidate(frames, 0, classes(lips=("skin",)), down=45.0)
-    right = candidate(frames, 4, classes())
-    assert evidence(right, chin).argmax() == 0
+    chin = calibration(0, classes(lips=("skin",)), down=45.0)
+    right = calibration(4, classes())
+    assert evidence(frames, right, chin).argmax() == 0
 
 
 def test_the_order_of_candidates_does_not_matter(frames):
-    both = candidate(frames, 4, classes()), candidate(frames, 0, classes(), down=20.0)
-    np.testing.assert_allclose(evidence(*both), evidence(*both[::-1])[::-1], rtol=0.01)
+    both = calibration(4, classes()), calibration(0, classes(), down=20.0)
+    np.testing.assert_allclose(
+        evidence(frames, *both), evidence(frames, *both[::-1])[::-1], rtol=0.01
+    )
 
 
 def test_a_share_of_strange_colours_costs_all_alike(frames):
@@ -95,6 +97,6 @@ def test_a_share_of_strange_colours_costs_all_alike(frames):
     image = frames[0].image.copy()
     image[:, : image.shape[1] // 2] = (30, 60, 200)
     there = [replace(frames[0], image=image)]
-    values = evidence(candidate(there, 4, classes()), candidate(there, 0, classes()))
+    values = evidence(there, calibration(4, classes()), calibration(0, classes()))
     assert np.isfinite(values).all()
     assert values.argmax() == 0

@@ -40,7 +40,7 @@ def attempt(monkeypatch, scores, model=MODEL):
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
     monkeypatch.setattr(restart, "explained", lambda *a: scores[int(a[-1].person[0]) - 1])
-    monkeypatch.setattr(restart, "log_evidence", lambda _m, given, *_: scores[: len(given)])
+    monkeypatch.setattr(restart, "log_evidence", lambda _m, _f, given, *_: scores[: len(given)])
     return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer), tried
 
 
@@ -84,7 +84,7 @@ def test_known_colours_are_not_learned_again(monkeypatch):
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
     monkeypatch.setattr(restart, "explained", lambda *_: 0.1)
-    monkeypatch.setattr(restart, "log_evidence", lambda _m, given, *_: np.zeros(len(given)))
+    monkeypatch.setattr(restart, "log_evidence", lambda _m, _f, given, *_: np.zeros(len(given)))
     colours = SimpleNamespace()
     found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, colours)
     assert found.classes is colours
@@ -103,7 +103,7 @@ def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
     monkeypatch.setattr(restart, "calibrate", calibrate)
     monkeypatch.setattr(restart, "explained", lambda *_: 0.1)
     monkeypatch.setattr(
-        restart, "log_evidence", lambda _m, given, *_: [c.found.person[0] for c in given]
+        restart, "log_evidence", lambda _m, _f, given, *_: [c.person[0] for c in given]
     )
     found = calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer)
     assert len(tried) == 1 + len(STARTS)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 from abs_engine.cli.commands import _next_free, _renderer
 from abs_engine.cli.progress import Progress
 from abs_engine.cli.render import _count
-from abs_engine.files import NewFolder, Unfinished, check_free, parent_folder
+from abs_engine.files import NewFolder, check_free, parent_folder
 from abs_engine.release import engine_version
+from abs_engine.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from abs_engine.scene import Renderer

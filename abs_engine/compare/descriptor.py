@@ -99,10 +99,9 @@ class TextureError(Epsilon):
         What a wrong match costs, in units of epsilon.
     penalty : Penalty, optional
         A(a), over the first weights of a candidate; times `PENALTY_SHARE` times `wrong`.
-    inner : bool
-        Whether pixels beside an outline are left out of S; see `texture_error`.
     noise : TextureNoise, optional
-        What differences are whitened by; without it they count as they are, as printed.
+        What differences are whitened by, pixels beside an outline left out; see `texture_error`.
+        Without it they count as they are, as printed.
     """
 
     renderer: Renderer
@@ -114,7 +113,6 @@ class TextureError(Epsilon):
     drawn: int
     wrong: float
     penalty: Penalty | None = None
-    inner: bool = False
     noise: TextureNoise | None = None
 
     def residuals(self, x: FloatArray) -> FloatArray:
@@ -135,7 +133,7 @@ class TextureError(Epsilon):
 
     def differences(self, drawn: Buffers) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """S of a drawing, (H, W), and D^s - D^a of its N pixels as they count, (N, 3)."""
-        where = _compared(drawn, self.camera, self.window, self.inner)
+        where = _compared(drawn, self.camera, self.window, self.noise)
         off = normalised(drawn.rgb[where]) - self.term.normalised[where]
         if self.noise is not None:
             off = self.noise.whitened(off, self.scene, drawn, where)
@@ -143,7 +141,7 @@ class TextureError(Epsilon):
 
     def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         many = self.candidates(vectors)
-        total, pixels = self._sums(many) if self._as_printed else self._own_sums(many)
+        total, pixels = self._sums(many) if self.noise is None else self._own_sums(many)
         lost = np.maximum(self.drawn - pixels, 0)
         data = (total / 3 + self.wrong * lost) / (pixels + lost)
         return with_penalty(data, many.weights, self.penalty, self.wrong)
@@ -152,10 +150,6 @@ class TextureError(Epsilon):
         """Squared differences (B,) and pixels (B,), by the renderer itself."""
         sums = self.renderer.measure(self.scene, many, self.camera, self.window, self.term)
         return sums.total, sums.pixels
-
-    @property
-    def _as_printed(self) -> bool:
-        return self.noise is None and not self.inner
 
     def _own_sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
         """The same of `differences`."""
@@ -178,7 +172,6 @@ def texture_error(
     renderer: Renderer,
     penalty: Penalty | None = None,
     dressed: Scene | None = None,
-    inner: bool = False,
     whiten: bool = False,
 ) -> TextureError:
     """The texture error of a frame.
@@ -203,14 +196,11 @@ def texture_error(
     penalty : Penalty, optional
     dressed : Scene, optional
         ``model.dress(scene)``, where it is made once for many frames.
-    inner : bool
-        Leave pixels beside an outline out of S; the paper's S is all rendered pixels. There a
-        camera mixes skin with what lies behind it and the drawing does not, and which pixels they
-        are changes with every candidate: so a fit gains by moving the outline.
     whiten : bool
-        Divide differences by the spread that the model leaves unexplained, so that all texels
-        have a like weight (luminance-normalised, what is dark is mostly noise), and whiten them
-        together, so that what many miss alike counts once; the paper compares them raw.
+        Divide differences by the spread that the model leaves unexplained, so that texels have a
+        like weight (what is dark is mostly noise), and count once what many miss alike. Pixels
+        beside an outline are left out of S: a camera mixes there what the drawing does not, and a
+        fit gains by moving the outline. The paper compares all rendered pixels, raw.
 
     Raises
     ------
@@ -223,24 +213,26 @@ def texture_error(
     clothed = model.dress(scene) if dressed is None else dressed
     term = ColourError(window.sample(np.asarray(frame, np.float32)).astype(np.float32))
     drawn = renderer.draw(clothed, candidates(start[None]), camera, window)[0]
-    where = _compared(drawn, camera, window, inner)
+    noise = TextureNoise.of(model.leftover) if whiten else None
+    where = _compared(drawn, camera, window, noise)
     if not where.any():
         raise ParameterError("nothing is drawn at the start", "start where the face is")
     ours = normalised(drawn.rgb[where].astype(np.float64))
     cost = wrong_match(term.normalised[where].astype(np.float64), ours)
-    noise = TextureNoise.of(model.leftover) if whiten else None
     if noise is not None:
         cost = cost * noise.scales(clothed, drawn, where) ** 2
     count = max(1, int(KEPT * where.sum()))
     return TextureError(
         renderer, clothed, camera, window, term, candidates, count, float(cost.mean()), penalty,
-        inner, noise,
+        noise,
     )  # fmt: skip
 
 
-def _compared(drawn: Buffers, camera: Camera, window: Window, inner: bool) -> NDArray[np.bool_]:
+def _compared(
+    drawn: Buffers, camera: Camera, window: Window, noise: TextureNoise | None
+) -> NDArray[np.bool_]:
     """S, (H, W)."""
-    return off_outlines(drawn, camera, window) if inner else drawn.covered
+    return drawn.covered if noise is None else off_outlines(drawn, camera, window)
 
 
 def wrong_match(analysed: FloatArray, synthetic: FloatArray) -> FloatArray:

@@ -12,16 +12,16 @@ import json
 import os
 import shutil
 from pathlib import Path
-from types import TracebackType
 
 from abs_engine.errors import OutputError
-from abs_engine.files import Claim, check_free, unwritable
+from abs_engine.files import check_free, give_name, unwritable
+from abs_engine.unfinished import Claim
 
 FORMAT, VERSION = "abs_engine.journal", 1
 _REMEDY = "give the same scene, seed and release, or remove that folder to begin again"
 
 
-class Journal:
+class Journal(Claim):
     """An unfinished data set; a context manager that holds its lock.
 
     Parameters
@@ -39,9 +39,7 @@ class Journal:
     """
 
     def __init__(self, folder: Path, scene: str) -> None:
-        self.target = check_free(folder)
-        self._claim = Claim(folder)
-        self.work = self._claim.work
+        super().__init__(folder)
         try:
             self.resumed = bool(scene) and (self.work / "journal.json").is_file()
             if not self.resumed:
@@ -54,7 +52,7 @@ class Journal:
                 told = {"format": FORMAT, "version": VERSION, "scene": scene}
                 self._write("journal.json", json.dumps(told) + "\n")
         except OSError as error:
-            self._claim.release()
+            self.release()
             raise unwritable(folder, error) from error
 
     @property
@@ -90,7 +88,7 @@ class Journal:
         """
         check_free(self.target)
         try:
-            os.rename(self.dataset, self.target)
+            give_name(self.dataset, self.target)
         except OSError as error:
             raise unwritable(self.target, error) from error
         self.discard()
@@ -99,19 +97,6 @@ class Journal:
     def discard(self) -> None:
         """Remove all that was made."""
         shutil.rmtree(self.work, ignore_errors=True)
-
-    def __enter__(self) -> Journal:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._claim.release()
-        if isinstance(error, OSError):
-            raise unwritable(self.target, error) from error
 
     def _clear(self) -> None:
         for part in self.work.iterdir():
@@ -127,7 +112,7 @@ class Journal:
         except (ValueError, KeyError, TypeError):
             same = False
         if not same:
-            self._claim.release()
+            self.release()
             raise OutputError(f"{self.work} holds an unfinished data set of another scene", _REMEDY)
 
     def _write(self, name: str, text: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +23,12 @@ STRANGE = 0.02
 """Share of the pixels that show none of the classes, as hair or a collar: any colour alike."""
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A calibration, and the frames as they were posed for it."""
-
-    frames: Sequence[CalibrationFrame]
-    found: Calibration
-
-
 def log_evidence(
-    model: MouthModel, candidates: Sequence[Candidate], camera: Camera, renderer: Renderer
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    calibrations: Sequence[Calibration],
+    camera: Camera,
+    renderer: Renderer,
 ) -> FloatArray:
     """How probable each calibration makes the colours about all of their mouths.
 
@@ -45,8 +40,9 @@ def log_evidence(
     Parameters
     ----------
     model : MouthModel
-    candidates : sequence of Candidate
-        Of the same frames.
+    frames : sequence of CalibrationFrame
+        Whose poses the calibrations correct.
+    calibrations : sequence of Calibration, K
     camera : Camera
     renderer : Renderer
 
@@ -55,26 +51,30 @@ def log_evidence(
     (K,) float64
         Mean log density of a pixel, in units of `features`.
     """
-    frames = range(len(candidates[0].frames))
-    of_frames = [_of_frame(model, candidates, k, camera, renderer) for k in frames]
+    of_frames = [
+        _of_frame(model, frame, k, calibrations, camera, renderer) for k, frame in enumerate(frames)
+    ]
     return np.asarray(np.mean(of_frames, axis=0), np.float64)
 
 
 def _of_frame(
-    model: MouthModel, candidates: Sequence[Candidate], k: int, camera: Camera, renderer: Renderer
+    model: MouthModel,
+    frame: CalibrationFrame,
+    number: int,
+    calibrations: Sequence[Calibration],
+    camera: Camera,
+    renderer: Renderer,
 ) -> FloatArray:
-    """Mean log densities (K,) of one frame."""
-    bases = [
-        PoseFrame(shifted(c.frames[k].pose, c.found.shift, model.pivot), model.pivot)
-        for c in candidates
-    ]
+    """Mean log densities (K,) of the frame with this number."""
+    pivot = model.pivot
+    bases = [PoseFrame(shifted(frame.pose, c.shift, pivot), pivot) for c in calibrations]
     window = _around([mouth_window(model, b.base, camera) for b in bases])
-    patch = window.sample(candidates[0].frames[k].image)
+    patch = window.sample(frame.image)
     values = []
-    for base, c in zip(bases, candidates, strict=True):
-        posture = base.candidates(c.found.expressions[k][None])
-        drawn = renderer.draw(model.held(c.found.person), posture, camera, window)[0]
-        density = _density(model, c.found.classes, drawn, patch)
+    for base, found in zip(bases, calibrations, strict=True):
+        posture = base.candidates(found.expressions[number][None])
+        drawn = renderer.draw(model.held(found.person), posture, camera, window)[0]
+        density = _density(model, found.classes, drawn, patch)
         values.append(np.log((1 - STRANGE) * density + STRANGE).mean())
     return np.array(values, np.float64)
 

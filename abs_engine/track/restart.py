@@ -12,7 +12,7 @@ from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
 from abs_engine.errors import TooFewPixelsError
 from abs_engine.scene import Renderer
-from abs_engine.track.evidence import Candidate, log_evidence
+from abs_engine.track.evidence import log_evidence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import Calibration, calibrate
@@ -69,7 +69,7 @@ def calibrate_well(
     if model.known or score >= GOOD_SCORE:
         return replace(first, shift=first.shift + begin)
     starts = HIGHER_AND_LOWER + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
-    tried, moves = [Candidate(frames, first)], [begin]
+    tried = [first]
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
     for down, away in starts:
         move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
@@ -78,11 +78,9 @@ def calibrate_well(
             found = calibrate(model, there, camera, renderer, known=colours)
         except TooFewPixelsError:  # nothing to learn from there; the first attempt stands
             continue
-        tried.append(Candidate(there, found))
-        moves.append(begin + move)
-    best = int(np.argmax(log_evidence(model, tried, camera, renderer)))
-    found = tried[best].found
-    return replace(found, shift=found.shift + moves[best])
+        tried.append(replace(found, shift=found.shift + move))
+    best = tried[int(np.argmax(log_evidence(model, frames, tried, camera, renderer)))]
+    return replace(best, shift=best.shift + begin)
 
 
 def explained(

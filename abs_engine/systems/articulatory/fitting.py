@@ -145,10 +145,8 @@ def problem(
     window : Window, optional
         Part of the picture that is compared; by default `face_window` at the start.
     whiten : bool
-        Whether textures, too, are compared beyond epsilon as printed, which is several times the
-        work: pixels beside an outline are left out, and differences are whitened by what the model
-        leaves out of its own training frames (`texture_error`). Local appearance always is
-        (`local_error`), as whitening costs little there.
+        Whether textures, too, are compared beyond epsilon as printed (see `texture_error`), which
+        is several times the work; local appearance, where it costs little, always is.
 
     Raises
     ------
@@ -168,7 +166,7 @@ def problem(
         error = texture_error(
             face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
             np.concatenate([np.zeros(6), alpha]), renderer, weaker if whiten else shape.penalty,
-            face.dressed[name], inner=whiten, whiten=whiten,
+            face.dressed[name], whiten=whiten,
         )  # fmt: skip
     else:
         error = local_error(

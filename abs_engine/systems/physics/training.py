@@ -12,9 +12,9 @@ from abs_engine.assets import Speaker
 from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.observe.marks import LIPS16
 from abs_engine.observe.observations import Observations
-from abs_engine.shape.fem import reach
 from abs_engine.shape.lip_shell import LipShell, cut_lip_shell
 from abs_engine.shape.modal import LearnedPhysics, learn
+from abs_engine.shape.reach import reach
 from abs_engine.systems.physics.correspondence import Correspondence, correspond
 
 FloatArray = NDArray[np.float64]
