@@ -4,7 +4,7 @@ The paper draws the shell alone. Its score (eq. 9) then grows with the area that
 whatever lies under it. Here the skin goes on beyond the shell, moved along with its border, and the
 opening is filled, so that every pixel around the mouth belongs to a facet of some class. Lips bulge
 between the shell's three rings, and where an opening ends in the picture is their crest, not the
-inner ring: they are drawn with more rings, which are the person's own at rest and move along.
+inner ring: they are drawn with more rings, which are the person's own at rest and follow.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker
 from abs_engine.errors import ModelFormatError
 from abs_engine.scene import Scene
+from abs_engine.shape.lip_follow import followed, leaders, led
 from abs_engine.shape.lip_shell import COLUMNS, LIP_ROWS, LipShell, lips_besides, skin_around
 from abs_engine.shape.modal import LearnedPhysics
 
@@ -44,25 +45,33 @@ class LipModel:
         Rings of skin around the shell at rest, each with as many points as the shell has columns.
     bulge : (D, 3) float64, mm, head frame
         The lips' other rings at rest: `INSIDE` behind the inner contour, from the deepest, then
-        those between the shell's, equally many in each gap. They move as the shell's facets do, the
-        former with its inner ring, and keep how far they stand out of them.
+        those between the shell's, equally many in each gap.
+    follow : (R, 4) float64
+        Share that each ring of the bulge has in the motion of its `lip_follow.leaders`.
 
     Raises
     ------
     ModelFormatError
-        If the physics is of another shell.
+        If the physics is of another shell, or the shares are not of the bulge.
     """
 
     shell: LipShell
     physics: LearnedPhysics
     skirt: FloatArray
     bulge: FloatArray
+    follow: FloatArray
 
     def __post_init__(self) -> None:
         if len(self.physics.rest) != len(self.shell):
             raise ModelFormatError(
                 f"the physics has {len(self.physics.rest)} nodes, the shell {len(self.shell)}",
                 "train it again with this speaker",
+            )
+        rings = len(self.bulge) // COLUMNS
+        if np.shape(self.follow) != (rings, 4):
+            raise ModelFormatError(
+                f"shares of shape {np.shape(self.follow)} are not of {rings} rings",
+                "give four for each",
             )
 
     @property
@@ -83,9 +92,9 @@ class LipModel:
         """
         border = nodes[..., -COLUMNS:, :]
         middle = nodes[..., :COLUMNS, :].mean(axis=-2, keepdims=True)
-        return np.concatenate(
-            [nodes, *([border] * self._skirts), *self._chords(nodes), middle], axis=-2
-        )
+        bulge = np.einsum("rk,...kcd->...rcd", self.follow, leaders(nodes))
+        bulge = bulge.reshape(*nodes.shape[:-2], -1, 3)
+        return np.concatenate([nodes, *([border] * self._skirts), bulge, middle], axis=-2)
 
     def gathered(self, forces: FloatArray) -> FloatArray:
         """Forces (N, 3) on the shell's nodes that do the work of those (V, 3) on its drawn lips.
@@ -93,25 +102,11 @@ class LipModel:
         Forces on the skirt and the opening, which no shell of lips feels, are left out.
         """
         count, first = len(self.shell), len(self.shell) + len(self.skirt)
-        out = np.array(forces[:count], np.float64)
         rings = forces[first : first + len(self.bulge)].reshape(-1, COLUMNS, 3)
-        for ring, (low, share) in zip(rings, self._places, strict=True):
-            out[low * COLUMNS : (low + 1) * COLUMNS] += (1 - share) * ring
-            out[(low + 1) * COLUMNS : (low + 2) * COLUMNS] += share * ring
+        felt = led(np.einsum("rk,rcd->kcd", self.follow, rings))
+        out = np.array(forces[:count], np.float64)
+        out[: len(felt)] += felt
         return out
-
-    @property
-    def _places(self) -> list[tuple[int, float]]:
-        """The shell's ring within each ring of the bulge, and the share of the way to the next."""
-        gaps = len(LIP_ROWS) - 1
-        each = (len(self.bulge) // COLUMNS - INSIDE) // gaps
-        between = [(low, (k + 1) / (each + 1)) for low in range(gaps) for k in range(each)]
-        return [(0, 0.0)] * INSIDE + between
-
-    def _chords(self, nodes: FloatArray) -> list[FloatArray]:
-        """Where the shell's facets have the rings of the bulge, of nodes (..., N, 3)."""
-        rings = [nodes[..., r * COLUMNS : (r + 1) * COLUMNS, :] for r in range(len(LIP_ROWS))]
-        return [(1 - share) * rings[low] + share * rings[low + 1] for low, share in self._places]
 
     def scene(self) -> Scene:
         """The family of meshes that is drawn; weights are in standard deviations of the modes.
@@ -136,7 +131,7 @@ class LipModel:
         """Facets of the lips, the skin, the skirt and the opening, and their classes."""
         here, first = np.arange(COLUMNS), len(self.shell) + len(self.skirt)
         places = [(float(r), COLUMNS * r) for r in range(len(LIP_ROWS))]
-        for number, (low, share) in enumerate(self._places):
+        for number, (low, share) in enumerate(_chords(len(self.bulge) // COLUMNS)):
             depth = number - INSIDE if number < INSIDE else low + share
             places.append((depth, first + COLUMNS * number))
         rings = [start + here for _, start in sorted(places)]
@@ -157,6 +152,14 @@ class LipModel:
         return len(self.skirt) // COLUMNS
 
 
+def _chords(rings: int) -> list[tuple[int, float]]:
+    """The shell's ring within each ring of a bulge, and the share of the way to the next."""
+    gaps = len(LIP_ROWS) - 1
+    each = (rings - INSIDE) // gaps
+    between = [(low, (k + 1) / (each + 1)) for low in range(gaps) for k in range(each)]
+    return [(0, 0.0)] * INSIDE + between
+
+
 def _band(inner: NDArray[np.int64], outer: NDArray[np.int64]) -> NDArray[np.int64]:
     """Facets (2 C, 3) between two rings of vertices (C,), counter-clockwise from the front."""
     after, out_after = np.roll(inner, -1), np.roll(outer, -1)
@@ -170,5 +173,9 @@ def lip_model(
 ) -> LipModel:
     """The model of a person whose neutral head is `vertices` (V, 3), mm."""
     skirt = skin_around(speaker, _SKIRT).nodes(vertices)
-    bulge = lips_besides(speaker, _BETWEEN, INSIDE).nodes(vertices)
-    return LipModel(shell, physics, skirt, bulge)
+    rings = lips_besides(speaker, _BETWEEN, INSIDE)
+    chords = np.zeros((len(rings) // COLUMNS, 4))
+    for ring, (low, share) in zip(chords, _chords(len(chords)), strict=True):
+        ring[low : low + 2] = 1 - share, share
+    follow = followed(speaker, shell, rings, chords)
+    return LipModel(shell, physics, skirt, rings.nodes(vertices), follow)

@@ -23,7 +23,7 @@ from abs_engine.systems.physics.fitting import (
     seen_shapes,
     typical_shapes,
 )
-from abs_engine.systems.physics.motion import Motion, authored_motion, observed_motion
+from abs_engine.systems.physics.motion import Motion, observed_motion, spoken_motion
 from abs_engine.systems.physics.training import Training, train
 from abs_engine.track.blobs import find_lips
 from abs_engine.track.prepare import HeadMotion
@@ -31,11 +31,6 @@ from abs_engine.track.shell import POSE_FREE, ShellSetting
 from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]
-SPOKEN = 450
-"""Frames at 30 Hz of speech that the tracked lips are learned from: 15 seconds.
-
-In the paper's five seconds all vowels and fricatives go by too fast to be reached.
-"""
 OBSERVED = 0.12
 """mm of error in each coordinate of a dot: 0.21 mm in space, as in the filmed sessions."""
 
@@ -80,8 +75,8 @@ def learn_lips(
     seed: int,
     motion: Motion | None = None,
 ) -> TrainedLips:
-    """Lips of a person from dots; by default while they speak for `SPOKEN` frames."""
-    motion = authored_motion(speaker, person, frames=SPOKEN) if motion is None else motion
+    """Lips of a person from dots; by default while they speak (`spoken_motion`)."""
+    motion = spoken_motion(speaker, person) if motion is None else motion
     dots = observed_motion(speaker, motion, noise=OBSERVED, seed=seed)
     training = train(dots, speaker, person, n_train=len(motion))
     model = lip_model(speaker, training.shell, training.physics, speaker.named(person))

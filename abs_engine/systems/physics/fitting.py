@@ -30,7 +30,8 @@ from abs_engine.track.shell import (
 FloatArray = NDArray[np.float64]
 STARTS = 48
 TRIED = 4
-"""Best of the starts that are all gone on with: what was seen makes several maxima."""
+"""Best of the starts that are all gone on with: what was seen makes several maxima. What is found
+is their mean by probability, which is off less than the best of them."""
 EXPLAINED = 0.5
 """What is found explains at least so much, or no mouth is there."""
 ITERATIONS = 15
@@ -65,7 +66,7 @@ class ShellFit:
     nodes : (N, 3) float64, mm, head frame
         Of the shell.
     solution : Solution
-        Evaluations include those of all starts; iterations are those from the one it began at.
+        Evaluations include those of all starts; iterations are those from the one that ended best.
     seconds : float
     explained : float
         Mean probability of the drawn classes over the compared pixels, 0 to 1.
@@ -135,7 +136,7 @@ def fit_frame(
     pose : Pose
         Known, or where to start.
     starts : (K, P) float64
-        Shapes that are compared first; the `TRIED` best are gone on with, and the best end is kept.
+        Shapes that are compared first; the `TRIED` best are gone on with.
     driver : str
         One of `DRIVERS`.
     rule : str
@@ -166,17 +167,40 @@ def fit_frame(
     vectors = np.hstack([held, starts])
     order = np.argsort(posterior.values(vectors))[:TRIED]
     ends = [DRIVERS[driver].minimise(posterior, vectors[k], setting.spec) for k in order]
-    found = min(ends, key=lambda end: end.value)
+    spent = len(starts) + sum(end.n_evaluations for end in ends) + 1
+    found = replace(mean_of(posterior, ends), n_evaluations=spent)
     full = posterior.whole(found.x)
     nodes = setting.scene.vertices(full[6:])[: len(setting.model.shell)]
-    spent = len(starts) + sum(end.n_evaluations for end in ends)
-    counted = replace(found, n_evaluations=spent)
     like = posterior.likelihood
     explained = float(np.exp(-found.terms["likelihood"] / like.observations))
     seen = _share_inside(like.window, setting.camera.size)
     seconds = time.perf_counter() - begun
     there = explained >= EXPLAINED and seen >= 0.5
-    return ShellFit(full[6:], posterior.frame.pose(full), nodes, counted, seconds, explained, there)
+    return ShellFit(full[6:], posterior.frame.pose(full), nodes, found, seconds, explained, there)
+
+
+def mean_of(posterior: ShellPosterior, ends: list[Solution]) -> Solution:
+    """The best of several ends, moved to the mean of all of them by their probability.
+
+    Where the picture leaves several shapes about as probable, their mean is off less than any one
+    of them on the average, as the mean of a distribution is.
+
+    Parameters
+    ----------
+    posterior : ShellPosterior
+        What ends' values are -log of.
+    ends : list of Solution
+
+    Returns
+    -------
+    Solution
+        The best one with the mean's `x`, `value` and `terms`.
+    """
+    best = min(ends, key=lambda end: end.value)
+    weight = np.exp([best.value - end.value for end in ends])
+    x = weight @ np.stack([end.x for end in ends]) / weight.sum()
+    there = posterior(x)
+    return replace(best, x=x, value=there.value, terms=there.terms)
 
 
 def _shift(

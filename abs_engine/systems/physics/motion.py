@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,22 @@ SENTENCES = (
     "D eI S aI v OI s h aU D @U z",  # they shy, voice, how, those
 )
 """Utterances in X-SAMPA with all vowels and fricatives of (British) English."""
+SLOWLY = 15.0
+"""Seconds for `SENTENCES`, three times as many as said at the pace of speech."""
+HARVARD = (
+    "D @ b 3: tS k @ n u: s l I d Q n D @ s m u: D p l { N k s",
+    "g l u: D @ S i: t t @ D @ d A: k b l u: b { k g r aU n d",
+    "I t s i: z i t @ t e l D @ d e p T Q v @ w e l",
+    "D i: z d eI z @ tS I k I n l e g I z @ r e@ d I S",
+    "r aI s I z Q f @ n s 3: v d I n r aU n d b @U l z",
+    "D @ dZ u: s Q v l e m @ n z m eI k s f aI n p V n tS",
+    "D @ b Q k s w Q z T r @U n b I s aI d D @ p A: k t t r V k",
+    "D @ h Q g z w 3: f e d tS Q p t k O: n @ n d g A: b I dZ",
+    "f O: r aU @ z Q v s t e d i w 3: k f eI s t V s",
+    "@ l A: dZ s aI z I n s t Q k I N z I z h A: d t @ s e l",
+)
+"""The first list of the Harvard sentences, phonetically balanced (IEEE 1969), in British English:
+"The birch canoe slid on the smooth planks." and so on."""
 UNROUNDED = ("a p a", "i: b i:", "E t E", "A: m A:", "s I s", "e d e")
 """Utterances that leave the rounded vowels out."""
 
@@ -180,7 +197,7 @@ def authored_motion(
     speaker: Speaker,
     person: str,
     *,
-    frames: int = FRAMES,
+    frames: int | None = FRAMES,
     rate: float = RATE,
     sentences: tuple[str, ...] = SENTENCES,
 ) -> Motion:
@@ -190,18 +207,31 @@ def authored_motion(
     ----------
     speaker : Speaker
     person : str
-    frames : int
+    frames : int or None
+        None for the pace of speech.
     rate : float
     sentences : tuple of str
         X-SAMPA.
     """
     said = parse_phonemes(" _(0.1) ".join(["", *sentences]))
+    frames = math.ceil(rate * said.seconds) if frames is None else frames
     scale = frames / rate / said.seconds
     slower = Utterance(
         tuple(Segment(s.phoneme, s.start * scale, s.end * scale) for s in said.segments)
     )
     speech = articulate(speaker, speaker.named(person), slower, rate)
     return Motion(person, speech.weights[:frames], rate, "authored speech")
+
+
+def spoken_motion(speaker: Speaker, person: str, rate: float = RATE) -> Motion:
+    """A person who speaks for some 40 seconds: what the lips that are tracked are learned from.
+
+    `HARVARD` at the pace of speech, as one sound goes over into the next; then `SENTENCES` so
+    slowly (`SLOWLY`) that every vowel and fricative is reached.
+    """
+    fast = authored_motion(speaker, person, frames=None, rate=rate, sentences=HARVARD)
+    slow = authored_motion(speaker, person, frames=math.ceil(SLOWLY * rate), rate=rate)
+    return replace(fast, weights=np.concatenate([fast.weights, slow.weights]))
 
 
 def observed_motion(

@@ -156,10 +156,11 @@ def _learned(report: Report, speaker: Speaker, person: str, renderer: Renderer, 
         "about what filmed sessions have. 140 frames are learned from, the next ten tested on. "
         "Which ten those are matters: of windows all over the recording, about one in six fails "
         "a row of table 1, as its last frames are unlike those before.",
-        "What is tracked was learned from 15 seconds of authored speech, other words than those "
-        "of the test; its colours from labelled pixels of another clip. Starts are 48 typical "
-        "shapes of the training, compared in one batch; the four best are gone on with, and "
-        "iterations count from the one that ends best.",
+        "What is tracked was learned from 40 seconds of authored speech, other sentences than "
+        "those of the test; its colours from labelled pixels of another clip. Starts are 48 "
+        "typical shapes of the training, compared in one batch; the four best are gone on with, "
+        "and what is found is the mean of their ends by probability. Iterations count from the "
+        "one that ends best.",
         "From the blob: depth and rotation are given, the visible lips' centroid is brought to the "
         "blob's, then forces move shape and place. Errors by camera are those of Nelder-Mead. "
         "Frames without a found mouth are left out; `pose.frames` counts the others.",
