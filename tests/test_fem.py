@@ -254,3 +254,8 @@ def test_what_is_not_finite_is_refused():
 def test_impossible_materials_are_refused(wrong):
     with pytest.raises(ParameterError):
         Material(**wrong)
+
+
+def test_a_negative_spring_is_refused():
+    with pytest.raises(ParameterError, match="spring of the shell is negative"):
+        ThinShell(np.eye(3), np.array([[0, 1, 2]]), np.array([1.0, -0.02, 0.0]))

@@ -163,9 +163,11 @@ RESULTS = {
     "variance": [0.7, 0.8, 0.9, 0.95, 0.96, 0.97, 0.98, 0.985, 0.99, 0.9961],
     "table1": {"xyz8": 9.1e-4, "yz16": 8.2e-4, "xy16": 5.5e-3},
     "iterations_to_converge": 4.5,
+    "blob": {"mm": 1.31, "iterations": 4.5, "converged": 0.92},
     "drivers": {
-        "forces": {"mm": 0.93, "evaluations": 61.3, "iterations": 4.2, "seconds": 0.031,
-                   "posterior": 812.4, "converged": 0.97, "posterior_rule": "exact"},
+        "forces": {"mm": 0.93, "highest_mm": 0.94, "evaluations": 61.3, "iterations": 4.2,
+                   "seconds": 0.031, "posterior": 812.4, "converged": 0.97,
+                   "posterior_rule": "exact"},
         "forces_one_sample": {"mm": 0.95, "evaluations": 60, "seconds": 0.03},
         "gradient": {"mm": 0.9, "evaluations": 1420, "seconds": 0.11},
         "simplex": {"mm": 0.91, "evaluations": 500, "seconds": 0.3},
@@ -220,13 +222,25 @@ def test_the_page_sets_results_beside_the_papers():
         ["lip error by forces, place in the picture by the lip blob", "1.31 mm", "none", ""],
         ["\N{MINUS SIGN}45°", "1.20 mm", "0.80 mm", "≤ 1.00 mm", "not met, by 0.20 mm"],
         ["0°", "0.70 mm", "not measured", "≤ 0.80 mm", "met, by 0.10 mm"],
+        ["share of frames that do within 15 iterations", "92.00%", "none", ""],
         ["before", "1.04 mm"],
         ["command", "abs-engine <reproduce>"],
         ["seed", "7"],
     ):
         assert row in read.rows
     forces = next(row for row in read.rows if row[0].startswith("forces at the borders"))
-    assert forces[1:] == ["exact sum", "0.93 mm", "61.3", "4.2", "0.031", "812.4", "97.00%"]
+    assert forces[1:] == [
+        "exact sum",
+        "0.93 mm",
+        "0.94 mm",
+        "61.3",
+        "4.2",
+        "0.031",
+        "812.4",
+        "97.00%",
+    ]
+    blob = next(row for row in read.rows if row[0].startswith("from the blob"))
+    assert (blob[2], blob[5], blob[-1]) == ("1.31 mm", "4.5", "92.00%")
     assert set(DRIVERS) == {name for name, *_ in WAYS}
     assert "left out by --quick" in page
     assert "So &amp; so." in page
@@ -249,6 +263,13 @@ def test_the_page_survives_what_is_missing(key):
         assert not Tables(page).open
         assert ">nan" not in page
         score_lines(results)
+
+
+def test_closures_that_are_missed_and_spikes_are_judged():
+    grid = {"closure_precision": 0.95, "closure_recall": 0.94, "closures_missed": 1, "spikes": 0}
+    rows = Tables(reproduction_page(RESULTS | {"grid": grid}, [], [])).rows
+    assert ["GRID closures without a closed frame", "1", "≤ 0", "not met, by 1"] in rows
+    assert ["GRID apertures, single-frame spikes", "0", "≤ 0", "met, by 0"] in rows
 
 
 def test_a_page_of_nothing_says_so():

@@ -309,3 +309,22 @@ class TestCommand:
             assert len(capsys.readouterr().err.strip().splitlines()) == 1
         assert not out.exists()
         assert main(["train", str(tmp_path / "none.npz"), "-o", str(out)]) == 2
+
+
+def test_hardly_more_frames_than_modes_are_refused():
+    """They would hold every frame exactly, and its errors with it."""
+    dots = observed_motion(SPEAKER, MOTION, noise=0.1)
+    with pytest.raises(ParameterError, match="10 modes cannot be learned from 19 frames"):
+        train(dots, SPEAKER, "clara", n_train=19)
+    assert train(dots, SPEAKER, "clara", n_train=20).physics.noise > 0.01
+    with pytest.raises(ParameterError, match="48 modes of 48 observed coordinates"):
+        train(dots, SPEAKER, "clara", n_modes=48, n_train=140)
+
+
+@pytest.mark.parametrize("person", ["clara", None])
+def test_dots_in_a_plane_are_refused(person):
+    dots = observed_motion(SPEAKER, MOTION)
+    points = dots.points.copy()
+    points[:, :16, 2] = points[:, :16, 2].mean() + 0.01 * points[:, :16, 1]
+    with pytest.raises(ParameterError, match="lie in a plane to"):
+        train(replace(dots, points=points), SPEAKER, person)

@@ -91,6 +91,13 @@ def test_real_clips_are_left_out_by_quick_and_the_motion_is_authored(results, re
 
 def test_every_figure_of_the_page_is_in_the_folder(report):
     page = (report / "index.html").read_text()
-    for name in ("figure2.png", "figure3.png", "figure5.png", "figure6.png", "errors.svg"):
+    for name in (
+        "figure1.png",
+        "figure2.png",
+        "figure3.png",
+        "figure5.png",
+        "figure6.png",
+        "errors.svg",
+    ):
         assert name in page
         assert (report / name).stat().st_size > 1000

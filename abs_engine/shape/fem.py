@@ -89,8 +89,8 @@ class ThinShell:
     Raises
     ------
     ParameterError
-        If a triangle has no area or no such node, the arrays do not fit together, or one holds
-        what is not finite.
+        If a triangle has no area or no such node, a spring is negative, the arrays do not fit
+        together, or one holds what is not finite.
     """
 
     vertices: FloatArray
@@ -107,6 +107,8 @@ class ThinShell:
             )
         if not (np.isfinite(self.vertices).all() and np.isfinite(self.springs).all()):
             raise ParameterError("a node or a spring of the shell is not finite", "leave it out")
+        if (np.asarray(self.springs) < 0).any():
+            raise ParameterError("a spring of the shell is negative", "give 0 or more")
         faces = np.asarray(self.faces)
         if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
             raise ParameterError(f"faces of shape {faces.shape} make no shell", "give (M, 3)")

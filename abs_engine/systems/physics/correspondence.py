@@ -20,6 +20,9 @@ FloatArray = NDArray[np.float64]
 FARTHEST = 12.0
 """mm RMS that mean dots may be from where they are on the head at rest: 4 of a person who speaks,
 8 and more of most others."""
+FLATTEST = 0.04
+"""Share of their width that mean dots at least extend across their best plane (RMS each); the
+bundled people have 0.13 to 0.27."""
 SCALES = (0.7, 1.4)
 """Size of a mouth, for that of the head; the bundled people who speak have 1.0 to 1.3."""
 _STEEPEST = 30.0  # degrees: 17 of the bundled people, whose lips slope differently
@@ -126,6 +129,7 @@ def correspond(
     """
     points, at = shell_points(speaker, shell), dot_vertices(speaker)[: len(LIPS16)]
     mean = np.asarray(seen, np.float64).mean(axis=0)
+    _check_depth(mean)
     if person is not None:
         head = speaker.named(person).astype(np.float64)
         scale, turn, shift = 1.0, np.eye(3), np.zeros(3)
@@ -151,6 +155,17 @@ def _check_frame(scale: float, turn: FloatArray) -> None:
         raise ParameterError(
             f"the dots are turned by {_degrees(turn):.0f} degrees from the head frame",
             "turn the points into the head frame: x left, y up, z out of the face",
+        )
+
+
+def _check_depth(mean: FloatArray) -> None:
+    """Lips lie around the teeth: what lies in one plane was seen from one side only."""
+    extent = np.linalg.svd(mean - mean.mean(axis=0), compute_uv=False)
+    if extent[2] < FLATTEST * extent[0]:
+        raise ParameterError(
+            f"the mean dots lie in a plane to {extent[2] / extent[0]:.1%} of their width, which "
+            "lips do not",
+            "give points in 3D, seen from two sides",
         )
 
 

@@ -94,6 +94,8 @@ class FrameError:
     frame : int
     rms : float, mm
         Of the lip nodes, head coordinates.
+    highest : float, mm
+        The same of the highest maximum alone.
     fit : ShellFit
     """
 
@@ -102,7 +104,17 @@ class FrameError:
     driver: str
     frame: int
     rms: float
+    highest: float
     fit: ShellFit
+
+    @classmethod
+    def of(
+        cls, lips: TrainedLips, camera: str, driver: str, frame: int, fit: ShellFit, view: Truth
+    ) -> FrameError:
+        """How a fit of a view's frame came out, by the view's truth."""
+        truth = lips.model.shell.nodes(view.vertices(frame))
+        rms, highest = (lip_error(lips.model, nodes, truth) for nodes in (fit.nodes, fit.highest))
+        return cls(lips.person, camera, driver, frame, rms, highest, fit)
 
 
 def lip_error(model: LipModel, nodes: FloatArray, truth: FloatArray) -> float:
@@ -118,8 +130,9 @@ def pose_known(
     drivers: Sequence[str],
     rule: str = "whole",
     score: Integral = "exact",
+    step: int = 1,
 ) -> Iterator[FrameError]:
-    """Fit every frame of every view from the blob on, each by itself, with the pose known.
+    """Fit frames of every view, each by itself, with the pose known.
 
     Parameters
     ----------
@@ -131,6 +144,8 @@ def pose_known(
         How forces are integrated.
     score : {"exact", "sample"}
         How the posterior is.
+    step : int
+        Every so many frames.
 
     Yields
     ------
@@ -139,11 +154,11 @@ def pose_known(
     for camera, view in views.items():
         setting = replace(lips.setting(view.camera, renderer), score=score)
         for frame, picture in enumerate(view.pictures()):
-            truth = lips.model.shell.nodes(view.vertices(frame))
+            if frame % step:
+                continue
             for driver in drivers:
                 fit = fit_frame(setting, picture, view.pose(frame), lips.starts, driver, rule)
-                rms = lip_error(lips.model, fit.nodes, truth)
-                yield FrameError(lips.person, camera, driver, frame, rms, fit)
+                yield FrameError.of(lips, camera, driver, frame, fit, view)
 
 
 def placed_by_blob(
@@ -161,9 +176,7 @@ def placed_by_blob(
         pose = view.pose(frame)
         fit = fit_frame(setting, picture, pose, lips.starts, driver, centre=blob.centre)
         if fit.found:
-            truth = lips.model.shell.nodes(view.vertices(frame))
-            rms = lip_error(lips.model, fit.nodes, truth)
-            yield FrameError(lips.person, "blob", driver, frame, rms, fit)
+            yield FrameError.of(lips, "blob", driver, frame, fit, view)
 
 
 def pose_estimated(
@@ -180,9 +193,7 @@ def pose_estimated(
             continue
         fit = fit_frame(setting, picture, pose, lips.starts, driver)
         if fit.found:
-            truth = lips.model.shell.nodes(view.vertices(frame))
-            rms = lip_error(lips.model, fit.nodes, truth)
-            yield FrameError(lips.person, "moving", driver, frame, rms, fit)
+            yield FrameError.of(lips, "moving", driver, frame, fit, view)
 
 
 def rms_of(errors: Sequence[FrameError]) -> float:

@@ -1,10 +1,11 @@
-"""Figure 2: the mean displacement and the first modes of the shell, from the front and the side."""
+"""Figures 1 and 2: dots, mean displacement and first modes of the shell, from front and side."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,7 @@ from abs_engine.shape.lip_shell import LipShell
 from abs_engine.shape.modal import LearnedPhysics
 from abs_engine.systems.inspect.layout import Image, beside, captioned, label, stacked
 from abs_engine.systems.inspect.smooth import smooth_picture
+from abs_engine.systems.physics.correspondence import Correspondence
 
 FloatArray = NDArray[np.float64]
 
@@ -22,6 +24,7 @@ SIZE = (240, 170)
 TURNS = {"front": 0.0, "profile": -90.0}
 """Degrees by which the head turns to its left; at -90 its left side is seen."""
 _DISTANCE, _FILLED = 1000.0, 0.9
+_INK = (28, 32, 74)
 _LIP, _SKIN = (196, 96, 92), (226, 190, 168)
 _LAMP = np.array([-0.3, -0.45, -0.84])
 _AMBIENT = 0.35
@@ -93,6 +96,19 @@ def draw_modes(
 ) -> Image:
     """Figure 2, two postures of each mode, (H, W, 3) uint8 RGB."""
     return draw_postures(renderer, shell, mode_postures(physics, modes))
+
+
+def draw_dots(renderer: Renderer, shell: LipShell, laid: Correspondence) -> Image:
+    """Figure 1: the dots on the shell at rest, from the front and the side, (H, W, 3) uint8 RGB."""
+    centre, camera = _camera([laid.rest])
+    tiles = []
+    for turn in TURNS.values():
+        pose = _turned(turn, centre)
+        tile = _draw(renderer, shell, laid.rest, pose, camera)
+        for x, y in camera.project(pose.apply(laid.home)):
+            cv2.circle(tile, (round(float(x)), round(float(y))), 3, _INK, -1, cv2.LINE_AA)
+        tiles.append(tile)
+    return captioned(beside(tiles), "dots on the lips, from the front and the side", 15)
 
 
 def _turned(degrees: float, centre: FloatArray) -> Pose:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -17,6 +18,7 @@ from abs_engine.optimise.ascent import Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
+from abs_engine.shape.lip_model import LIPS
 from abs_engine.shape.modal import LearnedPhysics
 from abs_engine.track.centroid import centred
 from abs_engine.track.shell import (
@@ -30,10 +32,9 @@ from abs_engine.track.shell import (
 FloatArray = NDArray[np.float64]
 STARTS = 48
 TRIED = 4
-"""Best of the starts that are all gone on with: what was seen makes several maxima. What is found
-is their mean by probability, which is off less than the best of them."""
-EXPLAINED = 0.5
-"""What is found explains at least so much, or no mouth is there."""
+"""Best of the starts that are all gone on with: what was seen makes several maxima."""
+EXPLAINED, LIPS_SHOWN = 0.5, 0.3
+"""What is found explains at least so much, its lips by themselves too, or no mouth is there."""
 ITERATIONS = 15
 """Within so many iterations the paper's example converges."""
 
@@ -55,7 +56,7 @@ DRIVERS: dict[str, Driver] = {
 
 @dataclass(frozen=True, eq=False)
 class ShellFit:
-    """What was found in a frame.
+    """What was found in a frame: the mean of several maxima by their probability.
 
     Parameters
     ----------
@@ -65,19 +66,24 @@ class ShellFit:
         Head to camera.
     nodes : (N, 3) float64, mm, head frame
         Of the shell.
+    highest : (N, 3) float64, mm, head frame
+        The same of the highest maximum alone.
     solution : Solution
-        Evaluations include those of all starts; iterations are those from the one that ended best.
+        The highest maximum: what the search from one of the starts came to. Evaluations include
+        those from all starts; iterations are those from its own.
     seconds : float
     explained : float
         Mean probability of the drawn classes over the compared pixels, 0 to 1.
     found : bool
-        Whether a mouth was there: if not, half of it lay outside of the picture or it explains less
-        than `EXPLAINED`, and the other numbers say nothing.
+        Whether a mouth was there: if not, half of it lay outside of the picture, it explains less
+        than `EXPLAINED`, or what is drawn as lips is lips by less than `LIPS_SHOWN`, and the other
+        numbers say nothing.
     """
 
     weights: FloatArray
     pose: Pose
     nodes: FloatArray
+    highest: FloatArray
     solution: Solution
     seconds: float
     explained: float = 1.0
@@ -168,39 +174,43 @@ def fit_frame(
     order = np.argsort(posterior.values(vectors))[:TRIED]
     ends = [DRIVERS[driver].minimise(posterior, vectors[k], setting.spec) for k in order]
     spent = len(starts) + sum(end.n_evaluations for end in ends) + 1
-    found = replace(mean_of(posterior, ends), n_evaluations=spent)
-    full = posterior.whole(found.x)
-    nodes = setting.scene.vertices(full[6:])[: len(setting.model.shell)]
-    like = posterior.likelihood
-    explained = float(np.exp(-found.terms["likelihood"] / like.observations))
-    seen = _share_inside(like.window, setting.camera.size)
+    best = replace(min(ends, key=lambda end: end.value), n_evaluations=spent)
+    mean = posterior.whole(mean_of(ends))
+    nodes, highest = (
+        setting.scene.vertices(full[6:])[: len(setting.model.shell)]
+        for full in (mean, posterior.whole(best.x))
+    )
+    explained, of_lips = _shown(posterior, mean)
+    inside = _share_inside(posterior.likelihood.window, setting.camera.size)
+    there = explained >= EXPLAINED and of_lips >= LIPS_SHOWN and inside >= 0.5
     seconds = time.perf_counter() - begun
-    there = explained >= EXPLAINED and seen >= 0.5
-    return ShellFit(full[6:], posterior.frame.pose(full), nodes, found, seconds, explained, there)
+    pose = posterior.frame.pose(mean)
+    return ShellFit(mean[6:], pose, nodes, highest, best, seconds, explained, there)
 
 
-def mean_of(posterior: ShellPosterior, ends: list[Solution]) -> Solution:
-    """The best of several ends, moved to the mean of all of them by their probability.
+def mean_of(ends: Sequence[Solution]) -> FloatArray:
+    """The mean (N,) of several ends by the probability that each has.
 
-    Where the picture leaves several shapes about as probable, their mean is off less than any one
-    of them on the average, as the mean of a distribution is.
-
-    Parameters
-    ----------
-    posterior : ShellPosterior
-        What ends' values are -log of.
-    ends : list of Solution
-
-    Returns
-    -------
-    Solution
-        The best one with the mean's `x`, `value` and `terms`.
+    Where the picture leaves several shapes about as probable, no choice of one of them is off less
+    on the average than their mean. Only the height of each maximum counts, not how wide it is.
     """
-    best = min(ends, key=lambda end: end.value)
-    weight = np.exp([best.value - end.value for end in ends])
-    x = weight @ np.stack([end.x for end in ends]) / weight.sum()
-    there = posterior(x)
-    return replace(best, x=x, value=there.value, terms=there.terms)
+    lowest = min(end.value for end in ends)
+    weight = np.exp([lowest - end.value for end in ends])
+    return np.asarray(weight @ np.stack([end.x for end in ends]) / weight.sum())
+
+
+def _shown(posterior: ShellPosterior, full: FloatArray) -> tuple[float, float]:
+    """Mean probability of the drawn classes, of all compared pixels and of those of the lips.
+
+    A picture of skin alone is well explained by a mouth whose lips are small.
+    """
+    like, candidates = posterior.likelihood, posterior.frame.candidates(full[None])
+    explained = np.exp(-float(like.negative_log(candidates)[0]) / like.observations)
+    drawn = like.renderer.draw(like.scene, candidates, like.camera, like.window)[0]
+    lips = drawn.class_id == LIPS
+    if like.compared is not None:
+        lips &= like.compared
+    return float(explained), float(like.maps.maps[LIPS][lips].mean()) if lips.any() else 0.0
 
 
 def _shift(

@@ -41,13 +41,18 @@ def further_motion(speaker: Speaker, person: str) -> Motion:
 def settled_shapes(
     lips: TrainedLips, view: Truth, renderer: Renderer, driver: str = "simplex"
 ) -> Iterator[Settled]:
-    """Modal fits of a clip's frames, each then relaxed to the full-rank shell; pose known."""
+    """Modal fits of a clip's frames, each then relaxed to the full-rank shell; pose known.
+
+    Frames in which no mouth is found are left out.
+    """
     setting = lips.setting(view.camera, renderer)
     elastic = lips.model.shell.elastic_at(lips.model.physics.rest)
     soft = softness(elastic, STRAINED)
     for frame, picture in enumerate(view.pictures()):
         pose = view.pose(frame)
         fit = fit_frame(setting, picture, pose, lips.starts, driver)
+        if not fit.found:
+            continue
         yield settle(shell_posterior(setting, picture, pose), fit.weights, pose, elastic, soft)
 
 

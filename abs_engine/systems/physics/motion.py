@@ -73,12 +73,15 @@ class Motion:
         Frames per second.
     source : str
         What moves it, in words.
+    recorded : bool
+        Whether a real face was recorded.
     """
 
     person: str
     weights: FloatArray
     rate: float
     source: str
+    recorded: bool = False
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -190,7 +193,7 @@ def recorded_motion(
             f"it has {len(played)}",
         )
     what = f"recording {path.name}, frames {start} to {start + frames - 1} at {rate:g} Hz"
-    return Motion(person, played[start : start + frames], rate, what)
+    return Motion(person, played[start : start + frames], rate, what, recorded=True)
 
 
 def authored_motion(

@@ -39,6 +39,7 @@ _INTEGRALS = {"exact": "exact sum", "sample": "one sample"}
 """How a posterior is integrated over a facet, in words."""
 _COLUMNS: dict[str, tuple[str, Unit | None]] = {
     "mm": ("lip error, RMS", "mm"),
+    "highest_mm": ("of the highest end", "mm"),
     "evaluations": ("evaluations", "count"),
     "iterations": ("iterations", "count"),
     "seconds": ("seconds a frame", None),
@@ -180,6 +181,13 @@ def _drivers(results: Results) -> str:
         )
         for key, name in DRIVERS.items()
     ]
+    rows.append(
+        (
+            "from the blob, place fitted along: forces (ours)",
+            _INTEGRALS["exact"],
+            *(_driven(number(results, f"blob.{column}"), column) for column in _COLUMNS),
+        )
+    )
     what = (
         "<p>The posterior (section 5.4) is integrated over each facet by the exact sum over its "
         "visible pixels, or by one sample at its centre times its visible area (eq. 8). Values of "

@@ -124,8 +124,8 @@ def convergence_figure(
     -------
     (H, W, 3) uint8 RGB
         The image; the placement; the smoothed lip map with the forces on the nodes; the shape
-        after the first iteration; the converged fit; and, beyond the paper, the fit from the best
-        of the typical shapes instead of the mean.
+        after the first iteration; the converged fit; and, beyond the paper, what is found from
+        the typical shapes instead of the mean.
     """
     setting = lips.setting(camera, renderer)
     posterior = shell_posterior(setting, picture, pose)
@@ -147,7 +147,7 @@ def convergence_figure(
     dark = close.grey(_maps(lips, close, picture)[1][CLASSES.index("lips")])
     pulled = _told(_forced(dark, close, lips, posterior, start), "smoothed lip PDF, forces")
     fit = fit_frame(setting, picture, pose, lips.starts)
-    ours = _wired(lips, close, image, renderer, pose, fit.nodes, "from the best start", truth)
+    ours = _wired(lips, close, image, renderer, pose, fit.nodes, "from typical shapes", truth)
     return sheet([_told(image, "image"), wired[0], pulled, *wired[1:], ours], 3)
 
 

@@ -126,6 +126,6 @@ def grid_agreement(renderer: Renderer, tell: Callable[[str], None]) -> dict[str,
             total += agreement(labels[name], load_run(out))
     return {
         "closure_precision": total.precision, "closure_recall": total.recall,
-        "closures_met": total.met, "closures": total.closures, "spikes": total.spikes,
-        "clips": clips,
+        "closures_met": total.met, "closures": total.closures,
+        "closures_missed": total.closures - total.met, "spikes": total.spikes, "clips": clips,
     }  # fmt: skip

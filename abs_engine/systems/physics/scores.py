@@ -80,6 +80,7 @@ ITERATIONS = Goal(
     15,
     paper=True,
 )
+CONVERGED = Goal("blob.converged", "share of frames that do within 15 iterations", "share", None)
 KNOWN = Goal("pose.known", "lip error, pose known, all cameras", "mm", 1.0)
 WORST = Goal("pose.worst", "the same, the worst person and camera", "mm", 1.0)
 FRONTAL = Goal("pose.frontal", "lip error, pose known, frontal camera", "mm", 0.8)
@@ -94,8 +95,10 @@ POSES = (
 GRID = (
     Goal("grid.closure_precision", "GRID closures, precision", "share", 0.9, True),
     Goal("grid.closure_recall", "GRID closures, recall", "share", 0.9, True),
+    Goal("grid.closures_missed", "GRID closures without a closed frame", "count", 0),
+    Goal("grid.spikes", "GRID apertures, single-frame spikes", "count", 0),
 )
-GOALS = (VARIANCE, *RECONSTRUCTION, *POSES, ITERATIONS, *GRID)
+GOALS = (VARIANCE, *RECONSTRUCTION, *POSES, ITERATIONS, CONVERGED, *GRID)
 
 
 def number(results: Results, key: str) -> float | None:

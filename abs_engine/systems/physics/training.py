@@ -20,6 +20,10 @@ from abs_engine.systems.physics.correspondence import Correspondence, correspond
 FloatArray = NDArray[np.float64]
 MODES, TRAINED = 10, 140
 """Section 4.2: ten modes of the first 140 frames."""
+FRAMES_A_MODE = 2
+"""So many frames are needed at least for each mode: with hardly more frames than modes these hold
+all the frames exactly, errors of observation too, and would pass for exact.
+"""
 JUMP = 5.0
 """mm that a dot may be off the modes of the dots in any case."""
 _ROUNDS = 10
@@ -200,10 +204,16 @@ def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
 
 
 def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) -> None:
-    if not 0 < n_modes < n_train:
+    if n_modes < 1 or n_train < FRAMES_A_MODE * n_modes:
         raise ParameterError(
             f"{n_modes} modes cannot be learned from {n_train} frames",
-            "give more frames than modes, and at least one mode",
+            f"give at least one mode, and {FRAMES_A_MODE} frames or more for each",
+        )
+    if n_modes >= 3 * len(LIPS16):
+        raise ParameterError(
+            f"{n_modes} modes of {3 * len(LIPS16)} observed coordinates leave none to tell the "
+            "errors of observation by",
+            f"learn {3 * len(LIPS16) - 1} modes or fewer",
         )
     if complete < n_train:
         raise TooFewPointsError(

@@ -1,0 +1,27 @@
+"""What to know about the numbers of a reproduction of seed 000."""
+
+WINDOWS = (
+    "Which ten those are matters: of windows all over the recording, about one in six fails a row "
+    "of table 1, as its last frames are unlike those before."
+)
+"""Where the dots were moved by the recording."""
+REMARKS = (
+    "What is tracked was learned from 40 seconds of authored speech, other sentences than those "
+    "of the test; its colours from labelled pixels of another clip. Starts are 48 typical shapes "
+    "of the training, compared in one batch; the four best are gone on with. The lips found are "
+    "the mean of the four ends by their probability; beside their error stands that of the "
+    "highest end alone, whose posterior, iterations and convergence are told.",
+    "Between the shell's rings and behind its inner one, lips are drawn as the person's are at "
+    "rest. How these parts follow the shell is taken from the head's face units, three numbers "
+    "for each ring that hold for everybody; the filmed speech is made of such units.",
+    "From the blob: depth and rotation are given, the visible lips' centroid is brought to the "
+    "blob's, then forces move shape and place. Errors by camera are those of Nelder-Mead. Frames "
+    "without a found mouth are left out; `pose.frames` counts the others. Nelder-Mead by one "
+    "sample is measured on every fifth frame.",
+    "Closures in real clips are those of `abs-engine track` with unknown persons, whose mouths "
+    "move in components of face units: no dots of those speakers are known. A spike is a single "
+    "frame that is off its neighbours' aperture by 4 mm.",
+    "Further training starts from five seconds in which speech's rounded lips are hardly or not "
+    "seen: the recording, or authored speech without rounded vowels. Shapes that the full-rank "
+    "shell found in a clip of other words, from three sides, are added.",
+)
