@@ -21,16 +21,20 @@ from abs_engine.shape.lip_shell import COLUMNS, cut_lip_shell
 from abs_engine.shape.modal import load_physics
 from abs_engine.systems.physics.correspondence import correspond, dot_vertices, similarity
 from abs_engine.systems.physics.motion import (
+    HARVARD,
+    RATE,
     RECORDED_FROM,
     RECORDING,
+    SLOWLY,
     Motion,
     authored_motion,
     most_varied,
     observed_motion,
     recorded_motion,
     recording_path,
+    spoken_motion,
 )
-from abs_engine.systems.physics.training import check_speaker, train
+from abs_engine.systems.physics.training import check_speaker, jumps, train
 
 SPEAKER = load_speaker()
 SHELL = cut_lip_shell(SPEAKER)
@@ -328,3 +332,15 @@ def test_dots_in_a_plane_are_refused(person):
     points[:, :16, 2] = points[:, :16, 2].mean() + 0.01 * points[:, :16, 1]
     with pytest.raises(ParameterError, match="lie in a plane to"):
         train(replace(dots, points=points), SPEAKER, person)
+
+
+def test_what_tracked_lips_are_learned_from_is_speech_at_its_pace_then_slowly():
+    motion = spoken_motion(SPEAKER, "mei")
+    fast = authored_motion(SPEAKER, "mei", frames=None, sentences=HARVARD)
+    assert len(fast) == pytest.approx(26 * RATE, abs=2 * RATE)
+    assert len(motion) == len(fast) + SLOWLY * RATE
+    np.testing.assert_array_equal(motion.weights[: len(fast)], fast.weights)
+    slow = authored_motion(SPEAKER, "mei", frames=int(SLOWLY * RATE))
+    np.testing.assert_array_equal(motion.weights[len(fast) :], slow.weights)
+    dots = observed_motion(SPEAKER, motion, noise=0.1)
+    assert not jumps(dots.points[:, : len(LIPS16)]).any()
