@@ -400,7 +400,7 @@ def test_the_reference_names_every_key_and_its_default():
     lines = next(p for p in SCENES if p.name == "reference.toml").read_text().splitlines()
     text = "\n".join(line.removeprefix("# ") for line in lines)
     known = keys_of(SceneFile)
-    assert len(known) == 13  # as many tables
+    assert len(known) == 15  # as many tables
     for kind, names in known.items():
         for name in names:
             assert re.search(rf"(^|[\[{{., ]){name}(\]| = )", text, re.MULTILINE), (kind, name)
