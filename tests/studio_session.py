@@ -45,7 +45,7 @@ def session_scene(
     board, speech = scene.clip
     speech = replace(speech, frames=frames)
     if recording is not None:
-        speech = replace(speech, say=None, arkit=recording)
+        speech = replace(speech, sentence=None, arkit=recording)
     kept = tuple(c for c in scene.camera if c.name in cameras)
     return replace(scene, camera=kept, clip=(board, speech))
 
