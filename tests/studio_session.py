@@ -131,15 +131,15 @@ class StudioSession:
         world = view.pose(frame).apply(self.dots()[frame])
         return view.camera.project(Mirror(corners).reflect(world))
 
-    def rms(self, observed: Observations) -> float:
-        """Root mean square distance (mm) of the dots from the truth, where found.
+    def rms(self, observed: Observations, sure: bool = False) -> float:
+        """Root mean square distance (mm) of the dots from the truth, where found (and `sure`).
 
         Less one rigid motion for the whole clip: axes and origin that are made of the mouth and
         the nose are not the head's, and a camera that was calibrated lies some mm beside the true
         one, in whose frame the poses are given.
         """
         seen, true = observed.of(LIPS17), self.dots()
-        known = np.isfinite(seen).all(axis=2)
+        known = np.isfinite(seen).all(axis=2) & ~(sure & observed.uncertain)
         middle, centre = true[known].mean(axis=0), seen[known].mean(axis=0)
         turn, _ = Rotation.align_vectors(true[known] - middle, seen[known] - centre)
         moved = (seen[known] - centre) @ turn.as_matrix().T + middle
@@ -207,8 +207,9 @@ def run() -> None:
             session = filmed(folder, scene, cameras, chosen.processes)
         observed = session.observe(session.calibrate(), still=chosen.recording is None)
         sys.stdout.write(
-            f"3D error {session.rms(observed):.3f} mm RMS of {observed.frames} frames; "
-            f"{observed.found.mean():.1%} of the points found\n"
+            f"3D error {session.rms(observed):.3f} mm RMS of {observed.frames} frames, "
+            f"{observed.found.mean():.1%} of the points found; without those that a person is to "
+            f"look at {session.rms(observed, sure=True):.3f} mm\n"
         )
 
 
