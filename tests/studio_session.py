@@ -95,10 +95,9 @@ class StudioSession:
             raise RuntimeError("the calibration failed")
         return files
 
-    def observe(self, files: Sequence[Path], still: bool = True) -> Observations:
-        """Follow the dots by the command line; the head is held still, or its poses are given."""
-        points, poses = self._write_points(), self._write_poses()
-        head = ["--unturned", "nose"] if still else ["--pose", str(poses)]
+    def observe(self, files: Sequence[Path]) -> Observations:
+        """Follow the dots by the command line; the head's true poses are given."""
+        points, head = self._write_points(), ["--pose", str(self._write_poses())]
         out = self.folder / "observed.npz"
         videos = [str(view.video) for view in self.speech]
         command = ["observe", *videos, "--calibration", *map(str, files), "--points", str(points)]
@@ -134,9 +133,8 @@ class StudioSession:
     def rms(self, observed: Observations, sure: bool = False) -> float:
         """Root mean square distance (mm) of the dots from the truth, where found (and `sure`).
 
-        Less one rigid motion for the whole clip: axes and origin that are made of the mouth and
-        the nose are not the head's, and a camera that was calibrated lies some mm beside the true
-        one, in whose frame the poses are given.
+        Less one rigid motion for the whole clip: a camera that was calibrated lies some mm beside
+        the true one, in whose frame the poses are given.
         """
         seen, true = observed.of(LIPS17), self.dots()
         known = np.isfinite(seen).all(axis=2) & ~(sure & observed.uncertain)
@@ -205,7 +203,7 @@ def run() -> None:
                 moved = cut(chosen.recording, folder / "recording.csv", chosen.start).name
             scene = session_scene(cameras, chosen.frames, moved)
             session = filmed(folder, scene, cameras, chosen.processes)
-        observed = session.observe(session.calibrate(), still=chosen.recording is None)
+        observed = session.observe(session.calibrate())
         sys.stdout.write(
             f"3D error {session.rms(observed):.3f} mm RMS of {observed.frames} frames, "
             f"{observed.found.mean():.1%} of the points found; without those that a person is to "

