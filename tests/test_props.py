@@ -10,8 +10,9 @@ import trimesh
 
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.errors import ParameterError
+from abs_engine.observe.board import Board
 from abs_engine.synth.prop_mesh import Prop
-from abs_engine.synth.props import Occluder, clear_of, mouth_of
+from abs_engine.synth.props import BOARD, Occluder, clear_of, mouth_of
 
 STILL = Occluder("microphone", 1.0, 3.0, 0.5, (0, 0, 50), (0, -300, 50), (0, 0, 0), sway=0.0)
 
@@ -54,6 +55,21 @@ def test_keyframes_are_passed_through_and_never_overshot() -> None:
     path = np.array([moved.offset_at(t) for t in np.arange(1.5, 2.5, 0.01)])
     assert np.all(np.diff(path[:, 0]) > -1e-9)
     assert path[:, 0].max() <= 20 + 1e-9
+
+
+def test_keyed_turns_are_passed_through_and_stay_until_it_is_gone() -> None:
+    turned = replace(STILL, turns=((2.0, (0.0, 0.4, 0)), (2.4, (0.1, 0.4, 0))))
+    for seconds, turn in (
+        (1.2, (0, 0, 0)),  # on its way
+        (1.5, (0, 0, 0)),
+        (2.0, (0, 0.4, 0)),
+        (2.4, (0.1, 0.4, 0)),
+        (2.9, (0.1, 0.4, 0)),  # on its way back
+    ):
+        assert turned.turn_at(seconds) == pytest.approx(turn, abs=1e-12), seconds
+    pose = turned.pose_at(2.4, np.zeros(3))
+    assert pose is not None
+    assert pose.rotation_vector == pytest.approx([0.1, 0.4, 0])
 
 
 def test_sway_is_seeded_and_bounded() -> None:
@@ -117,6 +133,64 @@ def test_hand_hides_the_lips_and_keeps_off_the_face(speaker: Speaker) -> None:
             assert np.all(at[near, 2] > point[2] + 3)
 
 
+def _drawn(prop: Prop, scale: float) -> np.ndarray:
+    """The print as seen from before the face, grey, `scale` pixels for a mm."""
+    at = prop.vertices[:-4].astype(float)[:, :2]
+    low, high = at.min(axis=0), at.max(axis=0)
+    out = np.zeros(tuple(np.rint((high - low) * scale).astype(int)[::-1]), np.uint8)
+    for corners, grey in zip(at.reshape(-1, 4, 2), prop.colours[:-4:4, 0], strict=True):
+        x, y = (corners - [low[0], high[1]]).T * scale * [[1], [-1]]
+        columns, rows = (slice(round(v.min()), round(v.max())) for v in (x, y))
+        out[rows, columns] = grey
+    return out
+
+
+@pytest.mark.parametrize(
+    "board",
+    [
+        BOARD,
+        Board("charuco", 5, 4, 16.0, 10.0, "5X5_100"),  # cells of three widths
+        Board("chessboard", 7, 6, 12.0),
+    ],
+    ids=lambda b: f"{b.kind}-{b.columns}x{b.rows}",
+)
+def test_a_board_has_its_corners_where_they_are_said_to_be(board: Board) -> None:
+    prop = Occluder("board", 0.0, 2.0, board=board).prop()
+    grey, scale = _drawn(prop, 7.0), 7.0
+    found = board.find(np.repeat(grey[..., None], 3, axis=2))
+    assert found is not None
+    assert len(found.ids) == len(board.places)
+    there = (found.places[:, :2] + board.square / 2) * scale - 0.5  # the margin is half a square
+    if board.kind == "chessboard" and found.pixels[0, 0] > found.pixels[-1, 0]:
+        there = there[::-1]  # OpenCV may begin at either end
+    assert np.abs(found.pixels - there).max() < 0.1
+
+
+def test_a_board_is_printed_on_the_side_away_from_the_face() -> None:
+    prop = Occluder("board", 0.0, 2.0).prop()
+    size = np.array([7, 5]) * 18.0 + 18
+    assert np.ptp(prop.vertices, axis=0) == pytest.approx([*size, 2], abs=1e-4)
+    a, b, c = (prop.vertices[prop.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    assert np.all(np.einsum("fc,fc->f", across, prop.normals[prop.faces[:, 0]]) > 0)
+    area = np.linalg.norm(across, axis=1) / 2
+    front = prop.normals[prop.faces[:, 0], 2] > 0
+    assert area[front].sum() == pytest.approx(size.prod(), rel=1e-5)  # no gap, no overlap
+    assert len(np.unique(prop.colours[prop.vertices[:, 2] < -1], axis=0)) == 1  # bare
+
+
+def test_a_turned_board_keeps_off_the_face(speaker: Speaker) -> None:
+    near = Occluder(
+        "board", 0.0, 2.0, offset=(0, 20, 60), sway=0.0,
+        keyframes=((1.0, (0, 20, 20)),), turns=((1.0, (0, 0.6, 0)),),
+    )  # fmt: skip
+    rest = speaker.named("clara")
+    held = clear_of(near, speaker, rest, gap=5.0)
+    flat = clear_of(replace(near, turns=()), speaker, rest, gap=5.0)
+    assert 20 < flat.keyframes[0][1][2] < 40  # off the tip of the nose
+    assert held.keyframes[0][1][2] != pytest.approx(flat.keyframes[0][1][2], abs=0.5)
+
+
 def test_clear_occluder_is_left_where_it_is(speaker: Speaker) -> None:
     far = Occluder("hand", 0.0, 2.0, offset=(0, 0, 120))
     assert clear_of(far, speaker, speaker.named("mei")) is far
@@ -131,6 +205,9 @@ def test_clear_occluder_is_left_where_it_is(speaker: Speaker) -> None:
         ({"keyframes": ((2.9, (0, 0, 0)),)}, "keyframes in order"),
         ({"keyframes": ((2.2, (0, 0, 0)), (2.0, (0, 0, 0)))}, "keyframes in order"),
         ({"offset": (0, np.nan, 0)}, "no finite place"),
+        ({"turns": ((2.0, (0, np.inf, 0)),)}, "no finite place"),
+        ({"turns": ((2.9, (0, 0, 0)),)}, "keyframes in order"),
+        ({"board": BOARD}, "microphone is no board"),
     ],
 )
 def test_impossible_occluders_are_refused(change: dict[str, object], words: str) -> None:

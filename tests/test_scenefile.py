@@ -40,7 +40,7 @@ from abs_engine.synth.scenefile import (
     sentence_scene,
 )
 from abs_engine.synth.sequence import deform
-from abs_engine.truth.codec import CLOSED_BELOW, HAND, OTHER
+from abs_engine.truth.codec import BOARD, CLOSED_BELOW, HAND, OTHER
 
 NOTHING = {"person": None, "size": None, "frames": None, "seed": None, "lossless": False}
 HEAD = 'format = "abs_engine.scene"\nversion = 1\n'
@@ -77,6 +77,53 @@ def test_a_scene_of_three_lines_films_somebody(speaker):
     assert made.lights.shape == (5, 2, 7)
 
 
+def test_a_board_is_held_where_its_keys_say(speaker):
+    made = plan(
+        speaker,
+        """shirt = false
+[[occluder]]
+kind = "board"
+start = -0.4
+end = 2.0
+sway = 0
+board = { kind = "chessboard", columns = 6, rows = 5, square = 20 }
+keys = [
+    { time = 0.0, offset = [0, 0, 90] },
+    { time = 0.4, offset = [20, 0, 90], turn_degrees = [0, 30, 0] },
+]
+[[clip]]
+frames = 16
+motion = { amount = 0.0 }
+""",
+    )
+    (board,) = made.props
+    assert board.code == BOARD
+    assert board.present.all()
+    assert np.ptp(board.vertices, axis=0) == pytest.approx([140, 120, 2])
+    assert board.translations[10] - board.translations[0] == pytest.approx([20, 0, 0])
+    turned = np.degrees(board.rotations[[0, 10, 15]])
+    assert turned == pytest.approx(np.array([[0, 0, 0], [0, 30, 0], [0, 30, 0]]))
+    assert made.occluders
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("kind = 'board'\nkeys = [{ time = 1.9 }, { time = 1, turn_degrees = [0, 0, 0] }]", None),
+        ("kind = 'board'\nkeys = [{ time = 2.5, turn_degrees = [0, 0, 0] }]", "'board': the board"),
+        ("kind = 'hand'\nboard = { kind = 'charuco', columns = 7, rows = 5, square = 18 }",
+         "'hand': the hand is no board"),
+    ],
+)  # fmt: skip
+def test_what_an_occluder_may_not_say(speaker, keys, words):
+    text = f"[[occluder]]\nstart = 0\nend = 2\n{keys}\n[[clip]]\nframes = 2\n"
+    if words is None:  # a key without anything to say does nothing
+        assert plan(speaker, text).occluders
+        return
+    with pytest.raises(ParameterError, match=words):
+        plan(speaker, text)
+
+
 def test_text_in_quotes_and_odd_characters_comes_back():
     scene = sentence_scene('_ "a" \\ é \x7f \t_', seed=4, frames=9, lossless=True)
     assert parse_scene(scene_text(scene)) == scene
@@ -110,6 +157,15 @@ def test_text_in_quotes_and_odd_characters_comes_back():
         ("background = 3", "background is no table"),
         ("seed = true", "seed is True"),
         ("rate = nan", "rate is nan"),
+        (
+            "[[occluder]]\nkind = 'board'\nstart = 0\nend = 1\nboard = { kind = 'charuco' }",
+            "occluder 1, board lacks the key 'columns'",
+        ),
+        (
+            "[[occluder]]\nkind='board'\nstart=0\nend=1\n"
+            "board={kind='charuco',columns=3,rows=5,square=9}",
+            "occluder 1, board: a board of 3 x 5 squares of 9 mm is none",
+        ),
         ("[[camera]]\nsensor = { read = -1 }", "sensor: blur, noise and bands are not negative"),
     ],
 )
@@ -400,7 +456,7 @@ def test_the_reference_names_every_key_and_its_default():
     lines = next(p for p in SCENES if p.name == "reference.toml").read_text().splitlines()
     text = "\n".join(line.removeprefix("# ") for line in lines)
     known = keys_of(SceneFile)
-    assert len(known) == 13  # as many tables
+    assert len(known) == 15  # as many tables
     for kind, names in known.items():
         for name in names:
             assert re.search(rf"(^|[\[{{., ]){name}(\]| = )", text, re.MULTILINE), (kind, name)

@@ -118,8 +118,8 @@ def _demo(command: argparse.ArgumentParser) -> None:
 def _synth(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "what", metavar="SCENE",
-        help="a scene file, NAME.toml (shipped: short.toml, speech.toml, ten_thousand.toml, and "
-        "reference.toml, which has every key); or demo, "
+        help="a scene file, NAME.toml (shipped: short.toml, speech.toml, session.toml, "
+        "ten_thousand.toml, and reference.toml, which has every key); or demo, "
         "wolves, vowels, closures, or viseme symbols in quotes: '_ m a p i _'",
     )  # fmt: skip
     _output(command, "DIR", "folder of the data set; if interrupted, the same command goes on")

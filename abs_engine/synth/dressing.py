@@ -15,10 +15,11 @@ from abs_engine.synth.cast import Actor
 from abs_engine.synth.plan import Prop, compose, vectors
 from abs_engine.synth.props import Occluder, clear_of, mouth_of
 from abs_engine.synth.scenefile import ClipEntry, OccluderEntry, SceneFile, pick
+from abs_engine.synth.scenefile.values import Vector
 from abs_engine.synth.torso import dress
-from abs_engine.truth.codec import HAND, MICROPHONE, OTHER
+from abs_engine.truth.codec import BOARD, HAND, MICROPHONE, OTHER
 
-_CODE = {"hand": HAND, "microphone": MICROPHONE}
+_CODE = {"hand": HAND, "microphone": MICROPHONE, "board": BOARD}
 _STILL = np.zeros(3)
 
 
@@ -72,6 +73,34 @@ def shirt(
     )
 
 
+def _held(entry: OccluderEntry) -> Occluder:
+    """An occluder with the keys of its entry.
+
+    Raises
+    ------
+    ParameterError
+        If it is impossible.
+    """
+    names = (
+        "kind", "start", "end", "travel", "offset", "away", "colour", "follows", "sway", "seed",
+        "board",
+    )  # fmt: skip
+    given: dict[str, Any] = {name: getattr(entry, name) for name in names}
+    if entry.turn_degrees is not None:
+        given["turn"] = _radians(entry.turn_degrees)
+    keys = entry.keys
+    return Occluder(
+        **given,
+        keyframes=tuple((k.time, k.offset) for k in keys if k.offset is not None),
+        turns=tuple((k.time, _radians(k.turn_degrees)) for k in keys if k.turn_degrees is not None),
+    )
+
+
+def _radians(degrees: Vector) -> Vector:
+    x, y, z = np.radians(degrees).tolist()
+    return x, y, z
+
+
 def _occluder(
     entry: OccluderEntry,
     speaker: Speaker,
@@ -79,16 +108,8 @@ def _occluder(
     heads: list[Pose],
     rate: float,
 ) -> Prop:
-    turn = None
-    if entry.turn_degrees is not None:
-        x, y, z = np.radians(entry.turn_degrees).tolist()
-        turn = x, y, z
-    given: dict[str, Any] = {
-        name: getattr(entry, name)
-        for name in ("kind", "start", "end", "travel", "offset", "away", "colour", "follows")
-    }
     try:
-        occluder = Occluder(**given, turn=turn, sway=entry.sway, seed=entry.seed)
+        occluder = _held(entry)
     except ParameterError as error:
         raise ParameterError(f"occluder '{entry.name}': {error.problem}", error.remedy) from error
     occluder = clear_of(occluder, speaker, neutral)

@@ -20,7 +20,7 @@ from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.npz import read_npz
 from abs_engine.synth.optics import Background, Sensor
-from abs_engine.truth.codec import HAND, MICROPHONE
+from abs_engine.truth.codec import BOARD, HAND, MICROPHONE
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.plan", 1
@@ -154,8 +154,8 @@ class ClipPlan:
 
     @cached_property
     def occluders(self) -> bool:
-        """Whether a hand or a microphone belongs to the clip."""
-        return any(prop.code in (HAND, MICROPHONE) for prop in self.props)
+        """Whether a hand, a microphone or a board belongs to the clip."""
+        return any(prop.code in (HAND, MICROPHONE, BOARD) for prop in self.props)
 
     def head(self, frame: int) -> Pose:
         """Head to world in a frame."""

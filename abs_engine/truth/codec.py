@@ -43,8 +43,14 @@ FLOW_SCALE, FLOW_ZERO = 64.0, 32_768
 FLOW_REACH = (FLOW_ZERO - 1) / FLOW_SCALE
 """Largest displacement of a flow picture, px; what moves farther is marked as not valid."""
 
-HAND, MICROPHONE, OTHER, UNUSED = 1, 2, 3, 255
-COVER_NAMES = {0: "nothing", HAND: "hand", MICROPHONE: "microphone", OTHER: "torso or other"}
+HAND, MICROPHONE, OTHER, BOARD, UNUSED = 1, 2, 3, 4, 255
+COVER_NAMES = {
+    0: "nothing",
+    HAND: "hand",
+    MICROPHONE: "microphone",
+    OTHER: "torso or other",
+    BOARD: "calibration board",
+}
 
 PICTURES: dict[str, tuple[type[np.generic], int]] = {
     "ids": (np.uint16, 1),

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from abs_engine.observe.board import Board
 from abs_engine.synth.look import LightKey
 from abs_engine.synth.optics import Sensor
 
@@ -153,12 +154,30 @@ class LightEntry:
 
 
 @dataclass(frozen=True)
-class OccluderEntry:
-    """``[[occluder]]``: a hand or a microphone before the mouth.
+class OccluderKey:
+    """A key of an occluder's motion; what is left out is as the keys around it have it.
 
     Parameters
     ----------
-    kind : {"hand", "microphone"}
+    time : float
+    offset : (3,) float, optional
+        Where it is held, as in `OccluderEntry`.
+    turn_degrees : (3,) float, optional
+        Rotation vector against the head frame.
+    """
+
+    time: float
+    offset: Vector | None = None
+    turn_degrees: Vector | None = None
+
+
+@dataclass(frozen=True)
+class OccluderEntry:
+    """``[[occluder]]``: a hand or a microphone before the mouth, or a calibration board.
+
+    Parameters
+    ----------
+    kind : {"hand", "microphone", "board"}
     start, end : float
     name : str
         By default its kind.
@@ -175,9 +194,13 @@ class OccluderEntry:
     sway : float
         mm.
     seed : int
+    board : table, optional
+        kind, columns, rows, square, marker, dictionary: see `abs_engine.observe.board.Board`.
+    keys : list of tables
+        How it moves while it is held, see `OccluderKey`; between them a monotone cubic.
     """
 
-    kind: Literal["hand", "microphone"]
+    kind: Literal["hand", "microphone", "board"]
     start: float
     end: float
     name: str = ""
@@ -189,6 +212,8 @@ class OccluderEntry:
     follows: bool = True
     sway: float = 1.0
     seed: int = 0
+    board: Board | None = None
+    keys: tuple[OccluderKey, ...] = ()
 
 
 @dataclass(frozen=True)
