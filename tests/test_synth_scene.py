@@ -125,7 +125,8 @@ def test_interrupted_and_given_again_it_goes_on_to_the_same_pixels_as_with_two_p
 ):
     (tmp_path / "s.toml").write_text(SCENE)
     words = ["synth", str(tmp_path / "s.toml"), "-o", str(tmp_path / "data"), "--processes", "1"]
-    code = f"import sys; from abs_engine.cli import main; sys.exit(main({words}))"
+    heed = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # a shell's & ignores it
+    code = f"import signal, sys; from abs_engine.cli import main; {heed}; sys.exit(main({words}))"
     running = subprocess.Popen(
         [sys.executable, "-c", code], cwd=ROOT, stderr=subprocess.PIPE, text=True
     )
