@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
+from typing import Self
 
 import cv2
 import numpy as np
@@ -17,7 +19,36 @@ from numpy.typing import NDArray
 from abs_engine.errors import OutputError
 
 
-class NewFolder:
+class Making(ABC):
+    """Output in the making: however its context is left, it is tidied up, and a failing disk named.
+
+    Attributes
+    ----------
+    target : Path
+        What is made.
+    """
+
+    target: Path
+
+    @abstractmethod
+    def leave(self) -> None:
+        """Tidy up."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.leave()
+        if isinstance(error, OSError):
+            raise unwritable(self.target, error) from error
+
+
+class NewFolder(Making):
     """A folder in the making: fill `work`, then `finish` gives it its name.
 
     Leaving the context without `finish` removes what was written, whatever the reason.
@@ -35,9 +66,9 @@ class NewFolder:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = check_free(folder)
+        self.target = check_free(folder)
         try:
-            made = tempfile.mkdtemp(prefix=f".{self._folder.name}-", dir=self._folder.parent)
+            made = tempfile.mkdtemp(prefix=f".{self.target.name}-", dir=self.target.parent)
         except OSError as error:
             raise unwritable(folder, error) from error
         self.work = Path(made)
@@ -52,27 +83,18 @@ class NewFolder:
         """
         try:
             self.work.chmod(0o777 & ~_umask())
-            give_name(self.work, self._folder)
+            give_name(self.work, self.target)
         except OSError as error:
-            raise unwritable(self._folder, error) from error
-        return self._folder
+            raise unwritable(self.target, error) from error
+        return self.target
 
     def discard(self) -> None:
         """Remove what was written; nothing happens after `finish`."""
         shutil.rmtree(self.work, ignore_errors=True)
 
-    def __enter__(self) -> NewFolder:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def leave(self) -> None:
+        """What is not finished is discarded."""
         self.discard()
-        if isinstance(error, OSError):
-            raise unwritable(self._folder, error) from error
 
 
 def check_free(path: Path) -> Path:

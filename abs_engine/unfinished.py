@@ -6,14 +6,12 @@ import fcntl
 import os
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from abs_engine.errors import OutputError
-from abs_engine.files import check_free, give_name, unwritable
+from abs_engine.files import Making, check_free, give_name, unwritable
 
 
-class Claim:
+class Claim(Making):
     """The place where a folder is made, which no other process may use; a context manager.
 
     It lies beside the folder's final place as ``.NAME.partial``, and survives the process that
@@ -57,18 +55,9 @@ class Claim:
         if lock is not None:
             os.close(lock)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def leave(self) -> None:
+        """Let others have it."""
         self.release()
-        if isinstance(error, OSError):
-            raise unwritable(self.target, error) from error
 
 
 class Unfinished(Claim):

@@ -7,12 +7,8 @@ films 150 frames at 30 Hz:  python tests/observe_session.py --frames 150 [--mirr
 from __future__ import annotations
 
 import argparse
-import contextlib
-import csv
 import os
 import sys
-import tempfile
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +25,7 @@ from observed import (
     two_cameras,
 )
 from scipy.spatial.transform import Rotation
+from session_files import film_folder, write_csv
 
 from abs_engine.assets import load_speaker
 from abs_engine.cli import main
@@ -119,17 +116,19 @@ class Session:
             for view in range(2)
             for i, name in enumerate(names)
         ]
-        return _csv(path, ("frame", "view", "point", "x", "y"), rows)
+        return write_csv(path, ("frame", "view", "point", "x", "y"), rows)
 
     def write_reference(self, path: Path) -> Path:
         """Where the dots of the skull are in the head frame."""
         rest = self.points[0]
-        return _csv(path, ("point", "x", "y", "z"), [(n, *rest[NAMES.index(n)]) for n in SKULL])
+        return write_csv(
+            path, ("point", "x", "y", "z"), [(n, *rest[NAMES.index(n)]) for n in SKULL]
+        )
 
     def write_poses(self, path: Path) -> Path:
         """The head's true pose in each frame."""
         rows = [(t, *p.rotation_vector, *p.translation) for t, p in enumerate(self.heads)]
-        return _csv(path, ("frame", "rx", "ry", "rz", "tx", "ty", "tz"), rows)
+        return write_csv(path, ("frame", "rx", "ry", "rz", "tx", "ty", "tz"), rows)
 
     def calibrate(self, pictures: int = 8) -> list[Path]:
         """Film a board and calibrate by the command line; the files of the calibration."""
@@ -177,12 +176,6 @@ def board_poses(head: Pose, count: int, seed: int = 0) -> list[Pose]:
     return out
 
 
-def _csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([header, *rows])
-    return path
-
-
 def run() -> None:
     """Film, observe, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -196,10 +189,7 @@ def run() -> None:
     recording = data / "livelink_rom" / "alex_rom_3.csv"
     known = recording.is_file()
     units = recorded(recording, chosen.start, chosen.frames) if known else authored(chosen.frames)
-    with contextlib.ExitStack() as stack:
-        if chosen.keep:
-            chosen.keep.mkdir()
-        folder = chosen.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    with film_folder(chosen.keep) as folder:
         session = Session(folder, units, chosen.mirror, chosen.crf)
         observed = read_observations(observe(session))
     sys.stdout.write(

@@ -8,16 +8,14 @@ python tests/studio_session.py [--recording FILE.csv] [--mirror] [--frames 75]
 from __future__ import annotations
 
 import argparse
-import contextlib
-import csv
 import sys
-import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from session_files import film_folder, write_csv
 
 from abs_engine.assets import load_speaker, shipped
 from abs_engine.cli import main
@@ -148,14 +146,14 @@ class StudioSession:
         at = self.pixels(0)
         at += np.random.default_rng(seed).normal(0, careless, at.shape)
         rows = [(0, v + 1, n, *at[v, i]) for v in range(len(at)) for i, n in enumerate(LIPS17)]
-        return _csv(self.folder / "points.csv", ("frame", "view", "point", "x", "y"), rows)
+        return write_csv(self.folder / "points.csv", ("frame", "view", "point", "x", "y"), rows)
 
     def _write_poses(self) -> Path:
         """The head's true pose in each frame, in the first camera's frame."""
         poses: list[Pose] = [self.speech[0].pose(t) for t in range(len(self.speech[0]))]
         rows = [(t, *p.rotation_vector, *p.translation) for t, p in enumerate(poses)]
         header = ("frame", "rx", "ry", "rz", "tx", "ty", "tz")
-        return _csv(self.folder / "poses.csv", header, rows)
+        return write_csv(self.folder / "poses.csv", header, rows)
 
 
 def filmed(
@@ -173,12 +171,6 @@ def cut(recording: Path, into: Path, start: int) -> Path:
     return into
 
 
-def _csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([header, *rows])
-    return path
-
-
 def run() -> None:
     """Film, observe, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -191,10 +183,7 @@ def run() -> None:
     parser.add_argument("--keep", type=Path, help="folder for the films; must not exist")
     chosen = parser.parse_args()
     cameras = GLASS if chosen.mirror else BOTH
-    with contextlib.ExitStack() as stack:
-        if chosen.keep:
-            chosen.keep.mkdir()
-        folder = chosen.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    with film_folder(chosen.keep) as folder:
         if chosen.data:
             session = StudioSession(folder, load_dataset(chosen.data), cameras)
         else:

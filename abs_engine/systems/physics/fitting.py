@@ -24,6 +24,7 @@ from abs_engine.track.centroid import centred
 from abs_engine.track.shell import (
     RULES,
     Image,
+    Rule,
     ShellPosterior,
     ShellSetting,
     shell_posterior,
@@ -155,12 +156,7 @@ def fit_frame(
     ParameterError
         If there is no such driver or rule, or a centre is given for a pose that is known.
     """
-    way = next((known for known in RULES if known == rule), None)
-    if driver not in DRIVERS or way is None:
-        raise ParameterError(
-            f"there is no driver '{driver}' with rule '{rule}'",
-            f"drivers are {', '.join(DRIVERS)}; rules {', '.join(RULES)}",
-        )
+    way = _way(driver, rule)
     if centre is not None and setting.pose_deviation is None:
         raise ParameterError("a centre is given for a known pose", "let the pose be fitted")
     begun = time.perf_counter()
@@ -186,6 +182,17 @@ def fit_frame(
     seconds = time.perf_counter() - begun
     pose = posterior.frame.pose(mean)
     return ShellFit(mean[6:], pose, nodes, highest, best, seconds, explained, there)
+
+
+def _way(driver: str, rule: str) -> Rule:
+    """The rule of this name, if there is such a driver, too."""
+    way = next((known for known in RULES if known == rule), None)
+    if driver not in DRIVERS or way is None:
+        raise ParameterError(
+            f"there is no driver '{driver}' with rule '{rule}'",
+            f"drivers are {', '.join(DRIVERS)}; rules {', '.join(RULES)}",
+        )
+    return way
 
 
 def mean_of(ends: Sequence[Solution]) -> FloatArray:
