@@ -20,6 +20,8 @@ FORMAT, VERSION = "abs_engine.speaker", 1
 POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)
 LIPS_OF_68 = slice(48, 68)
 """The lips among the 68 landmarks of `Speaker.points`: 12 outer points, then 8 inner ones."""
+CLOSED_APERTURE = 1.0
+"""Lips are closed below this aperture, mm, in result and truth alike: about a pixel of video."""
 
 _PACKAGE = Path(__file__).resolve().parent
 

@@ -391,6 +391,40 @@ def test_typical_classes_find_lips_by_the_skin_alone(light):
     assert maps[lips][label == TEETH].mean() < 0.3
 
 
+FULL = {"skin": (112, 82, 68), "lips": (150, 100, 92)}
+
+
+def full(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Closed full lips on dark skin, in their own shade where they meet; the class of a pixel."""
+    label = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    cv2.ellipse(label, (60, 46), (36, 22), 0, 0, 360, 1, -1)
+    colours = np.array([FULL.get(c, (0, 0, 0)) for c in CLASSES], float)[label]
+    height = np.mgrid[: SIZE[1], : SIZE[0]][0]
+    light = 1 - 0.62 * np.exp(-(((height - 46) / 3.0) ** 2)) * (label == 1)
+    noise = np.random.default_rng(seed).normal(0, 3, (*label.shape, 3))
+    return np.uint8(np.clip(np.rint(colours * light[..., None] + noise), 0, 255)), label
+
+
+def test_teeth_in_shade_are_not_learned_to_be_as_red_as_lips():
+    """From where full lips meet, if that is taken for the mouth's inside."""
+    picture, label = full(0)
+    cv2.ellipse(label, (60, 46), (30, 4), 0, 0, 360, 2, -1)
+    learned = learn_classes([picture], [expected(label, 4.0)]).mixtures
+    redness = {c: m.means[:, 0] - m.means[:, 1] for c, m in learned.items()}
+    lips, (_, lit, shade) = learned["lips"].weights @ redness["lips"], redness["teeth"]
+    assert shade < lips - 0.28 * (lips - lit)
+
+
+def test_plain_skin_keeps_full_lips_that_lie_where_it_is_expected():
+    picture, label = full(0)
+    elsewhere = np.roll(expected(label, 4.0), 20, axis=1)
+    plain, usual = (
+        typical_classes([picture], [elsewhere], plain=p).probabilities(picture)[1][label == 1]
+        for p in (True, False)
+    )
+    assert plain.mean() > usual.mean() + 0.05
+
+
 PAINTS = [(60, 60, 170), (235, 110, 40), (180, 20, 120), (120, 150, 40)]
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from results import FRAMES, RATE, clip, run_arrays, true_landmarks, wide_rows, write_csv
 
+from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.evaluate.catalogue import BY_KEY
-from abs_engine.evaluate.estimate import CLOSED_APERTURE, of_run
+from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
 

@@ -85,7 +85,7 @@ def test_a_clip_that_begins_without_a_face_is_painted():
 def test_large_video_is_not_enlarged():
     class Large:
         camera = type(toy_setting().camera).ideal((1921, 1081))
-        model, rate = toy_setting().model, 25.0
+        model, calibration, rate = toy_setting().model, toy_setting().calibration, 25.0
 
     painter = Painter(Large())
     assert painter.size == (1920 + 448, 1080 + 96)

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from runs import lost_result, toy_result, toy_setting
 
+from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.geometry import Pose
 from abs_engine.track.mesh import load_mesh
 from abs_engine.track.record import (
-    CLOSED_BELOW_MM,
     POINT_NAMES,
     RESULTS,
     SUMMARY,
@@ -72,7 +72,7 @@ def test_lip_vertices_are_those_of_the_bundled_head(run):
 
 def test_closed_frames_have_a_small_aperture(run):
     assert run["closed"].tolist() == [
-        result.found and result.aperture < CLOSED_BELOW_MM for result in RESULTS_OF_CLIP
+        result.found and result.aperture < CLOSED_APERTURE for result in RESULTS_OF_CLIP
     ]
     assert run["closed"][0]
     assert not run["closed"][1:].any()

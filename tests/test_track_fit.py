@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from runs import toy_setting
 
-from abs_engine.appearance.colour import hamming
+from abs_engine.appearance.colour import CLASSES, hamming
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import FACING, Pose
 from abs_engine.optimise.simplex import Simplex
@@ -231,6 +231,21 @@ def test_the_window_holds_the_mouth_at_a_set_resolution():
             assert np.ptp(drawn[:, 0]) == pytest.approx(DRAWN_MOUTH, rel=0.01)
 
 
+def test_the_window_follows_a_person_whose_mouth_is_lower_and_wider():
+    """Else the lower lip of such a mouth lies outside of what is compared."""
+    person = MODEL.person({"mouth height": -3.0, "mouth width": 2.0})
+    ring = MODEL.held(person).mean - MODEL.held(np.zeros_like(person)).mean
+    moved = np.isin(MODEL.kept, SPEAKER.lip_ring)
+    middle, whole = MODEL.border(person).mean(axis=0), MODEL.border().mean(axis=0)
+    np.testing.assert_allclose(middle - whole, ring[moved].mean(axis=0), atol=1e-3)
+    one, other = (mouth_window(MODEL, POSE, CAMERA, p) for p in (np.zeros_like(person), person))
+    centre = [w.y + w.height / 2 for w in (one, other)]
+    assert centre[1] - centre[0] > 0.15 * one.width
+    assert other.width > 1.1 * one.width
+    lips = other.to_drawn(CAMERA.project(POSE.apply(MODEL.border(person)))).astype(int)
+    assert zone(other)[lips[:, 1], lips[:, 0]].all()
+
+
 SPEAKER = MODEL.speaker
 
 
@@ -310,24 +325,26 @@ def test_the_pose_turns_about_the_mouth():
     np.testing.assert_allclose(BASE.pose(np.zeros(6)).rotation, POSE.rotation)
 
 
-def test_a_thin_dark_line_may_be_closed_lips_and_a_thick_one_less_so():
+def test_a_thin_dark_line_may_be_closed_lips_but_a_thick_one_or_teeth_less_so():
     window = mouth_window(MODEL, POSE, CAMERA)
     width, height = window.drawn
     middle = height // 2
 
     class Dark:
-        def __init__(self, thick):
-            self.thick = thick
+        def __init__(self, thick, name="dark"):
+            self.thick, self.plane = thick, CLASSES.index(name)
 
         def probabilities(self, _image, _smoothing):
             maps = np.zeros((4, height, width))
-            maps[3, middle - self.thick : middle + self.thick + 1] = 1.0
+            maps[self.plane, middle - self.thick : middle + self.thick + 1] = 1.0
             return maps
 
     names = SPEAKER.class_names[1:]
     lip, inside = 1 + names.index("upper_lip"), 1 + names.index("inner_mouth")
     frame = np.zeros((*CAMERA.size[::-1], 3), np.uint8)
-    for thick, share in ((0, IN_LINE), (6, IN_SHADE)):
-        maps = class_maps(Dark(thick), MODEL.colour_classes, window, frame).maps
+    for thick, name, share in (
+        (0, "dark", IN_LINE), (6, "dark", IN_SHADE), (0, "teeth", IN_SHADE), (6, "teeth", IN_SHADE)
+    ):  # fmt: skip
+        maps = class_maps(Dark(thick, name), MODEL.colour_classes, window, frame).maps
         assert maps[lip, middle, width // 2] == pytest.approx(share)
         assert maps[inside, middle, width // 2] == pytest.approx(1.0)

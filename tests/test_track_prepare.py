@@ -14,6 +14,7 @@ from abs_engine.errors import FaceNotFoundError, ModelFormatError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.track import prepare
 from abs_engine.track.align import KnownHead
+from abs_engine.track.keyframes import Keyframes
 from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox
 from abs_engine.track.model import build_mouth_model
 from abs_engine.track.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
@@ -86,6 +87,22 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
     poses = [p for _, p in wide.poses(shown)]
     assert [p is None for p in poses] == [False, True, False]
     np.testing.assert_allclose(poses[2].translation, right.translation, atol=20)
+
+
+@pytest.mark.parametrize(("off", "kept"), [(40.0, True), (-110.0, False)])
+def test_a_face_that_was_lost_for_no_frame_stays_where_it_was(motion, monkeypatch, off, kept):
+    """Boxes wander; one about another face, far away, is gone over to."""
+    monkeypatch.setattr(HeadMotion, "_known", None)
+    monkeypatch.setattr(Keyframes, "step", lambda _self, _image: None)
+    pictures = [picture_of(motion.model.head, START, CAMERA)] * 2
+    box = motion.box
+    pixels = off * CAMERA.matrix[0, 0] / 650
+    monkeypatch.setattr(prepare, "find_face", lambda _i: FaceBox(box.x + pixels, box.y, box.size))
+    one, two = (pose for _, pose in motion.poses(pictures))
+    move = two.translation - one.translation
+    np.testing.assert_allclose(move, 0 if kept else [off, 0, 0], atol=1)
+    _, _, again = (pose for _, pose in motion.poses([pictures[0], BLANK, pictures[1]]))
+    np.testing.assert_allclose(again.translation - one.translation, [off, 0, 0], atol=1)
 
 
 def test_a_box_on_a_blank_wall_is_no_face(motion):

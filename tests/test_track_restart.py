@@ -22,7 +22,7 @@ from abs_engine.track.restart import (
     calibrate_well,
 )
 
-STARTS = HIGHER_AND_LOWER + NEARER_AND_FARTHER
+STARTS = ("fuller", *HIGHER_AND_LOWER, *NEARER_AND_FARTHER)
 SETTING = toy_setting()
 MODEL = SETTING.model
 POSE = Pose(FACING, [0.0, 30.0, 600.0])
@@ -31,11 +31,15 @@ OWN = np.array([0.01, -0.02, 0.03, 1.0, 2.0, 3.0])
 
 
 def attempt(monkeypatch, scores, model=MODEL):
-    """Calibrate with made-up scores, one for each start; also the poses that were tried."""
+    """Calibrate with made-up scores, one for each start; also the poses that were tried.
+
+    The second attempt, and no other, begins with full lips where the first did.
+    """
     tried = []
 
-    def calibrate(_model, frames, _camera, _renderer, known=None):
+    def calibrate(_model, frames, _camera, _renderer, known=None, begin=None):
         tried.append(frames[0].pose)
+        assert (begin is not None and begin[1:3].min() > 0.5) == (len(tried) == 2)
         return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
@@ -50,9 +54,9 @@ def test_a_good_calibration_is_not_tried_again(monkeypatch):
     np.testing.assert_array_equal(found.shift, OWN)
 
 
-def test_one_that_is_not_poor_is_tried_again_higher_and_lower_only(monkeypatch):
-    tried = attempt(monkeypatch, [POOR_SCORE, 0.1, 0.1])[1]
-    assert len(tried) == 1 + len(HIGHER_AND_LOWER)
+def test_one_that_is_not_poor_is_tried_again_fuller_higher_and_lower_only(monkeypatch):
+    tried = attempt(monkeypatch, [POOR_SCORE, 0.1, 0.1, 0.1])[1]
+    assert len(tried) == 2 + len(HIGHER_AND_LOWER)
     assert len({pose.translation[2] for pose in tried}) == 1
 
 
@@ -78,7 +82,7 @@ def test_a_known_head_is_not_looked_for_elsewhere(monkeypatch):
 def test_known_colours_are_not_learned_again(monkeypatch):
     given = []
 
-    def calibrate(_model, _frames, _camera, _renderer, known=None):
+    def calibrate(_model, _frames, _camera, _renderer, known=None, begin=None):
         given.append(known)
         return Calibration(np.zeros(1), OWN, known, np.zeros((1, 16)))
 
@@ -94,7 +98,7 @@ def test_known_colours_are_not_learned_again(monkeypatch):
 def test_a_start_without_colours_to_learn_is_left_out(monkeypatch):
     tried = []
 
-    def calibrate(_model, _frames, _camera, _renderer, known=None):
+    def calibrate(_model, _frames, _camera, _renderer, known=None, begin=None):
         tried.append(known)
         if len(tried) in (2, 4):
             raise TooFewPixelsError("only 3 pixels show lips", "give a larger face")

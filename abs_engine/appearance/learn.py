@@ -24,6 +24,8 @@ LEAST_PIXELS = 30
 """Fewer pixels of a class, weighted by how surely they belong to it, are too few to learn from."""
 
 _DARK, _TEETH = slice(0, 1), slice(1, 4)  # of the mixture of what is inside a mouth
+_LIT, _SHADE = 2, 3  # of the same
+_LESS_RED = 0.3  # of the way from lips to lit teeth, which teeth in shade are at least
 _SKIN_SHADING, _LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
 _CORE = 0.6  # of the largest prior: where lips are expected surely enough to learn from
 # Lips less skin, in `features`, and how far people and lights differ: medians inside and around
@@ -127,13 +129,16 @@ def _separated(
             lips = lips.anchored(samples, own, held, count)
         else:
             lips = shaded(lips.updated(samples, own), _LIP_SHADING)
-        inside = inside.anchored(samples, share[2], anchor, strength)
+        inside = _less_red(inside.anchored(samples, share[2], anchor, strength), lips)
         skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
     return _Separated(skin, inside, share)
 
 
 def typical_classes(
-    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray], most: int = 12_000
+    images: Sequence[NDArray[np.generic]],
+    places: Sequence[FloatArray],
+    most: int = 12_000,
+    plain: bool = False,
 ) -> ColourClasses:
     """The classes of anybody beside the skin that a clip shows.
 
@@ -144,6 +149,9 @@ def typical_classes(
     ----------
     images, places, most
         As of `learn_classes`.
+    plain : bool
+        Whether skin is held to one component: lips that lie where skin was expected do not get
+        one of their own then.
 
     Raises
     ------
@@ -155,7 +163,7 @@ def typical_classes(
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     _enough("skin", prior[0] * certain)
-    skin = _skin(samples[certain])
+    skin = _skin(samples[certain], 1 if plain else SKIN_COMPONENTS)
     return _assembled(skin, _typical_lips(skin), _inside_guess(skin), reference)
 
 
@@ -216,17 +224,32 @@ def _posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArr
     return np.asarray(joint / (joint.sum(axis=0) + rest))
 
 
-def _skin(samples: FloatArray) -> Mixture:
+def _skin(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
     """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
     core = samples[first >= np.quantile(first, 0.1)]
-    return shaded(fit_mixture(core, np.ones(len(core)), SKIN_COMPONENTS), _SKIN_SHADING)
+    return shaded(fit_mixture(core, np.ones(len(core)), components), _SKIN_SHADING)
 
 
 def _typical_lips(skin: Mixture) -> Mixture:
     """Lips of anybody beside this skin."""
     centre = skin.weights @ skin.means + _LIPS_MEAN
     return Mixture(np.ones(1), centre[None], _LIPS_SPREAD[None] + _LIPS_NOISE)
+
+
+def _less_red(inside: Mixture, lips: Mixture) -> Mixture:
+    """The inside of a mouth, teeth in shade held to be less red than lips.
+
+    Else they would learn the lips' own shade where full lips meet. Those in shade are about
+    half-way between lips and lit teeth where they were looked at; lips in shade redden.
+    """
+    means = inside.means.copy()
+    away = (means[_LIT] - lips.weights @ lips.means)[:2]
+    redder = np.array([1.0, -1.0])
+    short = _LESS_RED - 1 - redder @ (means[_SHADE] - means[_LIT])[:2] / (redder @ away)
+    if redder @ away < 0 < short:
+        means[_SHADE, :2] += short * away
+    return Mixture(inside.weights, means, inside.covariances)
 
 
 def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from abs_engine.evaluate.estimate import CLOSED_APERTURE
+from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.truth.codec import CLOSED_BELOW
 
 

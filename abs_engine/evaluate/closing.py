@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.evaluate import metrics
-from abs_engine.evaluate.estimate import CLOSED_APERTURE, Estimate
+from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.measures import true_pixels
 from abs_engine.truth import Truth
 

@@ -9,6 +9,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.errors import InputFileError, ParameterError
 
 FloatArray = NDArray[np.float64]
@@ -16,9 +17,6 @@ Areas = Mapping[str, NDArray[np.int32]]
 
 NORMAL_95 = 1.959963984540054
 """Half the width of a normal distribution's central 95 %, in standard deviations."""
-
-CLOSED_APERTURE = 1.0
-"""Lips are closed below this aperture, mm, in result and truth alike."""
 
 ClosedBy = Literal["own", "aperture", "picture"]
 

@@ -48,7 +48,7 @@ class LipDrawing:
         """What draws the results of a clip."""
         model = setting.model
         outer, upper, lower = (len(model.rings[name]) for name in ("outer", "upper", "lower"))
-        ring = model.head.mean[model.speaker.lip_ring].astype(np.float64)
+        ring = model.border(setting.calibration.person)
         return cls(setting.camera, (outer, upper, lower), ring)
 
     def contours(self, result: FrameResult) -> list[tuple[FloatArray, bool, Colour]]:

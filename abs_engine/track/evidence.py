@@ -68,7 +68,12 @@ def _of_frame(
     """Mean log densities (K,) of the frame with this number."""
     pivot = model.pivot
     bases = [PoseFrame(shifted(frame.pose, c.shift, pivot), pivot) for c in calibrations]
-    window = _around([mouth_window(model, b.base, camera) for b in bases])
+    window = _around(
+        [
+            mouth_window(model, b.base, camera, c.person)
+            for b, c in zip(bases, calibrations, strict=True)
+        ]
+    )
     patch = window.sample(frame.image)
     values = []
     for base, found in zip(bases, calibrations, strict=True):

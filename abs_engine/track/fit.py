@@ -32,14 +32,18 @@ Prior = GaussianPrior | ContactPrior
 
 
 def mouth_window(
-    model: MouthModel, pose: Pose, camera: Camera, more: tuple[float, float] = (0.0, 0.0)
+    model: MouthModel,
+    pose: Pose,
+    camera: Camera,
+    person: FloatArray | None = None,
+    more: tuple[float, float] = (0.0, 0.0),
 ) -> Window:
-    """The window around the mouth: 1.6 mouth widths wide and 1.25 high.
+    """The window around a person's mouth (Q,): 1.6 mouth widths wide and 1.25 high.
 
-    `more` mouth widths are added to its width and height, where the mouth is not yet found.
+    By default it is that of the model's neutral head. `more` mouth widths are added to its width
+    and height, where the mouth is not yet found.
     """
-    ring = model.head.mean[model.speaker.lip_ring].astype(np.float64)
-    pixels = camera.project(pose.apply(ring))
+    pixels = camera.project(pose.apply(model.border(person)))
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     across = float(high[0] - low[0])
     scale = min(2.0, DRAWN_MOUTH / across)
@@ -84,13 +88,14 @@ def class_maps(
 def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
     """What a facet of each class may show: teeth lie in shade, and lips do where they meet.
 
-    Where in the mouth teeth stand is not known of a person: dark facets may show them. What is
-    dark over no more than `line` drawn pixels from top to bottom may as well be closed lips.
+    Where in the mouth teeth stand is not known of a person: dark facets may show them. Where the
+    inside is no more than `line` drawn pixels high, its dark may as well be closed lips; not teeth.
     """
     inside = maps["teeth"] + maps["dark"]
     window = np.ones((2 * round(line / 2) + 1, 1), np.uint8)
     thick = cv2.morphologyEx(inside, cv2.MORPH_OPEN, window)
-    lips = maps["lips"] + IN_SHADE * thick + IN_LINE * (inside - thick)
+    line_of_dark = (inside - thick) * maps["dark"] / np.maximum(inside, 1e-9)
+    lips = maps["lips"] + IN_SHADE * inside + (IN_LINE - IN_SHADE) * line_of_dark
     return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": inside}
 
 

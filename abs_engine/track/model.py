@@ -112,6 +112,14 @@ class MouthModel:
         """Colour class of each facet class."""
         return colour_classes(self.speaker)
 
+    def person(self, deviations: Mapping[str, float]) -> FloatArray:
+        """Weights (Q,) of a person that differs from the average by these standard deviations.
+
+        They are named as in `PERSON_TARGETS`; where nothing of the person is fitted, none counts.
+        """
+        names = list(PERSON_TARGETS)[: self.n_person]
+        return np.array([deviations.get(n, 0.0) * PERSON_TARGETS[n][2] for n in names])
+
     def gaps(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gaps between the lips as a linear function of the expression.
 
@@ -132,6 +140,15 @@ class MouthModel:
         gap = scene.mean[up, 1] - scene.mean[down, 1]
         slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
         return gap.astype(np.float64), slope.T.astype(np.float64)
+
+    def border(self, person: FloatArray | None = None) -> FloatArray:
+        """The lips' outer contour (R, 3), mm, head frame, of a person (Q,) at rest."""
+        at = self.head.mean[self.speaker.lip_ring].astype(np.float64)
+        if person is None or not len(person):
+            return at
+        ring = np.searchsorted(self.kept, self.speaker.lip_ring)
+        modes = self.scene.modes[self.n_expression :, ring]
+        return np.asarray(at + np.tensordot(person, modes, 1), np.float64)
 
     def whole(self, person: FloatArray) -> NDArray[np.float32]:
         """The whole head (V, 3), mm, of a person (Q,), without expression."""

@@ -9,6 +9,7 @@ from types import TracebackType
 import cv2
 import numpy as np
 
+from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.camera import Window
 from abs_engine.track.contours import (
     GREY,
@@ -20,7 +21,7 @@ from abs_engine.track.contours import (
     cut,
     write_text,
 )  # fmt: skip
-from abs_engine.track.record import CLOSED_BELOW_MM, closed_frames
+from abs_engine.track.record import closed_frames
 from abs_engine.track.tracker import FrameResult, TrackerSetting
 from abs_engine.video import VideoWriter
 
@@ -129,7 +130,7 @@ class Painter:
         step = (width - 1) / max(1, (self._apertures.maxlen or 2) - 1)
         x = width - 1 - step * np.arange(len(values))[::-1]
         y = bottom - np.clip(values / STRIP_MM, 0, 1) * (bottom - top)
-        limit = round(bottom - CLOSED_BELOW_MM / STRIP_MM * (bottom - top))
+        limit = round(bottom - CLOSED_APERTURE / STRIP_MM * (bottom - top))
         cv2.line(strip, (0, limit), (width, limit), GREY, 1)
         for k in range(1, len(values)):
             if np.isfinite(values[k - 1 : k + 1]).all():

@@ -30,7 +30,7 @@ from abs_engine.track.fit import (
     mouth_window,
 )
 from abs_engine.track.model import MouthModel
-from abs_engine.track.place import CalibrationFrame, place_mouth, shifted
+from abs_engine.track.place import SEARCHED, CalibrationFrame, place_mouth, shifted
 from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
@@ -42,6 +42,9 @@ DEPTH_SHARE = 0.08  # and of the depth: boxes and faces each differ by some 5 %
 ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
 # mm, depths tried about the one before, in the first rounds
 DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
+# of where lips are drawn, how much may be the mouth's inside: the posture may be wrong, and what
+# is drawn closed would stay so
+INSIDE_SHARE = 0.35
 # what the rigid motion of the upper face leaves open in a frame
 POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
 
@@ -82,6 +85,7 @@ def calibrate(
     renderer: Renderer,
     rounds: int = 4,
     known: ColourClasses | None = None,
+    begin: FloatArray | None = None,
 ) -> Calibration:
     """Fit the person's mouth and the clip's colours by turns.
 
@@ -98,6 +102,8 @@ def calibrate(
     rounds : int
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
+    begin : (Q,) float64, optional
+        The person to begin with; by default the average.
 
     Raises
     ------
@@ -107,17 +113,19 @@ def calibrate(
         If there is no round.
     """
     vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
-    person, shift = np.zeros(model.n_person), np.zeros(6)
+    person, shift = np.zeros(model.n_person) if begin is None else begin, np.zeros(6)
     deviation = shift_deviation(model, frames)
     classes: ColourClasses | None = None
     for turn in range(rounds):
         blur = (0.16, 0.08, 0.05, 0.04)[min(turn, 3)]
-        stand = _Stand(model, frames, camera, renderer, shift)
+        stand = _Stand(model, frames, camera, renderer, shift, person)
         weights = np.hstack([vectors[:, 6:], np.tile(person, (len(frames), 1))])
-        classes = known or stand.learned(vectors, weights, blur, turn == 0)
         if turn == 0 and not model.known:
+            around = replace(stand, more=SEARCHED)
+            classes = known or around.learned(vectors, weights, blur, first=True)
             shift = place_mouth(model, frames, classes, camera, renderer, deviation)
             stand = replace(stand, shift=shift)
+        classes = known or stand.learned(vectors, weights, blur, turn == 0)
         terms = stand.terms(classes)
         if turn < len(DEPTHS) and not model.known:
             shift = _choose_depth(
@@ -144,6 +152,8 @@ class _Stand:
     camera: Camera
     renderer: Renderer
     shift: FloatArray
+    person: FloatArray
+    more: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def poses(self) -> list[Pose]:
@@ -151,7 +161,8 @@ class _Stand:
 
     @cached_property
     def windows(self) -> list[Window]:
-        return [mouth_window(self.model, pose, self.camera) for pose in self.poses]
+        given = self.camera, self.person, self.more
+        return [mouth_window(self.model, pose, *given) for pose in self.poses]
 
     def learned(
         self, vectors: FloatArray, weights: FloatArray, blur: float, first: bool
@@ -169,8 +180,9 @@ class _Stand:
             for window, pose, v, b in zip(self.windows, self.poses, vectors, weights, strict=True)
         ]  # fmt: skip
         patches = [w.sample(f.image) for w, f in zip(self.windows, self.frames, strict=True)]
-        unknown = first and not model.known
-        return (typical_classes if unknown else learn_classes)(patches, places)
+        if model.known or not first:
+            return learn_classes(patches, places)
+        return typical_classes(patches, places, plain=self.more != (0.0, 0.0))
 
     def terms(self, classes: ColourClasses) -> list[FacetLikelihood]:
         """The frames' likelihoods with these colours."""
@@ -291,5 +303,5 @@ def _places(
         planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
     places = np.stack(planes)
     near_lips = places[1] + places[2]
-    places[2] = np.maximum(places[2], 0.15 * near_lips)  # it may show wherever lips are
+    places[2] = np.maximum(places[2], INSIDE_SHARE * near_lips)  # it may show wherever lips are
     return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0))

@@ -20,7 +20,7 @@ from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
-from abs_engine.track.place import CalibrationFrame
+from abs_engine.track.place import CalibrationFrame, move_of_box
 from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
 
 Image = NDArray[np.uint8]
@@ -61,11 +61,12 @@ class HeadMotion:
 
         When the points of the reference are lost, they are looked for about the lips, if their
         colour is known: a face that comes back keeps its place and size by the old reference. Then
-        the face is looked for again and a new reference is taken where it is found. Where the
-        detector finds none, as in a close-up, the old reference is tried again where it was.
+        the face is looked for again and a new reference is taken where it is found; or, as boxes
+        wander, where it was in the frame before if it was seen there. Where the detector finds
+        none, as in a close-up, the old reference is tried again where it was.
         """
         known, error = Keyframes(self.camera, self._refined), 0.0
-        box = self.box
+        box, before = self.box, None
         lips = None if self.colours is None else LipFollower(self.colours, self.rate)
         for image in frames:
             state = known.step(image)
@@ -74,15 +75,17 @@ class HeadMotion:
                 if state is not None:
                     known.resume(state)
             if state is not None:
+                before = state.pose
                 yield image, self._settled(image, state.pose)
                 continue
             found = self._turned(image, known.pose, error)
             turned = found is not None
-            found = found or self._found(image, box)
-            box = None
+            found = found or self._found(image, box, before)
+            box = before = None
             if found is None or not (turned or self._explains(image, found.pose, error)):
                 yield image, None
                 continue
+            before = found.pose
             if turned:
                 known.add(found)
             else:
@@ -142,17 +145,26 @@ class HeadMotion:
         """How badly a known head's texture explains the image."""
         return 0.0 if self._known is None else self._known.error(image, pose)
 
-    def _found(self, image: Image, box: FaceBox | None) -> RigidReference | None:
-        """A reference from the face in an image; None without a face, or one without texture."""
+    def _found(
+        self, image: Image, box: FaceBox | None, before: Pose | None
+    ) -> RigidReference | None:
+        """A reference from the face in an image; None without a face, or one without texture.
+
+        `before` is its pose in the frame before, if it was seen there.
+        """
         box = box if box is not None else find_face(image)
-        reference = None if box is None else self._reference(image, box)
+        reference = None if box is None else self._reference(image, box, before)
         if reference is None or len(reference.points) < LEAST_POINTS:
             return None
         return reference
 
-    def _reference(self, image: Image, found: FaceBox) -> RigidReference:
+    def _reference(self, image: Image, found: FaceBox, before: Pose | None) -> RigidReference:
         """The head in a first frame: by its box, and by its texture where that is known."""
-        pose = first_pose(found, self.camera, self.model.pivot)
+        pivot = self.model.pivot
+        if before is not None and move_of_box(pivot, before, found, self.camera) is not None:
+            pose = before
+        else:
+            pose = first_pose(found, self.camera, pivot)
         if self._known is not None:
             pose = self._known.align(image, pose)
         return self._taken(image, pose)

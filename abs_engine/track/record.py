@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import LIPS_OF_68
+from abs_engine.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.npz import read_npz
 from abs_engine.release import engine_version
@@ -26,8 +26,6 @@ from abs_engine.track.tracker import FrameResult, TrackerSetting
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
-CLOSED_BELOW_MM = 0.4
-"""Apertures below this count as closed."""
 
 POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
@@ -190,7 +188,7 @@ class Recorder:
 
 def closed_frames(aperture: Any) -> NDArray[np.bool_]:
     """Whether lips of an aperture in mm count as closed; never where it is NaN."""
-    return np.asarray(np.asarray(aperture) < CLOSED_BELOW_MM)
+    return np.asarray(np.asarray(aperture) < CLOSED_APERTURE)
 
 
 def table_heading(setting: TrackerSetting) -> list[str]:

@@ -23,6 +23,10 @@ GOOD_SCORE, POOR_SCORE = 0.85, 0.8
 """Share of the mouth's window that a calibration explains. Measured on clips that were followed:
 0.86 and more; with the upper lip missed in a smile: 0.8; with the mouth missed: 0.64."""
 
+FULLER = {"upper lip height": 1.0, "lower lip height": 1.5}
+"""With what lips, too, standard deviations: the lower one of full lips that catches the light is
+else taken for skin, and learned so."""
+
 HIGHER_AND_LOWER = ((20.0, 0.0), (-20.0, 0.0))
 """Where else to begin if it is not good: mm down, and share of the depth."""
 NEARER_AND_FARTHER = ((0.0, -0.15), (0.0, 0.15))
@@ -68,14 +72,15 @@ def calibrate_well(
     score = explained(model, frames, camera, renderer, first)
     if model.known or score >= GOOD_SCORE:
         return replace(first, shift=first.shift + begin)
-    starts = HIGHER_AND_LOWER + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
+    moves = HIGHER_AND_LOWER + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
+    starts = [(0.0, 0.0, model.person(FULLER)), *((*m, model.person({})) for m in moves)]
     tried = [first]
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
-    for down, away in starts:
+    for down, away, person in starts:
         move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
         there = moved(frames, move, model.pivot)
         try:
-            found = calibrate(model, there, camera, renderer, known=colours)
+            found = calibrate(model, there, camera, renderer, known=colours, begin=person)
         except TooFewPixelsError:  # nothing to learn from there; the first attempt stands
             continue
         tried.append(replace(found, shift=found.shift + move))
@@ -95,7 +100,7 @@ def explained(
     scene = model.held(calibration.person)
     for frame, vector in zip(frames, calibration.expressions, strict=True):
         base = PoseFrame(shifted(frame.pose, calibration.shift, model.pivot), model.pivot)
-        window = mouth_window(model, base.base, camera)
+        window = mouth_window(model, base.base, camera, calibration.person)
         maps = class_maps(calibration.classes, model.colour_classes, window, frame.image)
         term = likelihood_of(renderer, scene, camera, window, maps)
         value = term.negative_log(base.candidates(vector[None]))

@@ -200,7 +200,7 @@ def _fit(
 ) -> FrameResult:
     model = setting.model
     base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
-    window = mouth_window(model, base.base, setting.camera)
+    window = mouth_window(model, base.base, setting.camera, setting.calibration.person)
     maps = class_maps(setting.classes, model.colour_classes, window, image)
     likelihood = likelihood_of(setting.renderer, setting.scene, setting.camera, window, maps)
     posterior = FramePosterior(likelihood, base, _priors(setting, last))
