@@ -415,6 +415,17 @@ def test_teeth_in_shade_are_not_learned_to_be_as_red_as_lips():
     assert shade < lips - 0.28 * (lips - lit)
 
 
+@pytest.mark.parametrize("paint", [(100, 80, 95), (118, 100, 128), (130, 110, 125)])
+def test_teeth_in_shade_have_a_colour_beside_lips_that_are_no_redder_than_teeth(paint):
+    picture, label = full(1)
+    picture[label == 1] = np.clip(
+        paint + np.random.default_rng(1).normal(0, 3, (int((label == 1).sum()), 3)), 0, 255
+    )
+    cv2.ellipse(label, (60, 46), (30, 4), 0, 0, 360, 2, -1)
+    shade = learn_classes([picture], [expected(label, 4.0)]).mixtures["teeth"].means[2]
+    assert 0.2 < shade[:2].min() < shade[:2].sum() < 0.85
+
+
 def test_plain_skin_keeps_full_lips_that_lie_where_it_is_expected():
     picture, label = full(0)
     elsewhere = np.roll(expected(label, 4.0), 20, axis=1)

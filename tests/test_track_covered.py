@@ -24,6 +24,7 @@ from abs_engine.track.place import shifted
 
 CAMERA = Camera.ideal((320, 240))
 POSE = seen_at([0, 0, 0], [0, 10, 650])
+NOBODY = np.zeros(0)
 USUAL = UsualMouth(0.3, 0.8)
 
 
@@ -65,17 +66,17 @@ def hidden_by(picture: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:
 
 def test_a_hand_or_a_microphone_before_the_mouth(seen):
     model, classes, picture = seen
-    plain = mouth_evidence(classes, model, CAMERA, picture, POSE)
+    plain = mouth_evidence(classes, model, CAMERA, picture, POSE, NOBODY)
     usual = UsualMouth.of([plain])
     assert usual is not None
     cheek = tuple(int(v) for v in picture[140, 190])
     for colour in (cheek, (30, 30, 34), (200, 200, 205)):
-        now = mouth_evidence(classes, model, CAMERA, hidden_by(picture, colour), POSE)
+        now = mouth_evidence(classes, model, CAMERA, hidden_by(picture, colour), POSE, NOBODY)
         assert now is not None
         assert usual.covered(now), colour
     moved = seen_at([0, 0.2, 0], [8, 12, 640])
     turned = picture_of(model.head, moved, CAMERA)
-    now = mouth_evidence(classes, model, CAMERA, turned, moved)
+    now = mouth_evidence(classes, model, CAMERA, turned, moved, NOBODY)
     assert now is not None
     assert not usual.covered(now)
 
@@ -83,7 +84,7 @@ def test_a_hand_or_a_microphone_before_the_mouth(seen):
 def test_a_mouth_outside_of_the_picture_has_no_evidence(seen):
     model, classes, picture = seen
     away = seen_at([0, 0, 0], [400, 10, 650])
-    assert mouth_evidence(classes, model, CAMERA, picture, away) is None
+    assert mouth_evidence(classes, model, CAMERA, picture, away, NOBODY) is None
 
 
 def test_a_covered_frame_holds_nothing_but_the_heads_pose(monkeypatch):

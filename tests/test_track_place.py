@@ -70,7 +70,9 @@ def test_the_mouth_is_found_by_its_colours(model, person, wrong):
     shift = np.r_[np.zeros(3), wrong]
     frames = moved([CalibrationFrame(image, POSE)], shift, model.pivot)
     classes = colours_of(known, POSE, CAMERA)
-    found = place_mouth(model, frames, classes, CAMERA, CpuRenderer(), DEVIATION)
+    found = place_mouth(
+        model, frames, classes, CAMERA, CpuRenderer(), DEVIATION, np.zeros(model.n_person)
+    )
     left = off(model, moved(frames, found, model.pivot)[0], wanted)
     assert abs(left[0]) < 6.0
     assert abs(left[1]) < 8.0
@@ -83,7 +85,8 @@ def test_a_mouth_that_is_not_seen_is_neither_grown_nor_hidden(model):
     colour = 255 * np.array([*skin, 1 - skin.sum()]) / skin.max() * 0.7
     image = np.full((SIZE[1], SIZE[0], 3), colour).astype(np.uint8)
     found = place_mouth(
-        model, [CalibrationFrame(image, POSE)], classes, CAMERA, CpuRenderer(), DEVIATION
-    )
+        model, [CalibrationFrame(image, POSE)], classes, CAMERA, CpuRenderer(), DEVIATION,
+        np.zeros(model.n_person),
+    )  # fmt: skip
     assert abs(found[4]) <= 6.0
     assert abs(found[5]) <= 1.2 * DEVIATION[5]

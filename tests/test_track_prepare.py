@@ -11,11 +11,12 @@ from heads import colours_of, head_of, picture_of, seen_at
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError, ModelFormatError
+from abs_engine.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.track import prepare
 from abs_engine.track.align import KnownHead
 from abs_engine.track.keyframes import Keyframes
-from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox
+from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox, first_pose
 from abs_engine.track.model import build_mouth_model
 from abs_engine.track.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
 
@@ -89,20 +90,43 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
     np.testing.assert_allclose(poses[2].translation, right.translation, atol=20)
 
 
-@pytest.mark.parametrize(("off", "kept"), [(40.0, True), (-110.0, False)])
-def test_a_face_that_was_lost_for_no_frame_stays_where_it_was(motion, monkeypatch, off, kept):
-    """Boxes wander; one about another face, far away, is gone over to."""
+@pytest.mark.parametrize(
+    ("move", "box", "person", "kept"),
+    [
+        ([0, 0, 0], [27, 20], "clara", True),
+        ([8, -5, 0], [27, 20], "clara", True),
+        ([50, -30, 0], [50, -30], "clara", True),
+        ([0, 0, -170], [0, 0], "clara", False),
+        ([40, -30, -100], [40, -30], "kofi", False),
+    ],
+    ids=["stays", "moves", "jumps", "nearer", "another"],
+)
+def test_a_lost_face_goes_on_from_where_it_moved_to(motion, monkeypatch, move, box, person, kept):
+    """Its box wanders by so many mm; where it looks otherwise than before, the box decides."""
     monkeypatch.setattr(HeadMotion, "_known", None)
     monkeypatch.setattr(Keyframes, "step", lambda _self, _image: None)
-    pictures = [picture_of(motion.model.head, START, CAMERA)] * 2
-    box = motion.box
-    pixels = off * CAMERA.matrix[0, 0] / 650
-    monkeypatch.setattr(prepare, "find_face", lambda _i: FaceBox(box.x + pixels, box.y, box.size))
+    there = Pose(START.rotation, START.translation + move)
+    pictures = [
+        picture_of(head.head, pose, CAMERA)
+        for head, pose in ((motion.model, START), (head_of(person), there))
+    ]
+    depth = there.translation[2]
+    x, y = np.array(box) * CAMERA.matrix[0, 0] / depth
+    size = motion.box.size * 650 / depth
+    middle = motion.box.x + motion.box.size / 2, motion.box.y + motion.box.size / 2
+    found = FaceBox(middle[0] + x - size / 2, middle[1] + y - size / 2, size)
+    monkeypatch.setattr(prepare, "find_face", lambda _image: found)
     one, two = (pose for _, pose in motion.poses(pictures))
-    move = two.translation - one.translation
-    np.testing.assert_allclose(move, 0 if kept else [off, 0, 0], atol=1)
-    _, _, again = (pose for _, pose in motion.poses([pictures[0], BLANK, pictures[1]]))
-    np.testing.assert_allclose(again.translation - one.translation, [off, 0, 0], atol=1)
+    by_box = first_pose(found, CAMERA, motion.model.pivot).translation
+    if kept:
+        pivot = motion.model.pivot
+        was, seen, true_was, true = (
+            CAMERA.project(pose.apply(pivot)) for pose in (one, two, START, there)
+        )
+        np.testing.assert_allclose(seen - was, true - true_was, atol=1.5)
+        assert np.abs(two.translation - by_box).max() > 5
+    else:
+        np.testing.assert_allclose(two.translation, by_box, atol=1e-6)
 
 
 def test_a_box_on_a_blank_wall_is_no_face(motion):

@@ -243,12 +243,12 @@ def _less_red(inside: Mixture, lips: Mixture) -> Mixture:
     Else they would learn the lips' own shade where full lips meet. Those in shade are about
     half-way between lips and lit teeth where they were looked at; lips in shade redden.
     """
-    means = inside.means.copy()
-    away = (means[_LIT] - lips.weights @ lips.means)[:2]
-    redder = np.array([1.0, -1.0])
-    short = _LESS_RED - 1 - redder @ (means[_SHADE] - means[_LIT])[:2] / (redder @ away)
-    if redder @ away < 0 < short:
-        means[_SHADE, :2] += short * away
+    means, redder = inside.means.copy(), np.array([1.0, -1.0])
+    lit, shade = means[[_LIT, _SHADE], :2] @ redder
+    away = redder @ (lips.weights @ lips.means)[:2] - lit
+    excess = shade - lit - (1 - _LESS_RED) * away
+    if min(away, excess) > 0:
+        means[_SHADE, :2] -= 0.5 * excess * redder
     return Mixture(inside.weights, means, inside.covariances)
 
 

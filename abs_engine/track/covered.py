@@ -44,14 +44,19 @@ class MouthEvidence:
 
 
 def mouth_evidence(
-    classes: ColourClasses, model: MouthModel, camera: Camera, image: Image, pose: Pose
+    classes: ColourClasses,
+    model: MouthModel,
+    camera: Camera,
+    image: Image,
+    pose: Pose,
+    person: FloatArray,
 ) -> MouthEvidence | None:
-    """The lips' blob where a head's pose puts the mouth; None where that is not in the picture."""
-    centre = camera.project(pose.apply(model.pivot))
+    """The lips' blob where a head's pose puts a person's mouth; None outside of the picture."""
+    centre = camera.project(pose.apply(model.border(person).mean(axis=0)))
     width, height = camera.size
     if not (0 <= centre[0] < width and 0 <= centre[1] < height):
         return None
-    across = mouth_window(model, pose, camera).width / 1.6
+    across = mouth_window(model, pose, camera, person).width / 1.6
     prior = LipPrior(centre, np.full(2, _REACH * across), _AREA * across**2)
     blob = find_lips(classes, image, prior)
     return (

@@ -24,7 +24,7 @@ Image = NDArray[np.uint8]
 DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
 SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
 IN_SHADE = 0.25  # share of the probability of teeth and dark that lips get: they throw shade
-IN_LINE = 0.7  # the same where these are a thin line, which closed lips show where they meet
+IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
 LINE = 0.03  # height of such a line, in mouth widths,
 LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
 

@@ -146,8 +146,7 @@ class MouthModel:
         at = self.head.mean[self.speaker.lip_ring].astype(np.float64)
         if person is None or not len(person):
             return at
-        ring = np.searchsorted(self.kept, self.speaker.lip_ring)
-        modes = self.scene.modes[self.n_expression :, ring]
+        modes = self.scene.modes[self.n_expression :, self.rings["outer"]]
         return np.asarray(at + np.tensordot(person, modes, 1), np.float64)
 
     def whole(self, person: FloatArray) -> NDArray[np.float32]:

@@ -123,7 +123,7 @@ def calibrate(
         if turn == 0 and not model.known:
             around = replace(stand, more=SEARCHED)
             classes = known or around.learned(vectors, weights, blur, first=True)
-            shift = place_mouth(model, frames, classes, camera, renderer, deviation)
+            shift = place_mouth(model, frames, classes, camera, renderer, deviation, person)
             stand = replace(stand, shift=shift)
         classes = known or stand.learned(vectors, weights, blur, turn == 0)
         terms = stand.terms(classes)
@@ -282,12 +282,14 @@ def _places(
 ) -> FloatArray:
     """Where skin, lips and the mouth's inside are expected, (3, H, W): as drawn, blurred.
 
-    At first the posture is not known: several are drawn and averaged.
+    At first the posture is not known: several are drawn and averaged. In a larger window, where
+    the mouth is looked for, the place is less sure, and the blur grows with it.
     """
     if first:
         postures = model.prototypes[[0, 2, 3]]
-        weights = np.hstack([postures, np.zeros((len(postures), model.n_person))])
-        n = len(weights)
+        n = len(postures)
+        person = candidate.weights[:, model.n_expression :]
+        weights = np.hstack([postures, np.repeat(person, n, axis=0)])
         candidate = Candidates(
             weights,
             np.repeat(candidate.rotations, n, axis=0),

@@ -14,7 +14,7 @@ from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
-from abs_engine.track.locate import FaceBox, find_face, first_pose
+from abs_engine.track.locate import find_face, first_pose
 from abs_engine.track.model import MouthModel
 from abs_engine.track.pose import PoseFrame
 
@@ -58,17 +58,6 @@ def moved(
     return [replace(f, pose=shifted(f.pose, shift, pivot)) for f in frames]
 
 
-def move_of_box(pivot: FloatArray, pose: Pose, box: FaceBox, camera: Camera) -> FloatArray | None:
-    """Where a face's box puts the mouth's centre, `pivot`, less where a pose does, (3,) mm.
-
-    None where that is so far off that the box must be about something else.
-    """
-    mouth = pose.apply(pivot)
-    move = first_pose(box, camera, pivot).apply(pivot) - mouth
-    near = np.abs(move[:2]).max() < ELSEWHERE_MM and abs(move[2]) < ELSEWHERE_DEPTH * mouth[2]
-    return np.asarray(move, np.float64) if near else None
-
-
 def shift_of_boxes(
     model: MouthModel, frames: Sequence[CalibrationFrame], camera: Camera
 ) -> FloatArray:
@@ -89,8 +78,9 @@ def shift_of_boxes(
         box = find_face(frame.image)
         if box is None:
             continue
-        move = move_of_box(model.pivot, frame.pose, box, camera)
-        if move is not None:
+        mouth = frame.pose.apply(model.pivot)
+        move = first_pose(box, camera, model.pivot).apply(model.pivot) - mouth
+        if np.abs(move[:2]).max() < ELSEWHERE_MM and abs(move[2]) < ELSEWHERE_DEPTH * mouth[2]:
             moves.append(move)
     middle = np.median(moves, axis=0) if 2 * len(moves) >= len(frames) else np.zeros(3)
     return np.concatenate([np.zeros(3), middle])
@@ -103,6 +93,7 @@ def place_mouth(
     camera: Camera,
     renderer: Renderer,
     deviation: FloatArray,
+    person: FloatArray,
 ) -> FloatArray:
     """Coarse search of the mouth's place and size about where the poses put it.
 
@@ -118,6 +109,8 @@ def place_mouth(
     renderer : Renderer
     deviation : (6,) float64
         How far the poses may be off, radians and mm.
+    person : (Q,) float64
+        Whose mouth is looked for.
 
     Returns
     -------
@@ -133,11 +126,11 @@ def place_mouth(
         ]
     )
     # closed, open and widely open: the coarsest choice of what a mouth may look like
-    postures = np.hstack([model.prototypes, np.zeros((len(model.prototypes), model.n_person))])
+    postures = np.hstack([model.prototypes, np.tile(person, (len(model.prototypes), 1))])
     total = np.zeros(len(grid))
     for frame in frames:
         base = PoseFrame(frame.pose, model.pivot)
-        window = mouth_window(model, frame.pose, camera, more=SEARCHED)
+        window = mouth_window(model, frame.pose, camera, person, SEARCHED)
         maps = class_maps(classes, model.colour_classes, window, frame.image)
         skin = maps.maps[model.colour_classes.index("skin")]
         term = replace(likelihood_of(renderer, model.scene, camera, window, maps), outside=skin)

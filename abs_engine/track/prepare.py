@@ -16,11 +16,12 @@ from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
 from abs_engine.track.align import KnownHead, face_motions
 from abs_engine.track.blobs import LipBlob
+from abs_engine.track.carry import carried
 from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
 from abs_engine.track.locate import FaceBox, find_face, first_pose
 from abs_engine.track.model import MouthModel
-from abs_engine.track.place import CalibrationFrame, move_of_box
+from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
 
 Image = NDArray[np.uint8]
@@ -62,8 +63,9 @@ class HeadMotion:
         When the points of the reference are lost, they are looked for about the lips, if their
         colour is known: a face that comes back keeps its place and size by the old reference. Then
         the face is looked for again and a new reference is taken where it is found; or, as boxes
-        wander, where it was in the frame before if it was seen there. Where the detector finds
-        none, as in a close-up, the old reference is tried again where it was.
+        wander, where it has moved since the frame before if it was seen there (see `carried`).
+        Where the detector finds none, as in a close-up, the old reference is tried again where it
+        was.
         """
         known, error = Keyframes(self.camera, self._refined), 0.0
         box, before = self.box, None
@@ -75,7 +77,7 @@ class HeadMotion:
                 if state is not None:
                     known.resume(state)
             if state is not None:
-                before = state.pose
+                before = image, state.pose
                 yield image, self._settled(image, state.pose)
                 continue
             found = self._turned(image, known.pose, error)
@@ -85,7 +87,7 @@ class HeadMotion:
             if found is None or not (turned or self._explains(image, found.pose, error)):
                 yield image, None
                 continue
-            before = found.pose
+            before = image, found.pose
             if turned:
                 known.add(found)
             else:
@@ -146,11 +148,11 @@ class HeadMotion:
         return 0.0 if self._known is None else self._known.error(image, pose)
 
     def _found(
-        self, image: Image, box: FaceBox | None, before: Pose | None
+        self, image: Image, box: FaceBox | None, before: tuple[Image, Pose] | None
     ) -> RigidReference | None:
         """A reference from the face in an image; None without a face, or one without texture.
 
-        `before` is its pose in the frame before, if it was seen there.
+        `before` is the frame before, and its pose in it, if it was seen there.
         """
         box = box if box is not None else find_face(image)
         reference = None if box is None else self._reference(image, box, before)
@@ -158,16 +160,21 @@ class HeadMotion:
             return None
         return reference
 
-    def _reference(self, image: Image, found: FaceBox, before: Pose | None) -> RigidReference:
+    def _reference(
+        self, image: Image, found: FaceBox, before: tuple[Image, Pose] | None
+    ) -> RigidReference:
         """The head in a first frame: by its box, and by its texture where that is known."""
-        pivot = self.model.pivot
-        if before is not None and move_of_box(pivot, before, found, self.camera) is not None:
-            pose = before
-        else:
-            pose = first_pose(found, self.camera, pivot)
+        moved = None if before is None else self._carried(*before, image)
+        pose = moved or first_pose(found, self.camera, self.model.pivot)
         if self._known is not None:
             pose = self._known.align(image, pose)
         return self._taken(image, pose)
+
+    def _carried(self, before: Image, pose: Pose, image: Image) -> Pose | None:
+        """The pose of the frame before, moved as the face has; None where it is not seen alike."""
+        head = self.model.head
+        points = head.mean[np.unique(head.faces[self.model.rigid])]
+        return carried(before, pose, image, points, self.camera)
 
     def _refined(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which a known head's pose is nearly known."""

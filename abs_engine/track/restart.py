@@ -1,4 +1,4 @@
-"""Calibrating again from other places where the first attempt explains the picture badly."""
+"""Calibrating again, from elsewhere or full lips, where the first attempt explains little."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
-from abs_engine.errors import TooFewPixelsError
+from abs_engine.errors import FaceNotFoundError, TooFewPixelsError
 from abs_engine.scene import Renderer
 from abs_engine.track.evidence import log_evidence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
@@ -41,7 +41,7 @@ def calibrate_well(
     colours: ColourClasses | None = None,
     placed: bool = False,
 ) -> Calibration:
-    """Fit the person's mouth and the colours, from several places if the first is no good.
+    """Fit the person's mouth and the colours, from several starts if the first is no good.
 
     Parameters
     ----------
@@ -81,7 +81,10 @@ def calibrate_well(
         there = moved(frames, move, model.pivot)
         try:
             found = calibrate(model, there, camera, renderer, known=colours, begin=person)
-        except TooFewPixelsError:  # nothing to learn from there; the first attempt stands
+        except (
+            FaceNotFoundError,
+            TooFewPixelsError,
+        ):  # nothing to learn from there; the first attempt stands
             continue
         tried.append(replace(found, shift=found.shift + move))
     best = tried[int(np.argmax(log_evidence(model, frames, tried, camera, renderer)))]

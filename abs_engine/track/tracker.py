@@ -192,7 +192,8 @@ def _hidden(setting: TrackerSetting, image: Image, pose: Pose) -> str:
 
 def _evidence(setting: TrackerSetting, image: Image, pose: Pose) -> MouthEvidence | None:
     there = shifted(pose, setting.calibration.shift, setting.model.pivot)
-    return mouth_evidence(setting.classes, setting.model, setting.camera, image, there)
+    person = setting.calibration.person
+    return mouth_evidence(setting.classes, setting.model, setting.camera, image, there, person)
 
 
 def _fit(
