@@ -244,11 +244,12 @@ def _less_red(inside: Mixture, lips: Mixture) -> Mixture:
     half-way between lips and lit teeth where they were looked at; lips in shade redden.
     """
     means, redder = inside.means.copy(), np.array([1.0, -1.0])
-    lit, shade = means[[_LIT, _SHADE], :2] @ redder
-    away = redder @ (lips.weights @ lips.means)[:2] - lit
-    excess = shade - lit - (1 - _LESS_RED) * away
-    if min(away, excess) > 0:
-        means[_SHADE, :2] -= 0.5 * excess * redder
+    away = (means[_LIT] - lips.weights @ lips.means)[:2]
+    least = redder @ means[_LIT, :2] - (1 - _LESS_RED) * redder @ away
+    excess = redder @ means[_SHADE, :2] - least
+    if redder @ away < 0 < excess:
+        # lips as pale as teeth leave no direction: never farther than from lips to teeth
+        means[_SHADE, :2] += min(1.0, excess / -(redder @ away)) * away
     return Mixture(inside.weights, means, inside.covariances)
 
 
