@@ -88,13 +88,9 @@ class NewFolder(Making):
             raise unwritable(self.target, error) from error
         return self.target
 
-    def discard(self) -> None:
+    def leave(self) -> None:
         """Remove what was written; nothing happens after `finish`."""
         shutil.rmtree(self.work, ignore_errors=True)
-
-    def leave(self) -> None:
-        """What is not finished is discarded."""
-        self.discard()
 
 
 def check_free(path: Path) -> Path:

@@ -4,34 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.colour import ColourClasses
-from abs_engine.appearance.learn import PLACES, learn_classes, typical_classes
-from abs_engine.camera import Camera, Window
+from abs_engine.camera import Camera
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior
-from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.params import ParamSpec
-from abs_engine.scene import Candidates, Renderer
+from abs_engine.scene import Renderer
 from abs_engine.track.fit import (
     FramePosterior,
     best_start,
-    class_maps,
     contact_prior,
-    likelihood_of,
-    mouth_window,
 )
 from abs_engine.track.model import MouthModel
 from abs_engine.track.place import SEARCHED, CalibrationFrame, place_mouth, shifted
 from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
+from abs_engine.track.stand import Stand
 
 FloatArray = NDArray[np.float64]
 
@@ -42,9 +36,6 @@ DEPTH_SHARE = 0.08  # and of the depth: boxes and faces each differ by some 5 %
 ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
 # mm, depths tried about the one before, in the first rounds
 DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
-# of where lips are drawn, how much may be the mouth's inside: the posture may be wrong, and what
-# is drawn closed would stay so
-INSIDE_SHARE = 0.35
 # what the rigid motion of the upper face leaves open in a frame
 POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
 
@@ -118,14 +109,12 @@ def calibrate(
     classes: ColourClasses | None = None
     for turn in range(rounds):
         blur = (0.16, 0.08, 0.05, 0.04)[min(turn, 3)]
-        stand = _Stand(model, frames, camera, renderer, shift, person)
-        weights = np.hstack([vectors[:, 6:], np.tile(person, (len(frames), 1))])
+        stand = Stand(model, frames, camera, renderer, shift, person)
         if turn == 0 and not model.known:
-            around = replace(stand, more=SEARCHED)
-            classes = known or around.learned(vectors, weights, blur, first=True)
+            classes = known or replace(stand, more=SEARCHED).learned(vectors, blur, first=True)
             shift = place_mouth(model, frames, classes, camera, renderer, deviation, person)
             stand = replace(stand, shift=shift)
-        classes = known or stand.learned(vectors, weights, blur, turn == 0)
+        classes = known or stand.learned(vectors, blur, turn == 0)
         terms = stand.terms(classes)
         if turn < len(DEPTHS) and not model.known:
             shift = _choose_depth(
@@ -141,56 +130,6 @@ def calibrate(
     if classes is None:
         raise ValueError("calibrate needs at least one round")
     return Calibration(person, shift, classes, vectors)
-
-
-@dataclass(frozen=True, eq=False)
-class _Stand:
-    """Where the frames' mouths stand: what is looked at, and learned from."""
-
-    model: MouthModel
-    frames: Sequence[CalibrationFrame]
-    camera: Camera
-    renderer: Renderer
-    shift: FloatArray
-    person: FloatArray
-    more: tuple[float, float] = (0.0, 0.0)
-
-    @cached_property
-    def poses(self) -> list[Pose]:
-        return [shifted(f.pose, self.shift, self.model.pivot) for f in self.frames]
-
-    @cached_property
-    def windows(self) -> list[Window]:
-        given = self.camera, self.person, self.more
-        return [mouth_window(self.model, pose, *given) for pose in self.poses]
-
-    def learned(
-        self, vectors: FloatArray, weights: FloatArray, blur: float, first: bool
-    ) -> ColourClasses:
-        """Colours by where the mouths are drawn; at first those of anybody with such skin.
-
-        Where a known head stands is known well enough to learn its colours at once.
-        """
-        model, pivot = self.model, self.model.pivot
-        places = [
-            _places(
-                model, self.renderer, self.camera, window,
-                PoseFrame(pose, pivot).candidates(v[None, :6], b[None]), blur, first,
-            )
-            for window, pose, v, b in zip(self.windows, self.poses, vectors, weights, strict=True)
-        ]  # fmt: skip
-        patches = [w.sample(f.image) for w, f in zip(self.windows, self.frames, strict=True)]
-        if model.known or not first:
-            return learn_classes(patches, places)
-        return typical_classes(patches, places, plain=self.more != (0.0, 0.0))
-
-    def terms(self, classes: ColourClasses) -> list[FacetLikelihood]:
-        """The frames' likelihoods with these colours."""
-        colours, made = self.model.colour_classes, []
-        for window, frame in zip(self.windows, self.frames, strict=True):
-            maps = class_maps(classes, colours, window, frame.image)
-            made.append(likelihood_of(self.renderer, self.model.scene, self.camera, window, maps))
-        return made
 
 
 def _choose_depth(
@@ -269,41 +208,3 @@ class _PersonPosterior:
         deviation = np.r_[self.shift, model.person_deviation]
         prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
         return Evaluation(data + prior, {"likelihood": data, "prior": prior})
-
-
-def _places(
-    model: MouthModel,
-    renderer: Renderer,
-    camera: Camera,
-    window: Window,
-    candidate: Candidates,
-    blur: float,
-    first: bool,
-) -> FloatArray:
-    """Where skin, lips and the mouth's inside are expected, (3, H, W): as drawn, blurred.
-
-    At first the posture is not known: several are drawn and averaged. In a larger window, where
-    the mouth is looked for, the place is less sure, and the blur grows with it.
-    """
-    if first:
-        postures = model.prototypes[[0, 2, 3]]
-        n = len(postures)
-        person = candidate.weights[:, model.n_expression :]
-        weights = np.hstack([postures, np.repeat(person, n, axis=0)])
-        candidate = Candidates(
-            weights,
-            np.repeat(candidate.rotations, n, axis=0),
-            np.repeat(candidate.translations, n, axis=0),
-        )
-    drawn = renderer.draw(model.scene, candidate, camera, window)
-    sigma = blur * window.drawn[0] / 2.0
-    planes = []
-    for name in PLACES:
-        colours = ("teeth", "dark") if name == "inside" else (name,)
-        ids = [k for k, colour in enumerate(model.colour_classes) if colour in colours]
-        plane = np.mean([np.isin(b.class_id, ids) for b in drawn], axis=0)
-        planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
-    places = np.stack(planes)
-    near_lips = places[1] + places[2]
-    places[2] = np.maximum(places[2], INSIDE_SHARE * near_lips)  # it may show wherever lips are
-    return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0))

@@ -73,7 +73,10 @@ def calibrate_well(
     if model.known or score >= GOOD_SCORE:
         return replace(first, shift=first.shift + begin)
     moves = HIGHER_AND_LOWER + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
-    starts = [(0.0, 0.0, model.person(FULLER)), *((*m, model.person({})) for m in moves)]
+    starts: list[tuple[float, float, NDArray[np.float64] | None]] = [
+        (0.0, 0.0, model.person(FULLER)),
+        *((*m, None) for m in moves),
+    ]
     tried = [first]
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
     for down, away, person in starts:
@@ -81,11 +84,8 @@ def calibrate_well(
         there = moved(frames, move, model.pivot)
         try:
             found = calibrate(model, there, camera, renderer, known=colours, begin=person)
-        except (
-            FaceNotFoundError,
-            TooFewPixelsError,
-        ):  # nothing to learn from there; the first attempt stands
-            continue
+        except (FaceNotFoundError, TooFewPixelsError):
+            continue  # nothing to learn from there; the first attempt stands
         tried.append(replace(found, shift=found.shift + move))
     best = tried[int(np.argmax(log_evidence(model, frames, tried, camera, renderer)))]
     return replace(best, shift=best.shift + begin)
