@@ -426,6 +426,28 @@ def test_teeth_in_shade_have_a_colour_beside_lips_that_are_no_redder_than_teeth(
     assert 0.2 < shade[:2].min() < shade[:2].sum() < 0.85
 
 
+def redder_full(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Closed lips whose shade is as it is between lips in videos: darker, and redder, too."""
+    picture, label = full(seed)
+    height = np.mgrid[: SIZE[1], : SIZE[0]][0]
+    shade = np.exp(-(((height - 46) / 3.0) ** 2)) * (label == 1)
+    thrown_back = 1 - np.array([0.2, 0.42, 0.4]) * shade[..., None]
+    lips = np.array(FULL["lips"]) * thrown_back
+    noise = np.random.default_rng(seed).normal(0, 3, picture.shape)
+    return np.uint8(np.clip(np.where(label[..., None] == 1, lips + noise, picture), 0, 255)), label
+
+
+def test_the_shade_between_closed_lips_stays_lips():
+    """Though the mouth's inside is expected there."""
+    picture, label = redder_full(0)
+    parted = label.copy()
+    cv2.ellipse(parted, (60, 46), (30, 4), 0, 0, 360, 2, -1)
+    maps = learn_classes([picture], [expected(parted, 4.0)]).probabilities(redder_full(1)[0])
+    height = np.mgrid[: SIZE[1], : SIZE[0]][0]
+    seam = (label == 1) & (abs(height - 46) <= 4)
+    assert maps[CLASSES.index("lips")][seam].mean() > 0.7
+
+
 def test_plain_skin_keeps_full_lips_that_lie_where_it_is_expected():
     picture, label = full(0)
     elsewhere = np.roll(expected(label, 4.0), 20, axis=1)

@@ -12,6 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.anybody import (
+    DARK,
+    TEETH,
+    inside_guess,
+    less_red,
+    lit,
+    typical_lips,
+    with_shade,
+)
 from abs_engine.appearance.colour import CLASSES, ColourClasses, FloatArray, features, luminance
 from abs_engine.appearance.mixture import Mixture, fit_mixture, single
 from abs_engine.errors import FaceNotFoundError, TooFewPixelsError
@@ -23,20 +32,8 @@ SKIN_COMPONENTS, LIP_COMPONENTS = 3, 2  # at most; the Bayesian information crit
 LEAST_PIXELS = 30
 """Fewer pixels of a class, weighted by how surely they belong to it, are too few to learn from."""
 
-_DARK, _TEETH = slice(0, 1), slice(1, 4)  # of the mixture of what is inside a mouth
-_LIT, _SHADE = 2, 3  # of the same
-_LESS_RED = 0.3  # of the way from lips to lit teeth, which teeth in shade are at least
 _SKIN_SHADING, _LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
 _CORE = 0.6  # of the largest prior: where lips are expected surely enough to learn from
-# Lips less skin, in `features`, and how far people and lights differ: medians inside and around
-# the lips of 33 faces (8 of the GRID corpus, 25 of other pictures), some of them dark, bearded,
-# laughing or in coloured light. In none are lips greener than skin; how much redder or darker
-# they are varies.
-_LIPS_MEAN = np.array([0.034, -0.044, -0.044])
-_LIPS_SPREAD = np.array(
-    [[8.4e-4, -4.8e-4, -8.7e-4], [-4.8e-4, 3.3e-4, 4.0e-4], [-8.7e-4, 4.0e-4, 6.0e-3]]
-)
-_LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's lips
 _LIPS_HELD = 0.15  # of the pixels where lips are expected: as many count for anybody's lips
 _UNUSUAL = 0.1  # of where lips are expected; if less looks like lips, they are painted
 _MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
@@ -84,27 +81,31 @@ def learn_classes(
     _enough("skin", prior[0] * around)
     _enough("lips", prior[1] * core)
     skin = _skin(samples[certain])
-    typical = _typical_lips(skin)
+    typical = typical_lips(skin)
     found = _separated(samples, prior, skin, typical, typical, rounds)
     usual = found.share[1] @ core >= _UNUSUAL * (prior[1] @ core)
     if not usual:
         found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None, rounds)
-    share, inside = found.share, found.inside
-    _enough("skin", share[0] * around)
-    _enough("lips", share[1] * core)
-    lips = fit_mixture(samples, share[1] * core, LIP_COMPONENTS)
+    around = found.share[0] * around
+    _enough("skin", around)
+    _enough("lips", found.share[1] * core)
+    lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
     lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
-    skin = shaded(fit_mixture(samples, share[0] * around, SKIN_COMPONENTS), _SKIN_SHADING)
-    return _assembled(skin, lips, inside, reference)
+    skin = shaded(fit_mixture(samples, around, SKIN_COMPONENTS), _SKIN_SHADING)
+    return _assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
 @dataclass(frozen=True, eq=False)
 class _Separated:
-    """Skin and what is inside the mouth, and how probable each of `PLACES` is, (3, N)."""
+    """Skin and what is inside the mouth, and how probable each of `PLACES` is, (3, N).
+
+    `own` (N,) is how probably a pixel shows lips that are lit, where they are surely expected.
+    """
 
     skin: Mixture
     inside: Mixture
     share: FloatArray
+    own: FloatArray
 
 
 def _separated(
@@ -120,18 +121,19 @@ def _separated(
     Held to the end they would stay broad, and take shaded teeth to themselves.
     """
     around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
-    anchor = inside = _inside_guess(skin)
+    anchor = inside = inside_guess(skin)
     strength, count = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
     for turn in range(rounds):
-        share = _posterior((skin, lips, inside), samples, prior)
-        own = share[1] * core
+        whole = lips if held is None else with_shade(lips)  # in paint, how shade looks is not known
+        share = _posterior((skin, whole, inside), samples, prior)
+        own = share[1] * core if held is None else share[1] * core * lit(whole, samples)
         if held is not None and 2 * turn < rounds:
             lips = lips.anchored(samples, own, held, count)
         else:
             lips = shaded(lips.updated(samples, own), _LIP_SHADING)
-        inside = _less_red(inside.anchored(samples, share[2], anchor, strength), lips)
+        inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
         skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
-    return _Separated(skin, inside, share)
+    return _Separated(skin, inside, share, own)
 
 
 def typical_classes(
@@ -164,14 +166,14 @@ def typical_classes(
     samples = features(pixels, reference)
     _enough("skin", prior[0] * certain)
     skin = _skin(samples[certain], 1 if plain else SKIN_COMPONENTS)
-    return _assembled(skin, _typical_lips(skin), _inside_guess(skin), reference)
+    return _assembled(skin, typical_lips(skin), inside_guess(skin), reference)
 
 
 def _assembled(skin: Mixture, lips: Mixture, inside: Mixture, reference: float) -> ColourClasses:
     axis = _MIX * (lips.weights @ lips.means - skin.weights @ skin.means)
     skin, lips = bordered(skin, axis), bordered(lips, axis)
-    parts = {"skin": skin, "lips": lips, "teeth": inside.part(_TEETH), "dark": inside.part(_DARK)}
-    priors = np.r_[1.0, 1.0, inside.weights[_TEETH].sum(), inside.weights[_DARK].sum()]
+    parts = {"skin": skin, "lips": lips, "teeth": inside.part(TEETH), "dark": inside.part(DARK)}
+    priors = np.r_[1.0, 1.0, inside.weights[TEETH].sum(), inside.weights[DARK].sum()]
     return ColourClasses({c: parts[c] for c in CLASSES}, priors, reference)
 
 
@@ -231,28 +233,6 @@ def _skin(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
     return shaded(fit_mixture(core, np.ones(len(core)), components), _SKIN_SHADING)
 
 
-def _typical_lips(skin: Mixture) -> Mixture:
-    """Lips of anybody beside this skin."""
-    centre = skin.weights @ skin.means + _LIPS_MEAN
-    return Mixture(np.ones(1), centre[None], _LIPS_SPREAD[None] + _LIPS_NOISE)
-
-
-def _less_red(inside: Mixture, lips: Mixture) -> Mixture:
-    """The inside of a mouth, teeth in shade held to be less red than lips.
-
-    Else they would learn the lips' own shade where full lips meet. Those in shade are about
-    half-way between lips and lit teeth where they were looked at; lips in shade redden.
-    """
-    means, redder = inside.means.copy(), np.array([1.0, -1.0])
-    away = (means[_LIT] - lips.weights @ lips.means)[:2]
-    least = redder @ means[_LIT, :2] - (1 - _LESS_RED) * redder @ away
-    excess = redder @ means[_SHADE, :2] - least
-    if redder @ away < 0 < excess:
-        # lips as pale as teeth leave no direction: never farther than from lips to teeth
-        means[_SHADE, :2] += min(1.0, excess / -(redder @ away)) * away
-    return Mixture(inside.weights, means, inside.covariances)
-
-
 def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
     """The reddest part of where lips are expected: for lips that are painted, or in odd light."""
     centre = skin.weights @ skin.means
@@ -268,25 +248,3 @@ def _likely(lips: Mixture, skin: Mixture) -> Mixture:
     kept = np.flatnonzero(green <= max(0.0, green.min()))
     weights = lips.weights[kept]
     return Mixture(weights / weights.sum(), lips.means[kept], lips.covariances[kept])
-
-
-def _inside_guess(skin: Mixture) -> Mixture:
-    """Dark of the mouth, then teeth in light and in the lips' shade, from the skin's colour.
-
-    Skin is taken to have the chromaticity (0.42, 0.33) in neutral light, which gives the light's
-    own; teeth lie half-way between. The dark is red and has a third of the skin's luminance.
-    Teeth that a smile bares are a little brighter than skin (the brighter half of them, in ten
-    faces that smile: log luminance 0.03 to 0.4 above skin's). Others are darker, and those in
-    shade, lit by what the lips throw back, lie between teeth and dark.
-    """
-    centre = skin.weights @ skin.means
-    light = np.array([centre[0] / 0.42, centre[1] / 0.33, (1 - centre[0] - centre[1]) / 0.25])
-    teeth = 0.5 * (centre[:2] + light[:2] / light.sum())
-    dark, lit = np.array([centre[0] + 0.03, centre[1] - 0.03, -0.37]), np.array([*teeth, -0.10])
-    shade, bared = 0.5 * (dark + lit), np.array([*teeth, 0.06])
-    spread = np.array([[0.05, 0.04, 0.11], [0.02, 0.02, 0.05], [0.02, 0.02, 0.09]])
-    spread = np.vstack([spread, [0.02, 0.02, 0.07]])
-    covariances = np.stack([np.diag(s**2) for s in spread])
-    return Mixture(
-        np.array([0.45, 0.1, 0.27, 0.18]), np.stack([dark, bared, lit, shade]), covariances
-    )

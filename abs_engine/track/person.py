@@ -108,13 +108,12 @@ def calibrate(
     deviation = shift_deviation(model, frames)
     classes: ColourClasses | None = None
     for turn in range(rounds):
-        blur = (0.16, 0.08, 0.05, 0.04)[min(turn, 3)]
         stand = Stand(model, frames, camera, renderer, shift, person)
         if turn == 0 and not model.known:
-            classes = known or replace(stand, more=SEARCHED).learned(vectors, blur, first=True)
+            classes = known or replace(stand, more=SEARCHED).learned(vectors, 0)
             shift = place_mouth(model, frames, classes, camera, renderer, deviation, person)
             stand = replace(stand, shift=shift)
-        classes = known or stand.learned(vectors, blur, turn == 0)
+        classes = known or stand.learned(vectors, turn)
         terms = stand.terms(classes)
         if turn < len(DEPTHS) and not model.known:
             shift = _choose_depth(

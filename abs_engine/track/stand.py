@@ -22,9 +22,12 @@ from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.pose import PoseFrame
 
 FloatArray = NDArray[np.float64]
-INSIDE_SHARE = 0.35
-"""Of where lips are drawn, how much may be the mouth's inside: the posture may be wrong, and what
-is drawn closed would stay so."""
+INSIDE_SHARES = (0.6, 0.5, 0.4, 0.35)
+"""Of where lips are drawn, how much may be the mouth's inside, by rounds: the posture may be wrong,
+and what is drawn closed would stay so; less and less so. Teeth in the shade of lips that rest
+parted need the much of the first rounds, the shade of full lips the little of the last."""
+BLURS = (0.16, 0.08, 0.05, 0.04)
+"""How unsure the place is, by rounds, in halves of a window's width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +67,7 @@ class Stand:
         given = self.camera, self.person, self.more
         return [mouth_window(self.model, pose, *given) for pose in self.poses]
 
-    def learned(self, vectors: FloatArray, blur: float, first: bool) -> ColourClasses:
+    def learned(self, vectors: FloatArray, turn: int) -> ColourClasses:
         """Colours by where the mouths are drawn; at first those of anybody with such skin.
 
         Where a known head stands is known well enough to learn its colours at once.
@@ -73,21 +76,20 @@ class Stand:
         ----------
         vectors : (N, 6 + P) float64
             Pose and posture of each frame.
-        blur : float
-            How unsure that is, in halves of a window's width.
-        first : bool
+        turn : int
+            Of how many rounds before; after the last of `BLURS` all are alike.
         """
         model, pivot = self.model, self.model.pivot
         places = [
             _places(
                 model, self.renderer, self.camera, window,
                 PoseFrame(pose, pivot).candidates(v[None, :6], np.r_[v[6:], self.person][None]),
-                blur, first,
+                turn,
             )
             for window, pose, v in zip(self.windows, self.poses, vectors, strict=True)
         ]  # fmt: skip
         patches = [w.sample(f.image) for w, f in zip(self.windows, self.frames, strict=True)]
-        if model.known or not first:
+        if model.known or turn > 0:
             return learn_classes(patches, places)
         return typical_classes(patches, places, plain=self.more != (0.0, 0.0))
 
@@ -106,15 +108,14 @@ def _places(
     camera: Camera,
     window: Window,
     candidate: Candidates,
-    blur: float,
-    first: bool,
+    turn: int,
 ) -> FloatArray:
     """Where skin, lips and the mouth's inside are expected, (3, H, W): as drawn, blurred.
 
     At first the posture is not known: several are drawn and averaged. In a larger window, where
     the mouth is looked for, the place is less sure, and the blur grows with it.
     """
-    if first:
+    if turn == 0:
         postures = model.prototypes[[0, 2, 3]]
         n = len(postures)
         person = candidate.weights[:, model.n_expression :]
@@ -125,6 +126,7 @@ def _places(
             np.repeat(candidate.translations, n, axis=0),
         )
     drawn = renderer.draw(model.scene, candidate, camera, window)
+    blur, share = BLURS[min(turn, 3)], INSIDE_SHARES[min(turn, 3)]
     sigma = blur * window.drawn[0] / 2.0
     planes = []
     for name in PLACES:
@@ -134,5 +136,5 @@ def _places(
         planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
     places = np.stack(planes)
     near_lips = places[1] + places[2]
-    places[2] = np.maximum(places[2], INSIDE_SHARE * near_lips)  # it may show wherever lips are
+    places[2] = np.maximum(places[2], share * near_lips)  # it may show wherever lips are
     return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0))
