@@ -50,7 +50,8 @@ def learn_classes(
     Expectation maximisation in which a pixel's prior over the classes comes from its place. Lips
     learn only where lips are surely expected, skin where it is likelier than not. Lips are held to
     what is beside such skin in anybody, else a smile's teeth would be learned for them, unless
-    hardly anything is like that: painted lips are what is reddest there. Teeth and dark, which may
+    hardly anything is like that: painted lips are what is reddest there. Lips in their own shade
+    are one more component, the last, not learned but placed beside them. Teeth and dark, which may
     hardly show in the clip, are held near what their colours are like in anybody.
 
     Parameters
