@@ -1,6 +1,6 @@
 """Colours of anybody's mouth beside a skin: where learning a clip's own begins, and is held to.
 
-All are offsets and spreads in `features`: r, g, and a third of the log of relative luminance.
+Colours are in `features`: r, g, and a third of the logarithm of luminance relative to the skin.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from abs_engine.appearance.mixture import Mixture
 
 DARK, TEETH = slice(0, 1), slice(1, 4)
 """Components of the mixture of what is inside a mouth."""
-_LIT, _SHADE = 2, 3  # of the same
+_LIT_TEETH, _SHADED_TEETH = 2, 3  # of the same
 _LESS_RED = 0.3  # of the way from lips to lit teeth, which teeth in shade are at least
 # Lips less skin, in `features`, and how far people and lights differ: medians inside and around
 # the lips of 33 faces (8 of the GRID corpus, 25 of other pictures), some of them dark, bearded,
@@ -26,11 +26,12 @@ _LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's l
 # Lips in their own shade, where they meet and turn in, less lit lips; each throws its red back at
 # the other. Of the darkest pixel of each column between closed lips (8 clips of the GRID corpus,
 # 203 frames) the mean is (0.063, -0.045, -0.117), the spread of clips and frames (0.03, 0.013,
-# 0.03). In heads that are drawn without light thrown back it is hardly redder, and darker. Darker
-# yet, and a narrow gap between the lips would be taken for their shade.
-_SHADE_MEAN = np.array([0.05, -0.033, -0.11])
-_SHADE_SPREAD = np.diag(np.array([0.03, 0.02, 0.035]) ** 2)
-_SHADE_PART = 0.1  # of the lips
+# 0.03). Three heads that were drawn without light thrown back: (0.018, -0.006, -0.173). Taken a
+# little less red than in videos. Darker yet, and a narrow gap between the lips, or a tongue in
+# shade, would be taken for lips.
+_LIP_SHADE_MEAN = np.array([0.05, -0.033, -0.11])
+_LIP_SHADE_SPREAD = np.diag(np.array([0.03, 0.02, 0.035]) ** 2)
+_LIP_SHADE_PART = 0.1  # of the lips
 
 
 def typical_lips(skin: Mixture) -> Mixture:
@@ -44,15 +45,15 @@ def with_shade(lips: Mixture) -> Mixture:
 
     Without it the mouth's inside would learn them, and lips that are closed would seem parted.
     """
-    centre = lips.weights @ lips.means + _SHADE_MEAN
+    centre = lips.weights @ lips.means + _LIP_SHADE_MEAN
     return Mixture(
-        np.append((1 - _SHADE_PART) * lips.weights, _SHADE_PART),
+        np.append((1 - _LIP_SHADE_PART) * lips.weights, _LIP_SHADE_PART),
         np.vstack([lips.means, centre]),
-        np.concatenate([lips.covariances, _SHADE_SPREAD[None]]),
+        np.concatenate([lips.covariances, _LIP_SHADE_SPREAD[None]]),
     )
 
 
-def lit(lips: Mixture, samples: FloatArray) -> FloatArray:
+def lit_share(lips: Mixture, samples: FloatArray) -> FloatArray:
     """How probably lips (N,), of `with_shade`, are not in their own shade."""
     parts = lips.densities(samples)
     return np.asarray(1 - parts[:, -1] / np.maximum(parts.sum(axis=1), 1e-300))
@@ -65,12 +66,12 @@ def less_red(inside: Mixture, lips: Mixture) -> Mixture:
     half-way between lips and lit teeth where they were looked at; lips in shade redden.
     """
     means, redder = inside.means.copy(), np.array([1.0, -1.0])
-    away = (means[_LIT] - lips.weights @ lips.means)[:2]
-    least = redder @ means[_LIT, :2] - (1 - _LESS_RED) * redder @ away
-    excess = redder @ means[_SHADE, :2] - least
+    away = (means[_LIT_TEETH] - lips.weights @ lips.means)[:2]
+    least = redder @ means[_LIT_TEETH, :2] - (1 - _LESS_RED) * redder @ away
+    excess = redder @ means[_SHADED_TEETH, :2] - least
     if redder @ away < 0 < excess:
         # lips as pale as teeth leave no direction: never farther than from lips to teeth
-        means[_SHADE, :2] += min(1.0, excess / -(redder @ away)) * away
+        means[_SHADED_TEETH, :2] += min(1.0, excess / -(redder @ away)) * away
     return Mixture(inside.weights, means, inside.covariances)
 
 
@@ -86,11 +87,11 @@ def inside_guess(skin: Mixture) -> Mixture:
     centre = skin.weights @ skin.means
     light = np.array([centre[0] / 0.42, centre[1] / 0.33, (1 - centre[0] - centre[1]) / 0.25])
     teeth = 0.5 * (centre[:2] + light[:2] / light.sum())
-    dark, lit = np.array([centre[0] + 0.03, centre[1] - 0.03, -0.37]), np.array([*teeth, -0.10])
-    shade, bared = 0.5 * (dark + lit), np.array([*teeth, 0.06])
+    dark, bright = np.array([centre[0] + 0.03, centre[1] - 0.03, -0.37]), np.array([*teeth, -0.10])
+    shade, bared = 0.5 * (dark + bright), np.array([*teeth, 0.06])
     spread = np.array([[0.05, 0.04, 0.11], [0.02, 0.02, 0.05], [0.02, 0.02, 0.09]])
     spread = np.vstack([spread, [0.02, 0.02, 0.07]])
     covariances = np.stack([np.diag(s**2) for s in spread])
     return Mixture(
-        np.array([0.45, 0.1, 0.27, 0.18]), np.stack([dark, bared, lit, shade]), covariances
+        np.array([0.45, 0.1, 0.27, 0.18]), np.stack([dark, bared, bright, shade]), covariances
     )

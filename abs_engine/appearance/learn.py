@@ -17,7 +17,7 @@ from abs_engine.appearance.anybody import (
     TEETH,
     inside_guess,
     less_red,
-    lit,
+    lit_share,
     typical_lips,
     with_shade,
 )
@@ -50,8 +50,8 @@ def learn_classes(
     Expectation maximisation in which a pixel's prior over the classes comes from its place. Lips
     learn only where lips are surely expected, skin where it is likelier than not. Lips are held to
     what is beside such skin in anybody, else a smile's teeth would be learned for them, unless
-    hardly anything is like that: painted lips are what is reddest there. Lips in their own shade
-    are one more component, the last, not learned but placed beside them. Teeth and dark, which may
+    hardly anything is like that: painted lips are what is reddest there. Others have one more
+    component, the last, that is not learned: lips in their own shade. Teeth and dark, which may
     hardly show in the clip, are held near what their colours are like in anybody.
 
     Parameters
@@ -84,15 +84,15 @@ def learn_classes(
     skin = _skin(samples[certain])
     typical = typical_lips(skin)
     found = _separated(samples, prior, skin, typical, typical, rounds)
-    usual = found.share[1] @ core >= _UNUSUAL * (prior[1] @ core)
+    usual = found.own.sum() >= _UNUSUAL * (prior[1] @ core)
     if not usual:
         found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None, rounds)
-    around = found.share[0] * around
-    _enough("skin", around)
-    _enough("lips", found.share[1] * core)
+    bare = found.share[0] * around
+    _enough("skin", bare)
+    _enough("lips", found.own)
     lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
     lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
-    skin = shaded(fit_mixture(samples, around, SKIN_COMPONENTS), _SKIN_SHADING)
+    skin = shaded(fit_mixture(samples, bare, SKIN_COMPONENTS), _SKIN_SHADING)
     return _assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
@@ -100,7 +100,8 @@ def learn_classes(
 class _Separated:
     """Skin and what is inside the mouth, and how probable each of `PLACES` is, (3, N).
 
-    `own` (N,) is how probably a pixel shows lips that are lit, where they are surely expected.
+    `own` (N,) is how probably a pixel shows the lips that are learned, where they are surely
+    expected: those not in their own shade, or all that are painted.
     """
 
     skin: Mixture
@@ -119,18 +120,19 @@ def _separated(
 ) -> _Separated:
     """Expectation maximisation from a guess of the lips, at first held to anybody's if asked to.
 
-    Held to the end they would stay broad, and take shaded teeth to themselves.
+    Held to the end they would stay broad, and take shaded teeth to themselves. Lips that are not
+    held are painted: how they look in their own shade is not known, and all of them are learned.
     """
     around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
     anchor = inside = inside_guess(skin)
     strength, count = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
     for turn in range(rounds):
-        whole = lips if held is None else with_shade(lips)  # in paint, how shade looks is not known
+        whole = lips if held is None else with_shade(lips)
         share = _posterior((skin, whole, inside), samples, prior)
-        own = share[1] * core if held is None else share[1] * core * lit(whole, samples)
+        own = share[1] * core * (1.0 if held is None else lit_share(whole, samples))
         if held is not None and 2 * turn < rounds:
             lips = lips.anchored(samples, own, held, count)
-        else:
+        elif own.sum() >= LEAST_PIXELS:
             lips = shaded(lips.updated(samples, own), _LIP_SHADING)
         inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
         skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)

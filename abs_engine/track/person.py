@@ -25,7 +25,7 @@ from abs_engine.track.fit import (
 from abs_engine.track.model import MouthModel
 from abs_engine.track.place import SEARCHED, CalibrationFrame, place_mouth, shifted
 from abs_engine.track.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
-from abs_engine.track.stand import Stand
+from abs_engine.track.stand import ROUNDS, Stand
 
 FloatArray = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def calibrate(
     frames: Sequence[CalibrationFrame],
     camera: Camera,
     renderer: Renderer,
-    rounds: int = 4,
+    rounds: int = len(ROUNDS),
     known: ColourClasses | None = None,
     begin: FloatArray | None = None,
 ) -> Calibration:
@@ -91,6 +91,7 @@ def calibrate(
     camera : Camera
     renderer : Renderer
     rounds : int
+        With fewer than `stand.ROUNDS`, where the classes lie stays less sure.
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
     begin : (Q,) float64, optional

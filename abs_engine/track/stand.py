@@ -22,12 +22,12 @@ from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.pose import PoseFrame
 
 FloatArray = NDArray[np.float64]
-INSIDE_SHARES = (0.6, 0.5, 0.4, 0.35)
-"""Of where lips are drawn, how much may be the mouth's inside, by rounds: the posture may be wrong,
-and what is drawn closed would stay so; less and less so. Teeth in the shade of lips that rest
-parted need the much of the first rounds, the shade of full lips the little of the last."""
-BLURS = (0.16, 0.08, 0.05, 0.04)
-"""How unsure the place is, by rounds, in halves of a window's width."""
+ROUNDS = ((0.16, 0.6), (0.08, 0.5), (0.05, 0.4), (0.04, 0.35))
+"""How unsure the place is in each round, in halves of a window's width, and of where lips are
+drawn, how much may be the mouth's inside: the posture may be wrong, and what is drawn closed would
+stay so; less and less so. Teeth in the shade of lips that rest parted need the much of the early
+rounds, the shade of full lips the little of the last. In the first, only a known head's colours
+are learned by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class Stand:
         vectors : (N, 6 + P) float64
             Pose and posture of each frame.
         turn : int
-            Of how many rounds before; after the last of `BLURS` all are alike.
+            How many rounds came before; those past the last of `ROUNDS` are like it.
         """
         model, pivot = self.model, self.model.pivot
         places = [
@@ -126,7 +126,7 @@ def _places(
             np.repeat(candidate.translations, n, axis=0),
         )
     drawn = renderer.draw(model.scene, candidate, camera, window)
-    blur, share = BLURS[min(turn, 3)], INSIDE_SHARES[min(turn, 3)]
+    blur, share = ROUNDS[min(turn, len(ROUNDS) - 1)]
     sigma = blur * window.drawn[0] / 2.0
     planes = []
     for name in PLACES:
