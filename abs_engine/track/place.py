@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
 from abs_engine.compare.prior import GaussianPrior
-from abs_engine.geometry import Pose, rotations
+from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
 from abs_engine.track.locate import find_face, first_pose
@@ -49,13 +49,6 @@ class CalibrationFrame:
 def shifted(pose: Pose, shift: FloatArray, pivot: FloatArray) -> Pose:
     """`pose` with the constant correction `shift` (6,), radians and mm."""
     return PoseFrame(pose, pivot).pose(shift)
-
-
-def after(first: FloatArray, then: FloatArray) -> FloatArray:
-    """One correction (6,) that does what `first` and `then` do one after the other."""
-    turn = rotations(np.stack([then[:3], first[:3]]))
-    whole = Pose(turn[0] @ turn[1], np.zeros(3))
-    return np.asarray(np.r_[whole.rotation_vector, first[3:] + then[3:]], np.float64)
 
 
 def moved(

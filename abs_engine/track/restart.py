@@ -1,4 +1,4 @@
-"""Calibrating again, from elsewhere, tilted or full lips, where the first explains little."""
+"""Calibrating again, from elsewhere or full lips, where the first attempt explains little."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from abs_engine.track.evidence import log_evidence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import Calibration, calibrate
-from abs_engine.track.place import CalibrationFrame, after, moved, shift_of_boxes, shifted
+from abs_engine.track.place import CalibrationFrame, moved, shift_of_boxes, shifted
 from abs_engine.track.pose import PoseFrame
 
 GOOD_SCORE, POOR_SCORE = 0.85, 0.8
@@ -27,11 +27,9 @@ FULLER = {"upper lip height": 1.0, "lower lip height": 1.5}
 """With what lips, too, standard deviations: the lower one of full lips that catches the light is
 else taken for skin, and learned so."""
 
-HIGHER_AND_LOWER = ((0.0, 20.0, 0.0), (0.0, -20.0, 0.0))
-"""Where else to begin if it is not good: radians of tilt, mm down, and share of the depth."""
-TILTED = ((-0.25, 0.0, 0.0), (0.25, 0.0, 0.0))
-"""And how else the head may be held: a face box does not tell."""
-NEARER_AND_FARTHER = ((0.0, 0.0, -0.15), (0.0, 0.0, 0.15))
+HIGHER_AND_LOWER = ((20.0, 0.0), (-20.0, 0.0))
+"""Where else to begin if it is not good: mm down, and share of the depth."""
+NEARER_AND_FARTHER = ((0.0, -0.15), (0.0, 0.15))
 """And if it is poor. A face box may be so far off."""
 
 
@@ -74,21 +72,21 @@ def calibrate_well(
     score = explained(model, frames, camera, renderer, first)
     if model.known or score >= GOOD_SCORE:
         return replace(first, shift=first.shift + begin)
-    elsewhere = HIGHER_AND_LOWER + TILTED + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
-    starts: list[tuple[Sequence[float], NDArray[np.float64] | None]] = [
-        ((0.0, 0.0, 0.0), model.person(FULLER)),
-        *((place, None) for place in elsewhere),
+    moves = HIGHER_AND_LOWER + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
+    starts: list[tuple[float, float, NDArray[np.float64] | None]] = [
+        (0.0, 0.0, model.person(FULLER)),
+        *((*m, None) for m in moves),
     ]
     tried = [first]
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
-    for (tilt, down, away), person in starts:
-        move = np.array([0.0, 0.0, tilt, 0.0, down, away * depth])
+    for down, away, person in starts:
+        move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
         there = moved(frames, move, model.pivot)
         try:
             found = calibrate(model, there, camera, renderer, known=colours, begin=person)
         except (FaceNotFoundError, TooFewPixelsError):
             continue  # nothing to learn from there; the first attempt stands
-        tried.append(replace(found, shift=after(move, found.shift)))
+        tried.append(replace(found, shift=found.shift + move))
     best = tried[int(np.argmax(log_evidence(model, frames, tried, camera, renderer)))]
     return replace(best, shift=best.shift + begin)
 
