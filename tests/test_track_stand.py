@@ -54,8 +54,3 @@ def test_a_round_expects_what_its_share_says(places):
     for turn, (_, share) in enumerate(ROUNDS):
         if turn > 0:  # in the first, open postures are drawn, too
             assert inside_of(places(turn)) == pytest.approx(share, rel=0.15), turn
-
-
-def test_rounds_after_the_last_are_like_it(places):
-    last = len(ROUNDS) - 1
-    np.testing.assert_array_equal(places(last), places(last + 3))

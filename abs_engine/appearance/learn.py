@@ -87,26 +87,25 @@ def learn_classes(
     usual = found.own.sum() >= _UNUSUAL * (prior[1] @ core)
     if not usual:
         found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None, rounds)
-    bare = found.share[0] * around
-    _enough("skin", bare)
+    _enough("skin", found.bare)
     _enough("lips", found.own)
     lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
     lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
-    skin = shaded(fit_mixture(samples, bare, SKIN_COMPONENTS), _SKIN_SHADING)
+    skin = shaded(fit_mixture(samples, found.bare, SKIN_COMPONENTS), _SKIN_SHADING)
     return _assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
 @dataclass(frozen=True, eq=False)
 class _Separated:
-    """Skin and what is inside the mouth, and how probable each of `PLACES` is, (3, N).
+    """Skin and what is inside the mouth, and which pixels the classes learn from, (N,) each.
 
-    `own` (N,) is how probably a pixel shows the lips that are learned, where they are surely
-    expected: those not in their own shade, or all that are painted.
+    `bare` and `own` are how probably a pixel shows skin, and the lips that are learned, where they
+    are expected: lips not in their own shade, or all that are painted.
     """
 
     skin: Mixture
     inside: Mixture
-    share: FloatArray
+    bare: FloatArray
     own: FloatArray
 
 
@@ -129,14 +128,15 @@ def _separated(
     for turn in range(rounds):
         whole = lips if held is None else with_shade(lips)
         share = _posterior((skin, whole, inside), samples, prior)
+        bare = share[0] * around
         own = share[1] * core * (1.0 if held is None else lit_share(whole, samples))
         if held is not None and 2 * turn < rounds:
             lips = lips.anchored(samples, own, held, count)
         elif own.sum() >= LEAST_PIXELS:
             lips = shaded(lips.updated(samples, own), _LIP_SHADING)
         inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
-        skin = shaded(skin.updated(samples, share[0] * around), _SKIN_SHADING)
-    return _Separated(skin, inside, share, own)
+        skin = shaded(skin.updated(samples, bare), _SKIN_SHADING)
+    return _Separated(skin, inside, bare, own)
 
 
 def typical_classes(

@@ -74,7 +74,6 @@ def calibrate(
     frames: Sequence[CalibrationFrame],
     camera: Camera,
     renderer: Renderer,
-    rounds: int = len(ROUNDS),
     known: ColourClasses | None = None,
     begin: FloatArray | None = None,
 ) -> Calibration:
@@ -90,8 +89,6 @@ def calibrate(
     frames : sequence of CalibrationFrame
     camera : Camera
     renderer : Renderer
-    rounds : int
-        With fewer than `stand.ROUNDS`, where the classes lie stays less sure.
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
     begin : (Q,) float64, optional
@@ -101,14 +98,11 @@ def calibrate(
     ------
     FaceNotFoundError, TooFewPixelsError
         If the frames do not show enough of skin and lips to learn from.
-    ValueError
-        If there is no round.
     """
     vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
     person, shift = np.zeros(model.n_person) if begin is None else begin, np.zeros(6)
     deviation = shift_deviation(model, frames)
-    classes: ColourClasses | None = None
-    for turn in range(rounds):
+    for turn in range(len(ROUNDS)):
         stand = Stand(model, frames, camera, renderer, shift, person)
         if turn == 0 and not model.known:
             classes = known or replace(stand, more=SEARCHED).learned(vectors, 0)
@@ -127,8 +121,6 @@ def calibrate(
         spec, start = _person_spec(model, deviation), np.r_[shift, person]
         found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec).x
         shift, person = found[:6], found[6:]
-    if classes is None:
-        raise ValueError("calibrate needs at least one round")
     return Calibration(person, shift, classes, vectors)
 
 

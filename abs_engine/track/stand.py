@@ -77,7 +77,7 @@ class Stand:
         vectors : (N, 6 + P) float64
             Pose and posture of each frame.
         turn : int
-            How many rounds came before; those past the last of `ROUNDS` are like it.
+            Which of `ROUNDS`.
         """
         model, pivot = self.model, self.model.pivot
         places = [
@@ -126,7 +126,7 @@ def _places(
             np.repeat(candidate.translations, n, axis=0),
         )
     drawn = renderer.draw(model.scene, candidate, camera, window)
-    blur, share = ROUNDS[min(turn, len(ROUNDS) - 1)]
+    blur, share = ROUNDS[turn]
     sigma = blur * window.drawn[0] / 2.0
     planes = []
     for name in PLACES:
