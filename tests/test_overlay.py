@@ -82,6 +82,16 @@ def test_a_clip_that_begins_without_a_face_is_painted():
         assert painter.paint(GREY, result).shape == (painter.size[1], painter.size[0], 3)
 
 
+def test_the_enlarged_mouth_says_what_the_contours_are():
+    painter = Painter(toy_setting())
+    corner = [
+        p[:60, -448:-250] for p in (painter.paint(GREY, r) for r in (toy_result(0), lost_result(1)))
+    ]
+    for colour in (OUTER, UPPER, LOWER):
+        assert len(painted(corner[0], colour)) > 30
+        assert not len(painted(corner[1], colour))
+
+
 def test_large_video_is_not_enlarged():
     class Large:
         camera = type(toy_setting().camera).ideal((1921, 1081))

@@ -69,6 +69,7 @@ def track(chosen: Namespace) -> int:
 
     from abs_engine.systems.lips import LipOptions
     from abs_engine.systems.run import track_video
+    from abs_engine.track.output import OVERLAY, SHEET
     from abs_engine.truth import load_camera
 
     options = LipOptions(
@@ -92,7 +93,7 @@ def track(chosen: Namespace) -> int:
             progress.announce,
         )
     _print_summary(told["summary"])
-    print(f"wrote {chosen.output}")
+    print(f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}")
     return 0
 
 

@@ -22,6 +22,11 @@ LOWER: Colour = (80, 190, 255)
 LOST: Colour = (255, 70, 60)
 WHITE: Colour = (235, 235, 235)
 GREY: Colour = (120, 120, 120)
+LEGEND: tuple[tuple[str, Colour], ...] = (
+    ("outer contour", OUTER),
+    ("upper lip, inner", UPPER),
+    ("lower lip, inner", LOWER),
+)
 
 _FRACTION = 4  # bits of OpenCV's sub-pixel coordinates
 

@@ -13,6 +13,7 @@ from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.camera import Window
 from abs_engine.track.contours import (
     GREY,
+    LEGEND,
     LOST,
     OUTER,
     WHITE,
@@ -117,6 +118,8 @@ class Painter:
         plain = cut(self._panel, image)
         drawn = plain.copy()
         self._drawing.draw(drawn, self._panel, result)
+        for line, (name, colour) in enumerate(LEGEND if result.found else ()):
+            write_text(drawn, name, (8, 18 + 16 * line), colour, 0.4)
         height = self._crop[1]
         panel[:height], panel[height : 2 * height] = drawn, plain
         return panel
