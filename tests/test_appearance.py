@@ -375,6 +375,19 @@ def test_teeth_brighter_than_skin_are_learned_as_teeth(teeth):
 
 
 @pytest.mark.parametrize("teeth", BARED)
+@pytest.mark.parametrize("learn", [learn_classes, typical_classes])
+def test_teeth_are_not_learned_as_skin_where_it_is_expected(teeth, learn):
+    """As where the lower lip of a smile is taken for both lips."""
+    picture, label = bared(0, teeth)
+    height = np.mgrid[: SIZE[1], : SIZE[0]][0]
+    lower = np.where(height < 58, 0, label)
+    skin = learn([picture], [expected(lower, 2.0)])
+    maps = skin.probabilities(bared(1, teeth)[0])
+    assert maps[0][label == TEETH].mean() < 0.3
+    assert maps[0][label == 0].mean() > 0.95
+
+
+@pytest.mark.parametrize("teeth", BARED)
 def test_typical_teeth_may_be_brighter_than_skin(teeth):
     picture, label = bared(0, teeth)
     maps = typical_classes([picture], [expected(label, 4.0)]).probabilities(picture)

@@ -141,6 +141,7 @@ def test_a_known_head_that_has_turned_is_found_from_where_it_was(yaw):
 def motion(monkeypatch) -> HeadMotion:
     """Follows a face that the user has boxed and that the detector never finds."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: None)
+    monkeypatch.setattr(prepare, "find_faces", lambda _image: [])
     monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: turned(0))
     return HeadMotion(HEAD, SMALL, RENDERER, boxed())
 
@@ -172,6 +173,7 @@ def blocks(colour: tuple[int, int, int]) -> np.ndarray:
 def test_another_picture_is_not_taken_for_the_head(motion, monkeypatch, colour, detected):
     """Not where the head was, nor where a detector errs; and the head is found again after."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: detected)
+    monkeypatch.setattr(prepare, "find_faces", lambda _image: [])
     shown = [picture(0, SMALL), blocks(colour), picture(0, SMALL)]
     found = [pose for _, pose in motion.poses(shown)]
     assert [pose is not None for pose in found] == [True, False, True]

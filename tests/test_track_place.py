@@ -11,8 +11,15 @@ from abs_engine.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.systems.lips import lip_model
 from abs_engine.track import place
-from abs_engine.track.locate import FaceBox
-from abs_engine.track.place import CalibrationFrame, moved, place_mouth, shift_of_boxes
+from abs_engine.track.detect import Face
+from abs_engine.track.locate import face_marks
+from abs_engine.track.place import (
+    CalibrationFrame,
+    moved,
+    place_mouth,
+    shift_of_faces,
+    shifted,
+)
 
 CAMERA = Camera.ideal(SIZE, 500.0)
 POSE = seen_at([0.0, 0.0, 0.0], [0.0, 0.0, 600.0])
@@ -29,39 +36,47 @@ def off(model, frame, wanted):
     return frame.pose.apply(model.pivot) - wanted
 
 
-def test_the_middle_of_several_boxes_places_the_mouth(model, monkeypatch):
-    boxes = iter([FaceBox(72, 8, 175), FaceBox(76, 10, 181), FaceBox(70, 20, 60), None])
-    monkeypatch.setattr(place, "find_face", lambda _image: next(boxes))
+def face_of(model, pose):
+    """The face of the head at a pose."""
+    points = np.zeros((6, 2))
+    points[:4] = CAMERA.project(pose.apply(face_marks(model)))
+    return Face(points[:4].mean(axis=0), 100.0, points, 1.0)
+
+
+def shift_of(model, monkeypatch, poses):
+    """The shift from `POSE` by frames with faces at these poses, or without."""
+    left = iter([None if p is None else face_of(model, p) for p in poses])
+    monkeypatch.setattr(place, "find_face", lambda _image: next(left))
     blank = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-    frames = [CalibrationFrame(blank, POSE)] * 4
-    shift = shift_of_boxes(model, frames, CAMERA)
-    there = CAMERA.project(moved(frames, shift, model.pivot)[0].pose.apply(model.pivot))
-    np.testing.assert_allclose(there, FaceBox(74, 9, 178).mouth, atol=4.0)
-    assert not shift[:3].any()
+    return shift_of_faces(model, [CalibrationFrame(blank, POSE)] * len(poses), CAMERA)
+
+
+def test_the_middle_of_several_faces_places_the_head(model, monkeypatch):
+    turned = [seen_at([0, 0.2, 0.3], [30, -20, 620]), seen_at([0, 0.24, 0.3], [32, -18, 640])]
+    wrong = seen_at([0, 0, -0.4], [-300, 0, 700])  # another person's
+    shift = shift_of(model, monkeypatch, [*turned, wrong, None])
+    there = shifted(POSE, shift, model.pivot)
+    between = seen_at([0, 0.22, 0.3], [31, -19, 630])
+    assert there.angle_to(between) < 0.05
+    away = there.apply(model.pivot) - between.apply(model.pivot)
+    assert np.abs(away).max() < 15.0
+    assert np.abs(away[:2]).max() < 4.0
 
 
 @pytest.mark.parametrize(
-    "boxes",
+    "poses",
     [
-        [None, None, None, FaceBox(100, 60, 120)],
-        [FaceBox(10, 10, 30), FaceBox(250, 10, 30), FaceBox(0, 0, 200), None],
+        [None, None, None, seen_at([0, 0, 0.2], [20, 0, 600])],
+        [seen_at([0, 0, 0], [120, 0, 600]), seen_at([0, 0, 0], [0, 0, 1200]), None, None],
+        [None],
     ],
-    ids=["hardly any", "of others"],
+    ids=["hardly any", "of others", "none"],
 )
-def test_boxes_that_are_few_or_far_off_do_not_count(model, monkeypatch, boxes):
-    left = iter(boxes)
-    monkeypatch.setattr(place, "find_face", lambda _image: next(left))
-    blank = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-    assert not shift_of_boxes(model, [CalibrationFrame(blank, POSE)] * 4, CAMERA).any()
+def test_faces_that_are_few_or_far_off_do_not_count(model, monkeypatch, poses):
+    assert shift_of(model, monkeypatch, poses) is None
 
 
-def test_without_any_box_the_poses_stay(model, monkeypatch):
-    monkeypatch.setattr(place, "find_face", lambda _image: None)
-    blank = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-    assert not shift_of_boxes(model, [CalibrationFrame(blank, POSE)], CAMERA).any()
-
-
-@pytest.mark.parametrize("wrong", [(6.0, 21.0, 0.0), (-6.0, -21.0, 0.0), (0.0, 15.0, 40.0)])
+@pytest.mark.parametrize("wrong", [(6.0, 18.0, 0.0), (-6.0, -18.0, 0.0), (0.0, 15.0, 40.0)])
 @pytest.mark.parametrize("person", ["clara", "kofi"])
 def test_the_mouth_is_found_by_its_colours(model, person, wrong):
     known = head_of(person)

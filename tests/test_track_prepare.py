@@ -60,6 +60,7 @@ def clara():
 def motion(clara, monkeypatch):
     """Follows a face that the user has boxed and that the detector never finds."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: None)
+    monkeypatch.setattr(prepare, "find_faces", lambda _image: [])
     monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: START)
     size = CAMERA.matrix[0, 0] * BOX_WIDTH_MM / 650
     return HeadMotion(clara, CAMERA, CpuRenderer(), FaceBox(160 - size / 2, 120 - size / 2, size))

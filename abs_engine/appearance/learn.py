@@ -20,6 +20,7 @@ from abs_engine.appearance.anybody import (
     lit_share,
     typical_lips,
     with_shade,
+    without_teeth,
 )
 from abs_engine.appearance.colour import CLASSES, ColourClasses, FloatArray, features, luminance
 from abs_engine.appearance.mixture import Mixture, fit_mixture, single
@@ -91,7 +92,8 @@ def learn_classes(
     _enough("lips", found.own)
     lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
     lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
-    skin = shaded(fit_mixture(samples, found.bare, SKIN_COMPONENTS), _SKIN_SHADING)
+    skin = without_teeth(fit_mixture(samples, found.bare, SKIN_COMPONENTS))
+    skin = shaded(skin, _SKIN_SHADING)
     return _assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
@@ -135,7 +137,7 @@ def _separated(
         elif own.sum() >= LEAST_PIXELS:
             lips = shaded(lips.updated(samples, own), _LIP_SHADING)
         inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
-        skin = shaded(skin.updated(samples, bare), _SKIN_SHADING)
+        skin = shaded(without_teeth(skin.updated(samples, bare)), _SKIN_SHADING)
     return _Separated(skin, inside, bare, own)
 
 
@@ -233,7 +235,7 @@ def _skin(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
     """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
     core = samples[first >= np.quantile(first, 0.1)]
-    return shaded(fit_mixture(core, np.ones(len(core)), components), _SKIN_SHADING)
+    return shaded(without_teeth(fit_mixture(core, np.ones(len(core)), components)), _SKIN_SHADING)
 
 
 def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:

@@ -1,18 +1,21 @@
-"""Finding the face, and from its box the mouth and a first pose of the head."""
+"""A first pose of the head: by a face that was found, or by a box around the mouth."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import cv2
 import numpy as np
-import skimage.data
 from numpy.typing import NDArray
-from skimage.feature import Cascade
+from scipy.optimize import least_squares
 
 from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.geometry import FACING, Pose, rotations
+from abs_engine.track.detect import Face
+from abs_engine.track.model import MouthModel
+
+FloatArray = NDArray[np.float64]
 
 # At the face's depth a box of this detector is about 168 mm wide on renders of the bundled people,
 # and 174 mm on the faces of the GRID clips if the outer corners of their eyes are 88 mm apart. The
@@ -20,6 +23,16 @@ from abs_engine.geometry import FACING, Pose
 BOX_WIDTH_MM = 175.0
 MOUTH_HEIGHT = 0.805
 MOUTH_WIDTH = 0.27
+
+# Between the middles of the eyes of somebody: 63 in people (Dodgson 2004), 65 in the ICT face
+# model's mean; 60 in the bundled average person.
+EYES_APART_MM = 62.0
+MOUTH = 3  # of the points that tell the pose: eyes, tip of the nose, mouth
+# mm, where the detector sees them, less the landmarks
+_SEEN_AT = np.array([[0.0, -1.4, 0.0], [0.0, -1.4, 0.0], [0.0, -3.8, 0.0], [0.0, -1.5, 0.0]])
+# mm across and down, how far people's marks differ from the average head's
+_MARK_DEVIATION = np.array([[1.8, 3.0], [1.8, 3.0], [1.5, 6.0], [1.5, 6.0]])
+_TURN_DEVIATION = np.array([0.1, 0.4, 0.1])  # radians: pitch, yaw, and roll beyond the eyes'
 
 
 @dataclass(frozen=True)
@@ -41,32 +54,11 @@ class FaceBox:
         size = width / MOUTH_WIDTH
         return cls(x + width / 2 - size / 2, y + height / 2 - MOUTH_HEIGHT * size, size)
 
-
-def find_face(image: NDArray[np.uint8]) -> FaceBox | None:
-    """The largest frontal face of an image (H, W, 3) RGB, or None.
-
-    Local binary patterns in a boosted cascade (Ahonen et al. 2004; Viola and Jones 2001), with
-    the cascade that scikit-image ships. Overlapping detections are averaged.
-    """
-    scale = min(1.0, 360 / max(image.shape))
-    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    least, most = max(24, round(0.15 * min(small.shape[:2]))), min(small.shape[:2])
-    found = _cascade().detect_multi_scale(
-        img=small, scale_factor=1.05, step_ratio=1, min_size=(least, least), max_size=(most, most)
-    )
-    if not found:
-        return None
-    boxes = np.array([[b["c"], b["r"], b["width"]] for b in found], np.float64)
-    best = boxes[boxes[:, 2].argmax()]
-    offset = np.abs(boxes[:, :2] + boxes[:, 2:] / 2 - (best[:2] + best[2] / 2)).max(axis=1)
-    same = (offset < 0.25 * best[2]) & (boxes[:, 2] > 0.7 * best[2])
-    x, y, size = boxes[same].mean(axis=0) / scale
-    return FaceBox(float(x), float(y), float(size))
-
-
-@cache
-def _cascade() -> Cascade:
-    return Cascade(skimage.data.lbp_frontal_face_cascade_filename())
+    def shown(self, faces: Sequence[Face]) -> Face | None:
+        """The face whose mouth is where this box expects it; None if there is none."""
+        away = [np.abs(face.mouth - self.mouth).max() for face in faces]
+        near = [k for k, far in enumerate(away) if far < 0.5 * MOUTH_WIDTH * self.size]
+        return faces[min(near, key=away.__getitem__)] if near else None
 
 
 def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose:
@@ -84,3 +76,56 @@ def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose
     x, y = cv2.undistortPoints(pixel, camera.matrix, camera.distortion)[0, 0]
     centre = np.array([x, y, 1.0]) * depth
     return Pose(FACING, centre - FACING @ mouth)
+
+
+def face_marks(model: MouthModel) -> FloatArray:
+    """Where the detector would see eyes, tip of the nose and mouth of a head, (4, 3) mm.
+
+    Those of a person who is not known are somewhat farther apart than the average head's.
+    """
+    at, marks = model.head.mean.astype(np.float64), model.speaker.landmarks
+    right, left = np.split(at[marks["eye_corners"]], 2)
+    nose = at[marks["nose_tip"]].mean(axis=0)
+    lips = at[marks["inner_lip_8"][[2, 6]]].mean(axis=0)
+    seen = np.stack([right.mean(axis=0), left.mean(axis=0), nose, lips]) + _SEEN_AT
+    if not model.known:
+        seen[:2, 0] *= EYES_APART_MM / np.ptp(seen[:2, 0])
+    return np.asarray(seen)
+
+
+def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
+    """The head's pose by a face that was found; its mouth is just where it was seen.
+
+    The most probable one, as people, heads' poses and the detector vary: size and roll come from
+    the eyes, yaw from the tip of the nose; of pitch little can be told.
+
+    Parameters
+    ----------
+    face : Face
+    camera : Camera
+    marks : (4, 3) float64
+        `face_marks`, mm, head frame.
+    """
+    pixels = face.points[: len(marks)]
+    seen = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
+    middle = marks.mean(axis=0)
+    eyes, width = seen[1] - seen[0], np.linalg.norm(marks[1] - marks[0])
+    depth = width / np.linalg.norm(eyes)
+    roll = float(np.arctan2(eyes[1], eyes[0]))
+    upright = rotations(np.array([[0.0, 0.0, roll]]))[0] @ FACING
+
+    def posed(x: FloatArray) -> Pose:
+        rotation = rotations(x[None, :3])[0] @ upright
+        centre = np.array([*(x[3:5] * depth), depth * np.exp(x[5])])
+        return Pose(rotation, centre - rotation @ middle)
+
+    def misfit(x: FloatArray) -> FloatArray:
+        at = posed(x).apply(marks)
+        away = (at[:, :2] / at[:, 2:] - seen) * depth / _MARK_DEVIATION
+        return np.concatenate([away.ravel(), x[:3] / _TURN_DEVIATION])
+
+    start = np.r_[np.zeros(3), seen.mean(axis=0), 0.0]
+    found = posed(least_squares(misfit, start).x)
+    mouth = found.apply(marks[MOUTH])
+    exact = np.array([*(seen[MOUTH] * mouth[2]), mouth[2]])
+    return Pose(found.rotation, found.translation + exact - mouth)

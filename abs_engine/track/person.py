@@ -29,13 +29,16 @@ from abs_engine.track.stand import ROUNDS, Stand
 
 FloatArray = NDArray[np.float64]
 
-# what the boxes of several frames leave open: radians, mm,
-SHIFT_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0])
-DEPTH_SHARE = 0.08  # and of the depth: boxes and faces each differ by some 5 %
+# what the faces found in several frames leave open: radians, mm, and the share of the depth by
+# which the distances of people's eyes differ
+SEEN_DEVIATION = np.array([0.05, 0.03, 0.02, 2.0, 3.0, 0.06])
+# the same of a place that somebody told, or where no face was found again
+TOLD_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0, 0.08])
 # what is left where the head's texture was aligned
 ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
-# mm, depths tried about the one before, in the first rounds
-DEPTHS = ((-80.0, -50.0, -25.0, 0.0, 25.0, 50.0), (-40.0, -20.0, 0.0, 20.0), (-15.0, 0.0, 15.0))
+# shares of the depth, tried about the one before, in the first rounds
+DEPTHS = ((-0.07, -0.035, 0.0, 0.035, 0.07), (-0.03, 0.0, 0.03), (-0.015, 0.0, 0.015))
+LOOKED_AT = 4  # frames, evenly spread, at each
 # what the rigid motion of the upper face leaves open in a frame
 POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
 
@@ -61,12 +64,14 @@ class Calibration:
     expressions: FloatArray
 
 
-def shift_deviation(model: MouthModel, frames: Sequence[CalibrationFrame]) -> FloatArray:
+def shift_deviation(
+    model: MouthModel, frames: Sequence[CalibrationFrame], seen: bool
+) -> FloatArray:
     """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
     if model.known:
         return ALIGNED_DEVIATION
     depth = float(np.median([f.pose.translation[2] for f in frames]))
-    return np.append(SHIFT_DEVIATION, DEPTH_SHARE * depth)
+    return np.asarray((SEEN_DEVIATION if seen else TOLD_DEVIATION) * np.r_[np.ones(5), depth])
 
 
 def calibrate(
@@ -76,6 +81,7 @@ def calibrate(
     renderer: Renderer,
     known: ColourClasses | None = None,
     begin: FloatArray | None = None,
+    seen: bool = True,
 ) -> Calibration:
     """Fit the person's mouth and the clip's colours by turns.
 
@@ -93,6 +99,8 @@ def calibrate(
         Colours that were learned before; then only the mouth is fitted.
     begin : (Q,) float64, optional
         The person to begin with; by default the average.
+    seen : bool
+        Whether the poses are those of faces that were found in several frames.
 
     Raises
     ------
@@ -101,7 +109,7 @@ def calibrate(
     """
     vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
     person, shift = np.zeros(model.n_person) if begin is None else begin, np.zeros(6)
-    deviation = shift_deviation(model, frames)
+    deviation = shift_deviation(model, frames, seen)
     for turn in range(len(ROUNDS)):
         stand = Stand(model, frames, camera, renderer, shift, person)
         if turn == 0 and not model.known:
@@ -140,7 +148,7 @@ def _choose_depth(
     and fitting the postures at each does not.
     """
     prior = GaussianPrior(np.zeros(6), deviation)
-    some = np.unique(np.linspace(0, len(frames) - 1, 6).round().astype(int))
+    some = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
         total = prior.negative_log(candidate)
@@ -150,7 +158,8 @@ def _choose_depth(
             total += _fit_posture(model, terms[k], frame, person, vectors[k], 300).value
         return total
 
-    tries = [shift + np.array([0, 0, 0, 0, 0, d]) for d in steps]
+    depth = float(np.median([frame.pose.translation[2] for frame in frames]))
+    tries = [shift + np.array([0, 0, 0, 0, 0, share * depth]) for share in steps]
     return np.asarray(tries[int(np.argmin([cost(t) for t in tries]))], np.float64)
 
 

