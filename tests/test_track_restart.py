@@ -16,13 +16,14 @@ from abs_engine.track.person import Calibration, shift_deviation
 from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.restart import (
     GOOD_SCORE,
-    HIGHER_AND_LOWER,
+    HIGHER,
+    LOWER,
     NEARER_AND_FARTHER,
     POOR_SCORE,
     calibrate_well,
 )
 
-STARTS = ("fuller", *HIGHER_AND_LOWER, *NEARER_AND_FARTHER)
+STARTS = (HIGHER, "fuller", LOWER, *NEARER_AND_FARTHER)
 SETTING = toy_setting()
 MODEL = SETTING.model
 POSE = Pose(FACING, [0.0, 30.0, 600.0])
@@ -33,13 +34,13 @@ OWN = np.array([0.01, -0.02, 0.03, 1.0, 2.0, 3.0])
 def attempt(monkeypatch, scores, model=MODEL):
     """Calibrate with made-up scores, one for each start; also the poses that were tried.
 
-    The second attempt, and no other, begins with full lips where the first did.
+    The third attempt, and no other, begins with full lips where the first did.
     """
     tried = []
 
     def calibrate(_model, frames, _camera, _renderer, known=None, begin=None, seen=True):
         tried.append(frames[0].pose)
-        assert (begin is not None and begin[1:3].min() > 0.5) == (len(tried) == 2)
+        assert (begin is not None and begin[1:3].min() > 0.5) == (len(tried) == 3)
         return Calibration(np.full(1, len(tried)), OWN, SimpleNamespace(), np.zeros((1, 16)))
 
     monkeypatch.setattr(restart, "calibrate", calibrate)
@@ -49,16 +50,17 @@ def attempt(monkeypatch, scores, model=MODEL):
 
 
 @pytest.mark.parametrize("scores", [[GOOD_SCORE, 0.0], [GOOD_SCORE, 1.0]])
-def test_beside_a_good_calibration_only_full_lips_are_tried(monkeypatch, scores):
+def test_beside_a_good_calibration_only_a_higher_place_is_tried(monkeypatch, scores):
     found, tried = attempt(monkeypatch, scores)
     assert len(tried) == 2
     assert found.person[0] == 1 + np.argmax(scores)
-    np.testing.assert_array_equal(found.shift, OWN)
+    move = np.array([0.0, 0.0, 0.0, 0.0, HIGHER[0] * np.argmax(scores), 0.0])
+    np.testing.assert_array_equal(found.shift, OWN + move)
 
 
 def test_one_that_is_not_poor_is_tried_again_fuller_higher_and_lower_only(monkeypatch):
     tried = attempt(monkeypatch, [POOR_SCORE, 0.1, 0.1, 0.1])[1]
-    assert len(tried) == 2 + len(HIGHER_AND_LOWER)
+    assert len(tried) == 4
     assert len({pose.translation[2] for pose in tried}) == 1
 
 
@@ -95,10 +97,9 @@ def test_a_place_that_was_told_stays_and_leaves_more_open(monkeypatch, placed):
     monkeypatch.setattr(restart, "log_evidence", lambda _m, _f, given, *_: np.zeros(len(given)))
     calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, placed=placed)
     there = POSE if placed else shifted(POSE, faces, MODEL.pivot)
-    for pose, seen in given:
-        assert seen is not placed
-        np.testing.assert_allclose(pose.translation, there.translation)
-        np.testing.assert_allclose(pose.rotation, there.rotation)
+    assert [seen for _, seen in given] == [not placed] * 2
+    np.testing.assert_allclose(given[0][0].translation, there.translation)
+    np.testing.assert_allclose(given[0][0].rotation, there.rotation)
     frames = FRAMES * 2
     assert (shift_deviation(MODEL, frames, True) < shift_deviation(MODEL, frames, False)).all()
 

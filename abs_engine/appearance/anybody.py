@@ -13,7 +13,7 @@ from abs_engine.appearance.mixture import Mixture
 DARK, TEETH = slice(0, 1), slice(1, 4)
 """Components of the mixture of what is inside a mouth."""
 _LIT_TEETH, _SHADED_TEETH = 2, 3  # of the same
-_PALEST, _FREQUENT = 0.6, 0.2  # of the way from skin to teeth, and of the skin
+_PALEST, _FREQUENT = 0.42, 0.2  # of the way from skin to teeth, and of the skin
 _LESS_RED = 0.3  # of the way from lips to lit teeth, which teeth in shade are at least
 # Lips less skin, in `features`, and how far people and lights differ: medians inside and around
 # the lips of 33 faces (8 of the GRID corpus, 25 of other pictures), some of them dark, bearded,
