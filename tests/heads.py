@@ -13,6 +13,7 @@ from abs_engine.geometry import FACING, Pose, vertex_normals
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.scene import Candidates, Scene
 from abs_engine.systems.lips import lip_model
+from abs_engine.track.detect import Face
 from abs_engine.track.fit import mouth_window
 from abs_engine.track.model import MouthModel
 
@@ -55,6 +56,13 @@ def lit_picture_of(
     fine = np.where(buffers.covered[..., None], fine, 100)
     small = cv2.resize(fine, camera.size, interpolation=cv2.INTER_AREA)
     return np.uint8(np.rint(np.clip(small, 0, 255)))
+
+
+def face_of(marks: np.ndarray, pose: Pose, camera: Camera) -> Face:
+    """The face whose eyes, nose and mouth (4, 3) a detector sees where they are."""
+    points = np.zeros((6, 2))
+    points[:4] = camera.project(pose.apply(marks))
+    return Face(points[:4].mean(axis=0), 100.0, points, 1.0)
 
 
 def seen_at(rotation: object, translation: object) -> Pose:

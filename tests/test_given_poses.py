@@ -330,7 +330,7 @@ def run(truth, tmp_path_factory):
     """Clara by her own head and the true poses; whoever looks for her face fails."""
     folder = tmp_path_factory.mktemp("known") / "run"
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("find_face", "find_faces", "follow", "rigid_reference"):
+        for name in ("find_face", "faces_about", "follow", "rigid_reference"):
             patch.setattr(prepare, name, None)
         return tracked(truth, folder, truth.folder, "--person", "clara"), folder
 

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from heads import head_of, picture_of, seen_at
+from heads import face_of, head_of, picture_of, seen_at
 
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
@@ -14,7 +14,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.track import align, prepare
 from abs_engine.track.align import KnownHead
 from abs_engine.track.keyframes import APART, MOST, SEEN_WELL, Keyframes
-from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox
+from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox, face_marks
 from abs_engine.track.prepare import HeadMotion
 from abs_engine.track.rigid import RigidReference, rigid_reference
 
@@ -141,7 +141,7 @@ def test_a_known_head_that_has_turned_is_found_from_where_it_was(yaw):
 def motion(monkeypatch) -> HeadMotion:
     """Follows a face that the user has boxed and that the detector never finds."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: None)
-    monkeypatch.setattr(prepare, "find_faces", lambda _image: [])
+    monkeypatch.setattr(prepare, "faces_about", lambda *_: [])
     monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: turned(0))
     return HeadMotion(HEAD, SMALL, RENDERER, boxed())
 
@@ -168,12 +168,13 @@ def blocks(colour: tuple[int, int, int]) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("colour", "detected"),
-    [((128, 128, 128), None), ((196, 148, 122), boxed()), ((60, 110, 190), boxed())],
+    [((128, 128, 128), False), ((196, 148, 122), True), ((60, 110, 190), True)],
 )
 def test_another_picture_is_not_taken_for_the_head(motion, monkeypatch, colour, detected):
     """Not where the head was, nor where a detector errs; and the head is found again after."""
-    monkeypatch.setattr(prepare, "find_face", lambda _image: detected)
-    monkeypatch.setattr(prepare, "find_faces", lambda _image: [])
+    face = face_of(face_marks(HEAD), seen_at([0, 0, 0], [0, 20, 560]), SMALL) if detected else None
+    monkeypatch.setattr(prepare, "find_face", lambda _image: face)
+    monkeypatch.setattr(prepare, "faces_about", lambda *_: [])
     shown = [picture(0, SMALL), blocks(colour), picture(0, SMALL)]
     found = [pose for _, pose in motion.poses(shown)]
     assert [pose is not None for pose in found] == [True, False, True]

@@ -15,7 +15,7 @@ from runs import noise
 
 from abs_engine.assets import shipped
 from abs_engine.camera import Camera
-from abs_engine.track.detect import MARKS, find_face, find_faces
+from abs_engine.track.detect import MARKS, faces_about, find_face, find_faces
 from abs_engine.track.locate import face_marks
 
 PEOPLE = ["clara", "kofi", "walter", "mei", "amara", "ravi"]
@@ -80,6 +80,46 @@ def test_the_largest_of_two_faces():
     assert SIZE[0] < face.centre[0] < 2 * SIZE[0]
     right, left = (face.points[MARKS.index(name)] for name in ("right_eye", "left_eye"))
     assert right[0] < left[0]  # the subject's right is on the picture's left
+
+
+def test_a_face_that_is_meant_is_found_beside_a_larger_one():
+    camera = Camera.ideal(SIZE)
+    near = picture_of(head_of("clara").head, seen_at([0, 0, 0], [0, 0, 500]), camera)
+    pose = seen_at([0, 0, 0], [0, 0, 900])
+    far = cv2.resize(picture_of(head_of("kofi").head, pose, camera), None, fx=0.3, fy=0.3)
+    both = np.full((SIZE[1], SIZE[0] + far.shape[1], 3), 90, np.uint8)
+    both[:, : SIZE[0]] = near
+    both[60 : 60 + far.shape[0], SIZE[0] :] = far
+    small = find_face(far)
+    assert small is not None
+    place = small.centre + np.array([SIZE[0], 60])
+    found = faces_about(both, place, 1.2 * small.size)
+    assert np.abs(found[0].centre - place).max() < 3.0
+    assert faces_about(both, np.array([SIZE[0] + 20.0, 230.0]), 20.0) == []
+
+
+def test_faces_come_the_surest_first():
+    camera = Camera.ideal(SIZE)
+    people = [
+        picture_of(head_of(person).head, seen_at(turn, [0, 0, 800]), camera)
+        for person, turn in zip(PEOPLE[:4], np.linspace([0, 0, 0], [0, 0.6, 0.3], 4), strict=True)
+    ]
+    found = find_faces(np.vstack([np.hstack(people[:2]), np.hstack(people[2:])]))
+    assert len(found) == 4
+    scores = [face.score for face in found]
+    assert scores == sorted(scores, reverse=True)
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+def test_places_count_from_the_centres_of_pixels(factor):
+    camera = Camera.ideal((640, 480))
+    image = picture_of(head_of("walter").head, seen_at([0, 0, 0], [0, 0, 700]), camera)
+    small = cv2.resize(image, None, fx=1 / factor, fy=1 / factor, interpolation=cv2.INTER_AREA)
+    one, other = find_face(image), find_face(small)
+    assert one is not None
+    assert other is not None
+    enlarged = factor * (other.points + 0.5) - 0.5
+    assert np.abs((enlarged - one.points)[:4].mean(axis=0)).max() < 0.7
 
 
 @pytest.mark.parametrize("seed", range(3))

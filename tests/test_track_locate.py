@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heads import SIZE, head_of, picture_of, seen_at
+from heads import SIZE, face_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
+from abs_engine.geometry import Pose, rotations
 from abs_engine.systems.lips import lip_model
 from abs_engine.track.detect import Face, find_face
 from abs_engine.track.locate import (
@@ -18,6 +18,7 @@ from abs_engine.track.locate import (
     face_marks,
     first_pose,
     pose_of_face,
+    with_mouth_at,
 )
 
 DISTORTED = Camera(Camera.ideal((640, 480)).matrix, (640, 480), np.array([-0.2, 0.05]))
@@ -26,20 +27,17 @@ CAMERAS = pytest.mark.parametrize(
 )
 
 
-def seen(marks: np.ndarray, pose: Pose, camera: Camera) -> Face:
-    """A face with these marks (4, 3)."""
-    points = np.zeros((6, 2))
-    points[:4] = camera.project(pose.apply(marks))
-    return Face(points[:4].mean(axis=0), 100.0, points, 1.0)
-
-
 @CAMERAS
-@pytest.mark.parametrize("turn", [(0, 0, 0), (0, 0.3, 0), (0, -0.2, 0.6), (0.05, 0, -0.6)])
-def test_the_pose_of_a_face(camera, turn):
+@pytest.mark.parametrize(
+    ("turn", "lean"), [((0, 0, 0), 0), ((0, 0.3, 0), 0), ((0, 0.3, 0), 0.8), ((0, -0.3, 0), -1.2)]
+)
+def test_the_pose_of_a_face(camera, turn, lean):
     model = head_of("ravi")
-    marks, pose = face_marks(model), seen_at(turn, [40, -30, 800])
-    found = pose_of_face(seen(marks, pose, camera), camera, marks)
-    assert found.angle_to(pose) < 0.06  # nodding is taken for less than it is
+    upright = seen_at(turn, [20, -15, 800])
+    leaning = rotations(np.array([[0, 0, lean]]))[0]
+    marks, pose = face_marks(model), Pose(leaning @ upright.rotation, upright.translation)
+    found = pose_of_face(face_of(marks, pose, camera), camera, marks)
+    assert found.angle_to(pose) < 0.04
     away = found.apply(marks[3]) - pose.apply(marks[3])
     assert np.abs(away[:2]).max() < 1.5
     assert abs(away[2]) < 20
@@ -48,11 +46,29 @@ def test_the_pose_of_a_face(camera, turn):
     )
 
 
+def test_nodding_is_taken_for_less_than_it_is():
+    marks, camera = face_marks(head_of("ravi")), Camera.ideal((640, 480))
+    pose = seen_at([0.1, 0, 0], [0, 0, 800])
+    found = pose_of_face(face_of(marks, pose, camera), camera, marks)
+    assert 0.02 < found.angle_to(pose) < 0.1
+
+
+def test_points_beyond_the_reach_of_a_lens_model_are_taken_as_without_it():
+    matrix = np.array([[400.0, 0, 320], [0, 400, 240], [0, 0, 1]])
+    camera = Camera(matrix, (640, 480), np.array([-0.35]))
+    marks = face_marks(head_of("ravi"))
+    points = np.zeros((6, 2))
+    points[:4] = [[-300, -200], [-100, -200], [-200, -60], [-200, 40]]
+    found = pose_of_face(Face(points[:4].mean(axis=0), 300.0, points, 1.0), camera, marks)
+    right, left = found.apply(marks[:2])[:, :2]
+    assert right[0] < left[0] < 0
+
+
 def test_an_unlikely_face_is_not_taken_for_a_nod():
     marks = face_marks(head_of("ravi"))
     long = marks + np.array([[0, 0, 0], [0, 0, 0], [0, -5, 0], [0, -9, 0]])
     camera, pose = Camera.ideal((640, 480)), seen_at([0, 0, 0], [0, 0, 700])
-    found = pose_of_face(seen(long, pose, camera), camera, marks)
+    found = pose_of_face(face_of(long, pose, camera), camera, marks)
     assert found.angle_to(pose) < 0.1
     assert found.translation[2] == pytest.approx(700, rel=0.04)  # the eyes tell it
 
@@ -97,6 +113,15 @@ def test_a_box_shows_which_face_is_meant():
     assert box.shown([]) is None
     beside = Face(one.centre, 90.0, np.tile([110.0, 128.0], (6, 1)), 0.95)
     assert box.shown([beside, one]) is one
+
+
+@CAMERAS
+def test_a_head_is_moved_until_its_mouth_is_seen_there(camera):
+    pose, mouth = seen_at([0, 0.2, 0.4], [30, 20, 700]), np.array([1.0, -45.0, 90.0])
+    moved = with_mouth_at(pose, np.array([200.0, 150.0]), camera, mouth)
+    np.testing.assert_allclose(camera.project(moved.apply(mouth)), [200, 150], atol=1e-3)
+    np.testing.assert_array_equal(moved.rotation, pose.rotation)
+    assert moved.apply(mouth)[2] == pytest.approx(pose.apply(mouth)[2])
 
 
 @CAMERAS

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heads import SIZE, colours_of, head_of, picture_of, seen_at
+from heads import SIZE, colours_of, face_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.systems.lips import lip_model
 from abs_engine.track import place
-from abs_engine.track.detect import Face
 from abs_engine.track.locate import face_marks
 from abs_engine.track.place import (
     CalibrationFrame,
@@ -36,16 +35,10 @@ def off(model, frame, wanted):
     return frame.pose.apply(model.pivot) - wanted
 
 
-def face_of(model, pose):
-    """The face of the head at a pose."""
-    points = np.zeros((6, 2))
-    points[:4] = CAMERA.project(pose.apply(face_marks(model)))
-    return Face(points[:4].mean(axis=0), 100.0, points, 1.0)
-
-
 def shift_of(model, monkeypatch, poses):
     """The shift from `POSE` by frames with faces at these poses, or without."""
-    left = iter([None if p is None else face_of(model, p) for p in poses])
+    marks = face_marks(model)
+    left = iter([None if p is None else face_of(marks, p, CAMERA) for p in poses])
     monkeypatch.setattr(place, "find_face", lambda _image: next(left))
     blank = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
     return shift_of_faces(model, [CalibrationFrame(blank, POSE)] * len(poses), CAMERA)
@@ -105,3 +98,11 @@ def test_a_mouth_that_is_not_seen_is_neither_grown_nor_hidden(model):
     )  # fmt: skip
     assert abs(found[4]) <= 6.0
     assert abs(found[5]) <= 1.2 * DEVIATION[5]
+
+
+@pytest.mark.parametrize(("reach", "step"), [(12.0, 3.0), (20.0, 3.0), (0.5, 4.0)])
+def test_where_the_mouth_was_told_is_searched_too_and_both_sides_alike(reach, step):
+    steps = place._to_both_sides(reach, step)
+    assert 0 in steps
+    np.testing.assert_array_equal(steps, -steps[::-1])
+    assert reach <= steps.max() < reach + step

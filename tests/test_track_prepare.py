@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heads import colours_of, head_of, picture_of, seen_at
+from heads import colours_of, face_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
 from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError, ModelFormatError
 from abs_engine.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.systems.lips import lip_model
 from abs_engine.track import prepare
 from abs_engine.track.align import KnownHead
 from abs_engine.track.keyframes import Keyframes
-from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox, first_pose
+from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
 from abs_engine.track.model import build_mouth_model
 from abs_engine.track.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
 
@@ -60,7 +61,7 @@ def clara():
 def motion(clara, monkeypatch):
     """Follows a face that the user has boxed and that the detector never finds."""
     monkeypatch.setattr(prepare, "find_face", lambda _image: None)
-    monkeypatch.setattr(prepare, "find_faces", lambda _image: [])
+    monkeypatch.setattr(prepare, "faces_about", lambda *_: [])
     monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: START)
     size = CAMERA.matrix[0, 0] * BOX_WIDTH_MM / 650
     return HeadMotion(clara, CAMERA, CpuRenderer(), FaceBox(160 - size / 2, 120 - size / 2, size))
@@ -92,7 +93,7 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
 
 
 @pytest.mark.parametrize(
-    ("move", "box", "person", "kept"),
+    ("move", "seen", "person", "kept"),
     [
         ([0, 0, 0], [27, 20], "clara", True),
         ([8, -5, 0], [27, 20], "clara", True),
@@ -102,8 +103,8 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
     ],
     ids=["stays", "moves", "jumps", "nearer", "another"],
 )
-def test_a_lost_face_goes_on_from_where_it_moved_to(motion, monkeypatch, move, box, person, kept):
-    """Its box wanders by so many mm; where it looks otherwise than before, the box decides."""
+def test_a_lost_face_goes_on_from_where_it_moved_to(motion, monkeypatch, move, seen, person, kept):
+    """It is seen so many mm beside; where it looks otherwise than before, what is seen decides."""
     monkeypatch.setattr(HeadMotion, "_known", None)
     monkeypatch.setattr(Keyframes, "step", lambda _self, _image: None)
     there = Pose(START.rotation, START.translation + move)
@@ -111,23 +112,35 @@ def test_a_lost_face_goes_on_from_where_it_moved_to(motion, monkeypatch, move, b
         picture_of(head.head, pose, CAMERA)
         for head, pose in ((motion.model, START), (head_of(person), there))
     ]
-    depth = there.translation[2]
-    x, y = np.array(box) * CAMERA.matrix[0, 0] / depth
-    size = motion.box.size * 650 / depth
-    middle = motion.box.x + motion.box.size / 2, motion.box.y + motion.box.size / 2
-    found = FaceBox(middle[0] + x - size / 2, middle[1] + y - size / 2, size)
+    marks = face_marks(motion.model)
+    beside = Pose(START.rotation, START.translation + np.array([*seen, move[2]]))
+    found = face_of(marks, beside, CAMERA)
     monkeypatch.setattr(prepare, "find_face", lambda _image: found)
     one, two = (pose for _, pose in motion.poses(pictures))
-    by_box = first_pose(found, CAMERA, motion.model.pivot).translation
+    by_face = pose_of_face(found, CAMERA, marks).translation
     if kept:
         pivot = motion.model.pivot
-        was, seen, true_was, true = (
+        was, now, true_was, true = (
             CAMERA.project(pose.apply(pivot)) for pose in (one, two, START, there)
         )
-        np.testing.assert_allclose(seen - was, true - true_was, atol=1.5)
-        assert np.abs(two.translation - by_box).max() > 5
+        np.testing.assert_allclose(now - was, true - true_was, atol=1.5)
+        assert np.abs(two.translation - by_face).max() > 5
     else:
-        np.testing.assert_allclose(two.translation, by_box, atol=1e-6)
+        np.testing.assert_allclose(two.translation, by_face, atol=1e-6)
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.4])
+def test_a_box_places_the_mouth_of_the_face_that_it_is_about(clara, roll):
+    """Its lean and distance are the face's; without a known head's looks, which place it better."""
+    somebody = lip_model(load_speaker(), None)
+    pose = seen_at([0, 0, roll], [0, 20, 700])
+    image = picture_of(clara.head, pose, CAMERA)
+    x, y = CAMERA.project(pose.apply(clara.pivot)) + np.array([0, 6])
+    box = FaceBox.around_mouth(x - 30, y - 8, 60, 16)  # twice as wide as the mouth
+    found = next(HeadMotion(somebody, CAMERA, CpuRenderer(), box).poses([image]))[1]
+    np.testing.assert_allclose(CAMERA.project(found.apply(somebody.pivot)), [x, y], atol=0.1)
+    assert found.angle_to(pose) < 0.15
+    assert found.apply(somebody.pivot)[2] == pytest.approx(pose.apply(clara.pivot)[2], rel=0.1)
 
 
 def test_a_box_on_a_blank_wall_is_no_face(motion):

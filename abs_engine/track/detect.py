@@ -2,12 +2,13 @@
 
 The network is MediaPipe's for near faces, as shipped in `assets/detector`; OpenCV runs it on the
 CPU. It is only used to find where to begin: what is measured comes from rendering and comparing.
+A process has one network, which is not to be used from several threads at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import cv2
@@ -28,12 +29,14 @@ _SURE = 0.6  # least probability of a face in the whole picture; faces that were
 _SURER = 0.75  # the same in parts of it, of which more are looked at
 _SAME = 0.3  # overlap of two guesses, over their union, from which they are of one face
 _AGAIN = 1.6  # sides of the face's box: what is looked at once more, to place its points better
+_NARROWEST, _LONGEST = 16, 8  # pixels, and times that: what is narrower holds no face
+_LEAST_APART = 0.05  # sides of its square, how far a face's eyes are apart
 _SMALLER = (1.0, 0.5)  # of the picture's shorter side: parts that are looked at if there is no face
 
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """A face in a picture; places in pixels.
+    """A face in a picture; places in pixels, whose centres are at integers.
 
     Parameters
     ----------
@@ -64,24 +67,54 @@ def find_face(image: NDArray[np.uint8]) -> Face | None:
 
 
 def find_faces(image: NDArray[np.uint8]) -> list[Face]:
-    """The faces of an image (H, W, 3) RGB, the surest first.
+    """The faces of an image, the surest first.
 
     They are looked for in the whole picture, and in parts of it where that shows none, as small
     faces are lost in it. Each that is found is looked at once more from near.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+
+    Returns
+    -------
+    list of Face
+        None in slivers: pictures that are narrower than `_NARROWEST` pixels, or longer than
+        `_LONGEST` times their width.
     """
     height, width = image.shape[:2]
-    whole = max(height, width)
-    middle = np.array([width, height]) / 2.0
-    found = _looked_at(image, middle, whole, _SURE)
+    least, most = sorted((height, width))
+    if least < _NARROWEST or most > _LONGEST * least:
+        return []
+    found = _looked_at(image, np.array([width, height]) / 2.0, most, _SURE)
     for share in _SMALLER:
         if found:
             break
-        side = share * min(height, width)
-        seen = [
-            f for at in _centres(width, height, side) for f in _looked_at(image, at, side, _SURER)
-        ]
-        found = _distinct(seen)
-    return [_nearer(image, face) for face in found]
+        squares = _centres(width, height, share * least)
+        found = [f for at in squares for f in _looked_at(image, at, share * least, _SURER)]
+    return _in_pixels(image, _distinct(found))
+
+
+def faces_about(image: NDArray[np.uint8], centre: FloatArray, size: float) -> list[Face]:
+    """The faces of an image (H, W, 3) RGB near a place, the surest first.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+    centre : (2,) float64
+        Where a face is expected, pixels.
+    size : float
+        How large about its square is.
+    """
+    return _in_pixels(image, _looked_at(image, np.asarray(centre) + 0.5, _AGAIN * size, _SURE))
+
+
+def _in_pixels(image: NDArray[np.uint8], faces: list[Face]) -> list[Face]:
+    """Faces as they are seen from near, their places counted from pixels' centres, not edges."""
+    return [
+        replace(f, centre=f.centre - 0.5, points=f.points - 0.5)
+        for f in _distinct([_nearer(image, face) for face in faces])
+    ]
 
 
 def _centres(width: int, height: int, side: float) -> Iterator[FloatArray]:
@@ -102,7 +135,10 @@ def _nearer(image: NDArray[np.uint8], face: Face) -> Face:
 def _looked_at(
     image: NDArray[np.uint8], centre: FloatArray, side: float, least: float
 ) -> list[Face]:
-    """The faces that the network sees in a square of the image; black lies around it."""
+    """The faces that the network sees in a square of the image; black lies around it.
+
+    Here and in the faces, places count from the edges of pixels, the picture's corner.
+    """
     scale = _SIDE / side
     first = np.maximum(np.floor(centre - 0.5 * side), 0.0)
     last = np.ceil(centre + 0.5 * side)
@@ -133,10 +169,10 @@ def _guesses(picture: NDArray[np.uint8], least: float) -> list[Face]:
     raw = network.forward("regressors").reshape(-1, 8, 2).astype(np.float64)[kept]
     anchor = _anchors()[kept]
     centre, points = raw[:, 0] + anchor, raw[:, 2:] + anchor[:, None]
-    size = raw[:, 1].max(axis=1)
-    order = np.argsort(-score[kept])
+    size, apart = raw[:, 1].max(axis=1), np.linalg.norm(points[:, 0] - points[:, 1], axis=1)
+    sound = np.flatnonzero((size > 0) & (apart > _LEAST_APART * size))
     return _distinct(
-        [Face(centre[k], float(size[k]), points[k], float(score[kept][k])) for k in order]
+        [Face(centre[k], float(size[k]), points[k], float(score[kept][k])) for k in sound]
     )
 
 
@@ -179,4 +215,4 @@ def _anchors() -> FloatArray:
 
 @cache
 def _network() -> cv2.dnn.Net:
-    return cv2.dnn.readNetFromTFLite(str(shipped("detector") / "face_detection_short_range.tflite"))
+    return cv2.dnn.readNetFromTFLite(str(shipped("detector/face_detection_short_range.tflite")))

@@ -17,20 +17,19 @@ from abs_engine.track.model import MouthModel
 
 FloatArray = NDArray[np.float64]
 
-# At the face's depth a box of this detector is about 168 mm wide on renders of the bundled people,
-# and 174 mm on the faces of the GRID clips if the outer corners of their eyes are 88 mm apart. The
-# mouth's centre lies 0.805 of its height below its top.
+# A square around a face, by which a box around its mouth is enlarged: its width, the height of the
+# mouth's centre below its top and the mouth's width, both as shares of it.
 BOX_WIDTH_MM = 175.0
 MOUTH_HEIGHT = 0.805
 MOUTH_WIDTH = 0.27
 
 # Between the middles of the eyes of somebody: 63 in people (Dodgson 2004), 65 in the ICT face
-# model's mean; 60 in the bundled average person.
+# model's mean, but 60 in the bundled average person, whose mouth is as much too narrow: between.
 EYES_APART_MM = 62.0
 MOUTH = 3  # of the points that tell the pose: eyes, tip of the nose, mouth
 # mm, where the detector sees them, less the landmarks
-_SEEN_AT = np.array([[0.0, -1.4, 0.0], [0.0, -1.4, 0.0], [0.0, -3.8, 0.0], [0.0, -1.5, 0.0]])
-# mm across and down, how far people's marks differ from the average head's
+_SEEN_AT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3.0, 0.0], [0.0, -0.9, 0.0]])
+# mm across and down a face, how far people's marks differ from the average head's
 _MARK_DEVIATION = np.array([[1.8, 3.0], [1.8, 3.0], [1.5, 6.0], [1.5, 6.0]])
 _TURN_DEVIATION = np.array([0.1, 0.4, 0.1])  # radians: pitch, yaw, and roll beyond the eyes'
 
@@ -47,6 +46,11 @@ class FaceBox:
     def mouth(self) -> tuple[float, float]:
         """Where the mouth's centre is expected, pixels."""
         return self.x + 0.5 * self.size, self.y + MOUTH_HEIGHT * self.size
+
+    @property
+    def centre(self) -> FloatArray:
+        """Its middle (2,), pixels."""
+        return np.array([self.x, self.y]) + 0.5 * self.size
 
     @classmethod
     def around_mouth(cls, x: float, y: float, width: float, height: float) -> FaceBox:
@@ -72,10 +76,8 @@ def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose
         The mouth's centre, mm, head frame.
     """
     depth = camera.matrix[0, 0] * BOX_WIDTH_MM / box.size
-    pixel = np.array([[box.mouth]], np.float64)
-    x, y = cv2.undistortPoints(pixel, camera.matrix, camera.distortion)[0, 0]
-    centre = np.array([x, y, 1.0]) * depth
-    return Pose(FACING, centre - FACING @ mouth)
+    ahead = Pose(FACING, np.array([0.0, 0.0, depth]) - FACING @ mouth)
+    return with_mouth_at(ahead, np.array(box.mouth), camera, mouth)
 
 
 def face_marks(model: MouthModel) -> FloatArray:
@@ -106,26 +108,58 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
     marks : (4, 3) float64
         `face_marks`, mm, head frame.
     """
-    pixels = face.points[: len(marks)]
-    seen = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
+    seen = _undistorted(face.points[: len(marks)], camera)
     middle = marks.mean(axis=0)
     eyes, width = seen[1] - seen[0], np.linalg.norm(marks[1] - marks[0])
     depth = width / np.linalg.norm(eyes)
-    roll = float(np.arctan2(eyes[1], eyes[0]))
-    upright = rotations(np.array([[0.0, 0.0, roll]]))[0] @ FACING
+    roll = np.array([[0.0, 0.0, np.arctan2(eyes[1], eyes[0])]])
+    leaning = rotations(roll)[0]
 
     def posed(x: FloatArray) -> Pose:
-        rotation = rotations(x[None, :3])[0] @ upright
+        rotation = leaning @ rotations(x[None, :3])[0] @ FACING
         centre = np.array([*(x[3:5] * depth), depth * np.exp(x[5])])
         return Pose(rotation, centre - rotation @ middle)
 
     def misfit(x: FloatArray) -> FloatArray:
         at = posed(x).apply(marks)
-        away = (at[:, :2] / at[:, 2:] - seen) * depth / _MARK_DEVIATION
+        away = (at[:, :2] / at[:, 2:] - seen) @ leaning[:2, :2] * depth / _MARK_DEVIATION
         return np.concatenate([away.ravel(), x[:3] / _TURN_DEVIATION])
 
     start = np.r_[np.zeros(3), seen.mean(axis=0), 0.0]
     found = posed(least_squares(misfit, start).x)
-    mouth = found.apply(marks[MOUTH])
-    exact = np.array([*(seen[MOUTH] * mouth[2]), mouth[2]])
-    return Pose(found.rotation, found.translation + exact - mouth)
+    return _moved_to(found, marks[MOUTH], seen[MOUTH])
+
+
+def with_mouth_at(
+    pose: Pose, pixel: NDArray[np.floating], camera: Camera, mouth: NDArray[np.float64]
+) -> Pose:
+    """The pose moved across the line of sight until the mouth is seen at a pixel.
+
+    Parameters
+    ----------
+    pose : Pose
+    pixel : (2,) float64
+    camera : Camera
+    mouth : (3,) float64
+        The mouth's centre, mm, head frame.
+    """
+    return _moved_to(pose, mouth, _undistorted(np.asarray(pixel, np.float64)[None], camera)[0])
+
+
+def _moved_to(pose: Pose, point: FloatArray, ray: FloatArray) -> Pose:
+    """The pose moved across the line of sight until a point (3,) lies on a ray (2,) at depth 1."""
+    at = pose.apply(point)
+    return Pose(pose.rotation, pose.translation + np.array([*(ray * at[2]), at[2]]) - at)
+
+
+def _undistorted(pixels: FloatArray, camera: Camera) -> FloatArray:
+    """Rays (N, 2) at depth 1 through pixels (N, 2).
+
+    A strong lens model does not reach far beyond the picture, where points of a face that is cut
+    off may lie: there the lens is left out.
+    """
+    rays = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
+    plain = cv2.undistortPoints(pixels[:, None], camera.matrix, None)[:, 0]
+    back = camera.project(np.hstack([rays, np.ones((len(rays), 1))]))
+    off = np.abs(back - pixels).max(axis=1, keepdims=True)
+    return np.asarray(np.where(off < 1.0, rays, plain))

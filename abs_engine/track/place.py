@@ -1,4 +1,4 @@
-"""Where the mouth is, before anything of the person is known: by face boxes, then by colour."""
+"""Where the mouth is, before anything of the person is known: by faces found, then by colour."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 SEARCHED_DEVIATIONS = 4.0  # to either side, how far the mouth is looked for
-# a box that is farther off than this, mm and share of the depth, is another face's, or none's
+# a face that is farther off than this, mm and share of the depth, is another face's, or none's
 ELSEWHERE_MM, ELSEWHERE_DEPTH = 60.0, 0.35
 SEARCHED = (0.8, 1.6)
 """Mouth widths that the searched window is wider and higher by than the one that is fitted."""
@@ -65,6 +65,12 @@ def shift_of_faces(
 
     The median of several wanders less than one. Other faces, far from where the head was followed
     to, do not count.
+
+    Parameters
+    ----------
+    model : MouthModel
+    frames : sequence of CalibrationFrame
+    camera : Camera
 
     Returns
     -------
@@ -120,8 +126,8 @@ def place_mouth(
     grid = np.array(
         [
             [0, 0, 0, dx, dy, dz * deviation[5]]
-            for dx in np.arange(-across, across + 0.1, 4.0)
-            for dy in np.arange(-down, down + 0.1, 3.0)
+            for dx in _to_both_sides(across, 4.0)
+            for dy in _to_both_sides(down, 3.0)
             for dz in (-1.2, -0.6, 0.0, 0.6, 1.2)
         ]
     )
@@ -142,3 +148,9 @@ def place_mouth(
     prior = GaussianPrior(np.zeros(6), deviation)
     total = total * TOGETHER / len(frames) + np.array([prior.negative_log(g) for g in grid])
     return np.asarray(grid[int(np.argmin(total))])
+
+
+def _to_both_sides(reach: float, step: float) -> FloatArray:
+    """Steps to `reach` and from it, 0 among them."""
+    count = np.ceil(reach / step)
+    return np.asarray(step * np.arange(-count, count + 1))

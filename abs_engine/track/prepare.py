@@ -17,10 +17,16 @@ from abs_engine.scene import Renderer
 from abs_engine.track.align import KnownHead, face_motions
 from abs_engine.track.blobs import LipBlob
 from abs_engine.track.carry import carried
-from abs_engine.track.detect import Face, find_face, find_faces
+from abs_engine.track.detect import faces_about, find_face
 from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
-from abs_engine.track.locate import FaceBox, face_marks, first_pose, pose_of_face
+from abs_engine.track.locate import (
+    FaceBox,
+    face_marks,
+    first_pose,
+    pose_of_face,
+    with_mouth_at,
+)
 from abs_engine.track.model import MouthModel
 from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
@@ -44,8 +50,8 @@ class HeadMotion:
     camera : Camera
     renderer : Renderer
     box : FaceBox or None
-        Which face, in the first frame where one is looked for, if the user knows it. Where none is
-        found there, the box tells the pose.
+        Which face, and where its mouth is, in the first frame where one is looked for, if the user
+        knows it.
     colours : ColourClasses, optional
         With them a lost face is looked for by its lips, too.
     rate : float
@@ -64,8 +70,8 @@ class HeadMotion:
 
         When the points of the reference are lost, they are looked for about the lips, if their
         colour is known: a face that comes back keeps its place and size by the old reference. Then
-        the face is looked for again and a new reference is taken where it is found; or, as boxes
-        wander, where it has moved since the frame before if it was seen there (see `carried`).
+        the face is looked for again and a new reference is taken where it is found; or, as that
+        wanders, where it has moved since the frame before if it was seen there (see `carried`).
         Where the detector finds none, as in a close-up, the old reference is tried again where it
         was.
         """
@@ -156,29 +162,38 @@ class HeadMotion:
 
         `before` is the frame before, and its pose in it, if it was seen there.
         """
-        face: Face | FaceBox | None = (
-            find_face(image) if box is None else box.shown(find_faces(image))
-        )
-        face = face or box
-        reference = None if face is None else self._reference(image, face, before)
+        pose = self._seen(image, box)
+        reference = None if pose is None else self._reference(image, pose, before)
         if reference is None or len(reference.points) < LEAST_POINTS:
             return None
         return reference
 
     def _reference(
-        self, image: Image, found: Face | FaceBox, before: tuple[Image, Pose] | None
+        self, image: Image, seen: Pose, before: tuple[Image, Pose] | None
     ) -> RigidReference:
         """The head in a first frame: by the face, and by its texture where that is known."""
         moved = None if before is None else self._carried(*before, image)
-        pose = moved or self._pose_of(found)
+        pose = moved or seen
         if self._known is not None:
             pose = self._known.align(image, pose)
         return self._taken(image, pose)
 
-    def _pose_of(self, found: Face | FaceBox) -> Pose:
-        if isinstance(found, FaceBox):
-            return first_pose(found, self.camera, self.model.pivot)
-        return pose_of_face(found, self.camera, face_marks(self.model))
+    def _seen(self, image: Image, box: FaceBox | None) -> Pose | None:
+        """The head by the face that is found, or by the one that is meant; None without one.
+
+        The box that tells which is meant says where its mouth is, too; and the rest where no face
+        is found in it.
+        """
+        camera, pivot = self.camera, self.model.pivot
+        if box is None:
+            face = find_face(image)
+        else:
+            face = box.shown(faces_about(image, box.centre, box.size))
+        pose = None if face is None else pose_of_face(face, camera, face_marks(self.model))
+        if box is None:
+            return pose
+        upright = first_pose(box, camera, pivot)
+        return upright if pose is None else with_mouth_at(pose, np.array(box.mouth), camera, pivot)
 
     def _carried(self, before: Image, pose: Pose, image: Image) -> Pose | None:
         """The pose of the frame before, moved as the face has; None where it is not seen alike."""
