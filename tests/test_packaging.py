@@ -109,16 +109,17 @@ def test_shaders_are_loaded_from_the_wheel(installed):
     assert Path(installed.python(code)).is_relative_to(installed.environment)
 
 
-def test_the_wheel_holds_shaders_and_speaker_as_they_are_in_the_repository(installed):
+def test_the_wheel_holds_shaders_and_assets_as_they_are_in_the_repository(installed):
     with zipfile.ZipFile(installed.wheel) as wheel:
-        for folder in ("shaders", "assets/speaker"):
+        for folder in ("shaders", "assets/speaker", "assets/detector"):
             files = [file for file in (ROOT / folder).rglob("*") if file.is_file()]
             assert files
             for file in files:
                 packed = wheel.read(f"abs_engine/_data/{file.relative_to(ROOT).as_posix()}")
                 assert packed == file.read_bytes()
         names = wheel.namelist()
-        assert f"abs_engine-{VERSION}.dist-info/licenses/LICENSE" in names
+        for licence in ("LICENSE", "assets/detector/LICENSE.txt", "assets/speaker/LICENSE.txt"):
+            assert f"abs_engine-{VERSION}.dist-info/licenses/{licence}" in names
         assert not [n for n in names if "__pycache__" in n or n.startswith(("tests", "shaders"))]
 
 

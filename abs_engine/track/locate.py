@@ -74,6 +74,10 @@ def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose
     camera : Camera
     mouth : (3,) float64
         The mouth's centre, mm, head frame.
+
+    Returns
+    -------
+    Pose
     """
     depth = camera.matrix[0, 0] * BOX_WIDTH_MM / box.size
     ahead = Pose(FACING, np.array([0.0, 0.0, depth]) - FACING @ mouth)
@@ -107,6 +111,10 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
     camera : Camera
     marks : (4, 3) float64
         `face_marks`, mm, head frame.
+
+    Returns
+    -------
+    Pose
     """
     seen = _undistorted(face.points[: len(marks)], camera)
     middle = marks.mean(axis=0)
@@ -142,6 +150,10 @@ def with_mouth_at(
     camera : Camera
     mouth : (3,) float64
         The mouth's centre, mm, head frame.
+
+    Returns
+    -------
+    Pose
     """
     return _moved_to(pose, mouth, _undistorted(np.asarray(pixel, np.float64)[None], camera)[0])
 
