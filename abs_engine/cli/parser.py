@@ -146,7 +146,7 @@ def _track(command: argparse.ArgumentParser) -> None:
     _output(command, "RUN", "folder of the results")
     command.add_argument(
         "--mouth", type=float, nargs=4, metavar=("X", "Y", "W", "H"),
-        help="box around the mouth in the first frame, pixels: whose it is, and where; by default found",
+        help="box around the mouth that is meant, first frame, pixels; by default it is found",
     )  # fmt: skip
     command.add_argument(
         "--person", metavar="NAME", help="a known head: one of the speaker's people"
