@@ -86,9 +86,7 @@ def without_teeth(skin: Mixture) -> Mixture:
     centre = skin.means[skin.weights.argmax()]
     way = _teeth_beside(centre) - centre[:2]
     pale = (skin.means - centre)[:, :2] @ way > _PALEST * (way @ way)
-    kept = np.flatnonzero(~pale | (skin.weights > _FREQUENT))
-    weights = skin.weights[kept]
-    return Mixture(weights / weights.sum(), skin.means[kept], skin.covariances[kept])
+    return skin.part(np.flatnonzero(~pale | (skin.weights > _FREQUENT)))
 
 
 def _teeth_beside(skin: FloatArray) -> FloatArray:

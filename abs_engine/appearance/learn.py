@@ -92,8 +92,7 @@ def learn_classes(
     _enough("lips", found.own)
     lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
     lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
-    skin = without_teeth(fit_mixture(samples, found.bare, SKIN_COMPONENTS))
-    skin = shaded(skin, _SKIN_SHADING)
+    skin = _sound(fit_mixture(samples, found.bare, SKIN_COMPONENTS))
     return _assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
@@ -137,7 +136,7 @@ def _separated(
         elif own.sum() >= LEAST_PIXELS:
             lips = shaded(lips.updated(samples, own), _LIP_SHADING)
         inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
-        skin = shaded(without_teeth(skin.updated(samples, bare)), _SKIN_SHADING)
+        skin = _sound(skin.updated(samples, bare))
     return _Separated(skin, inside, bare, own)
 
 
@@ -235,7 +234,12 @@ def _skin(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
     """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
     core = samples[first >= np.quantile(first, 0.1)]
-    return shaded(without_teeth(fit_mixture(core, np.ones(len(core)), components)), _SKIN_SHADING)
+    return _sound(fit_mixture(core, np.ones(len(core)), components))
+
+
+def _sound(skin: Mixture) -> Mixture:
+    """Skin as it was fitted, less what are teeth, in whatever shade."""
+    return shaded(without_teeth(skin), _SKIN_SHADING)
 
 
 def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
@@ -250,6 +254,4 @@ def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:
 def _likely(lips: Mixture, skin: Mixture) -> Mixture:
     """The components that are not greener than this skin, as teeth are; the least green if all."""
     green = lips.means[:, 1] - skin.weights @ skin.means[:, 1]
-    kept = np.flatnonzero(green <= max(0.0, green.min()))
-    weights = lips.weights[kept]
-    return Mixture(weights / weights.sum(), lips.means[kept], lips.covariances[kept])
+    return lips.part(np.flatnonzero(green <= max(0.0, green.min())))

@@ -47,7 +47,7 @@ class Mixture:
         """Probability density (N,) at samples (N, D)."""
         return np.asarray(self.densities(samples).sum(axis=1))
 
-    def part(self, some: slice) -> Mixture:
+    def part(self, some: slice | NDArray[np.intp]) -> Mixture:
         """Some of the components, their weights brought to a sum of 1."""
         weights = self.weights[some]
         return Mixture(weights / weights.sum(), self.means[some], self.covariances[some])

@@ -179,21 +179,19 @@ class HeadMotion:
         return self._taken(image, pose)
 
     def _seen(self, image: Image, box: FaceBox | None) -> Pose | None:
-        """The head by the face that is found, or by the one that is meant; None without one.
+        """The head by the face that is found, or about the box that somebody told."""
+        if box is not None:
+            return self._told(image, box)
+        face = find_face(image)
+        return None if face is None else pose_of_face(face, self.camera, face_marks(self.model))
 
-        The box that tells which is meant says where its mouth is, too; and the rest where no face
-        is found in it.
-        """
-        camera, pivot = self.camera, self.model.pivot
-        if box is None:
-            face = find_face(image)
-        else:
-            face = box.shown(faces_about(image, box.centre, box.size))
-        pose = None if face is None else pose_of_face(face, camera, face_marks(self.model))
-        if box is None:
-            return pose
-        upright = first_pose(box, camera, pivot)
-        return upright if pose is None else with_mouth_at(pose, np.array(box.mouth), camera, pivot)
+    def _told(self, image: Image, box: FaceBox) -> Pose:
+        """The head whose mouth is in the box; its lean and distance by its face, if seen."""
+        face = box.shown(faces_about(image, box.centre, box.size))
+        if face is None:
+            return first_pose(box, self.camera, self.model.pivot)
+        pose = pose_of_face(face, self.camera, face_marks(self.model))
+        return with_mouth_at(pose, np.array(box.mouth), self.camera, self.model.pivot)
 
     def _carried(self, before: Image, pose: Pose, image: Image) -> Pose | None:
         """The pose of the frame before, moved as the face has; None where it is not seen alike."""
