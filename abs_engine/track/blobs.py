@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import matched
 from abs_engine.appearance.colour import CLASSES, ColourClasses
 from abs_engine.appearance.mixture import Mixture
 
@@ -168,13 +169,13 @@ def find_lips(
     return _blob(places, weight * share[:, best], 1 / scale**2, posterior)
 
 
-def _shrunk(image: Image) -> tuple[Image, float]:
-    """The image at most `_WORK` pixels long, and its scale."""
+def _shrunk(image: Image) -> tuple[NDArray[np.float32], float]:
+    """The image's colours (see `matched`), at most `_WORK` pixels long, and its scale."""
     scale = min(1.0, _WORK / max(image.shape[:2]))
     if scale == 1.0:
-        return image, 1.0
+        return matched(image), 1.0
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return np.asarray(small, np.uint8), scale
+    return matched(small), scale
 
 
 def _filled(blob: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -195,7 +196,9 @@ def _neighbourhood(prior: LipPrior, shape: tuple[int, ...]) -> tuple[int, int, i
     return int(low[0]), int(low[1]), int(high[0]), int(high[1])
 
 
-def _clusters(maps: FloatArray, image: Image) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+def _clusters(
+    maps: FloatArray, image: NDArray[np.generic]
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """Lip pixels as clusters over (x, y, r, g).
 
     Returns

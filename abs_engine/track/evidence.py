@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import sampled
 from abs_engine.appearance.colour import CLASSES, ColourClasses, features
 from abs_engine.buffers import Buffers
 from abs_engine.camera import Camera, Window
@@ -74,7 +75,7 @@ def _of_frame(
             for b, c in zip(bases, calibrations, strict=True)
         ]
     )
-    patch = window.sample(frame.image)
+    patch = sampled(window, frame.image)
     values = []
     for base, found in zip(bases, calibrations, strict=True):
         posture = base.candidates(found.expressions[number][None])

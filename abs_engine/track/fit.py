@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import sampled
 from abs_engine.appearance.colour import CLASSES, ColourClasses
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
@@ -77,7 +78,7 @@ def class_maps(
     window : Window
     frame : (H, W, 3) uint8 RGB
     """
-    patch = window.sample(frame)
+    patch = sampled(window, frame)
     probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH) * zone(window)
     line = max(LINE * DRAWN_MOUTH, LINE_PIXELS * window.scale)
     shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)

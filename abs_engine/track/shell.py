@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import sampled
 from abs_engine.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
@@ -247,7 +248,7 @@ def shell_posterior(
     """
     window = shell_window(setting, pose)
     inside = zone(window)
-    raw = setting.classes.probabilities(window.sample(image))
+    raw = setting.classes.probabilities(sampled(window, image))
     fine = _planes(hamming(raw, SMOOTHING * DRAWN_MOUTH)) * inside
     wide = _planes(hamming(raw, PULL * DRAWN_MOUTH))
     outside = np.clip(1 - fine[1] - fine[2], 0, 1) * inside

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import sampled
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.appearance.learn import PLACES, learn_classes, typical_classes
 from abs_engine.camera import Camera, Window
@@ -88,7 +89,7 @@ class Stand:
             )
             for window, pose, v in zip(self.windows, self.poses, vectors, strict=True)
         ]  # fmt: skip
-        patches = [w.sample(f.image) for w, f in zip(self.windows, self.frames, strict=True)]
+        patches = [sampled(w, f.image) for w, f in zip(self.windows, self.frames, strict=True)]
         if model.known or turn > 0:
             return learn_classes(patches, places)
         return typical_classes(patches, places, plain=self.more != (0.0, 0.0))

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import matched
 from abs_engine.appearance.colour import CLASSES, ColourClasses
 from abs_engine.appearance.labelled import train_classes
 from abs_engine.synth.make import Crew
@@ -145,17 +146,19 @@ def film(
 
 def learn_colours(views: Sequence[Truth]) -> ColourClasses:
     """Colour classes from labelled pixels near the mouth, of every fourth frame of some views."""
-    none = np.zeros((0, 3), np.uint8)
+    none: NDArray[np.generic] = np.zeros((0, 3), np.float32)
     pixels = {name: [none] for name in CLASSES}
     for view in views:
         for frame, picture in enumerate(view.pictures()):
             if frame % 4 == 0:
-                for name, found in _labelled(view, frame, picture).items():
+                for name, found in _labelled(view, frame, matched(picture)).items():
                     pixels[name].append(found)
     return train_classes({name: np.concatenate(found) for name, found in pixels.items()})
 
 
-def _labelled(view: Truth, frame: int, picture: NDArray[np.uint8]) -> dict[str, NDArray[np.uint8]]:
+def _labelled(
+    view: Truth, frame: int, picture: NDArray[np.generic]
+) -> dict[str, NDArray[np.generic]]:
     """Pixels (N, 3) of each class near the lips; those on the border of skin and lips left out.
 
     Those beside the opening stay: there the lips lie in their own shade, and would else be taken

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.appearance.chroma import sampled
 from abs_engine.appearance.colour import CLASSES, hamming
 from abs_engine.camera import Camera, Window
 from abs_engine.geometry import Pose
@@ -85,7 +86,7 @@ def _close_up(lips: TrainedLips, pose: Pose, camera: Camera, renderer: Renderer)
 
 def _maps(lips: TrainedLips, close: CloseUp, picture: Image) -> tuple[FloatArray, FloatArray]:
     """Probability maps (C, H, W) as the fit has them, and those of which it makes forces."""
-    raw = lips.classes.probabilities(close.fitted.sample(picture))
+    raw = lips.classes.probabilities(sampled(close.fitted, picture))
     return raw, hamming(raw, PULL * DRAWN_MOUTH)
 
 
