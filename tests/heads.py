@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from abs_engine.appearance.chroma import sampled
 from abs_engine.appearance.colour import ColourClasses
 from abs_engine.appearance.learn import learn_classes
 from abs_engine.assets import load_speaker
@@ -78,4 +79,4 @@ def colours_of(model: MouthModel, pose: Pose, camera: Camera) -> ColourClasses:
     drawn = CpuRenderer().draw(model.head, one, camera, window)[0].class_id
     shows = np.array([{"skin": 0, "lips": 1, None: 3}.get(c, 2) for c in model.colour_classes])
     places = np.stack([shows[drawn] == k for k in range(3)]) * (drawn > 0) * 0.95
-    return learn_classes([window.sample(picture_of(model.head, pose, camera))], [places])
+    return learn_classes([sampled(window, picture_of(model.head, pose, camera))], [places])

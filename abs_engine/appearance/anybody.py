@@ -28,8 +28,9 @@ _LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's l
 # the other. Of the darkest pixel of each column between closed lips (8 clips of the GRID corpus,
 # 203 frames) the mean is (0.063, -0.045, -0.117), the spread of clips and frames (0.03, 0.013,
 # 0.03). Three heads that were drawn without light thrown back: (0.018, -0.006, -0.173). Taken a
-# little less red than in videos. Darker yet, and a narrow gap between the lips, or a tongue in
-# shade, would be taken for lips.
+# little less red than in those videos; of pixels as `chroma.matched` gives them, lips in shade are
+# less red than measured so, (0.044, -0.021, -0.136), but with that closures were found no better.
+# Darker yet, and a narrow gap between the lips, or a tongue in shade, would be taken for lips.
 _LIP_SHADE_MEAN = np.array([0.05, -0.033, -0.11])
 _LIP_SHADE_SPREAD = np.diag(np.array([0.03, 0.02, 0.035]) ** 2)
 _LIP_SHADE_PART = 0.1  # of the lips

@@ -1,9 +1,10 @@
-"""Colours of a video's pixels, their chroma no coarser than their luminance.
+"""Colours of a video's pixels, their chromaticity from equally coarse chroma and luminance.
 
-Video keeps chroma at half the resolution of luminance (4:2:0). At an edge a pixel then has its own
-luminance, but the chroma of both sides: lips beside the dark of a mouth come out too pale for
-their luminance, as teeth are, and the dark between closed lips too red or too pale. Chromaticity
-(r, g) is therefore taken where both have been smoothed alike; luminance stays as fine as it is.
+Video keeps chroma at half the resolution of luminance (4:2:0). Where a square of 2x2 pixels lies
+across an edge, its pixels have luminances of their own, but the chroma of both sides: lips beside
+the dark of a mouth come out too pale for their luminance, as teeth are, and the dark between closed
+lips too red. Chromaticity (r, g) is therefore that of a picture in which both are smoothed, and
+only luminance is as fine as in the video.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ _REACH = 4.0  # of standard deviations that a window drawn coarsely is smoothed 
 
 
 def matched(image: NDArray[np.generic]) -> NDArray[np.float32]:
-    """Every pixel with the chromaticity of its neighbourhood and the luminance of its own.
+    """Every pixel with the chromaticity of its neighbourhood and its own luminance.
+
+    `features` of it has exactly the smoothed picture's r and g, and the picture's y.
 
     Parameters
     ----------
@@ -30,12 +33,12 @@ def matched(image: NDArray[np.generic]) -> NDArray[np.float32]:
     Returns
     -------
     (H, W, 3) float32, RGB
-        May exceed 255 at bright edges.
+        From -1 on, and beyond 255 at bright edges.
     """
     fine = np.asarray(image, np.float32)
     smooth = cv2.sepFilter2D(fine, -1, _BINOMIAL, _BINOMIAL, borderType=cv2.BORDER_REPLICATE)
     ratio = (luminance(fine) + 1) / (luminance(smooth) + 1)
-    return np.asarray(smooth * ratio[..., None], np.float32)
+    return np.asarray((smooth + 1) * ratio[..., None] - 1, np.float32)
 
 
 def sampled(window: Window, image: NDArray[np.generic]) -> NDArray[np.generic]:

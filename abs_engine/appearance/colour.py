@@ -21,7 +21,7 @@ from abs_engine.npz import read_npz
 
 FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "teeth", "dark")
-FORMAT, VERSION = "abs_engine.colours", 1
+FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
 _LUMA = np.array([0.299, 0.587, 0.114])
 _OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
 
@@ -55,6 +55,8 @@ def luminance(pixels: NDArray[np.generic]) -> FloatArray:
 @dataclass(frozen=True, eq=False)
 class ColourClasses:
     """Densities of skin, lips, teeth and the dark of the mouth in colour space.
+
+    Of a video they are learned from, and applied to, pixels as `chroma.matched` gives them.
 
     Parameters
     ----------

@@ -170,12 +170,15 @@ def find_lips(
 
 
 def _shrunk(image: Image) -> tuple[NDArray[np.float32], float]:
-    """The image's colours (see `matched`), at most `_WORK` pixels long, and its scale."""
+    """The image's colours, at most `_WORK` pixels long, and its scale.
+
+    `matched`, unless it is shrunk to half: chroma is as fine as luminance there.
+    """
     scale = min(1.0, _WORK / max(image.shape[:2]))
     if scale == 1.0:
         return matched(image), 1.0
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return matched(small), scale
+    return matched(small) if scale > 0.5 else np.asarray(small, np.float32), scale
 
 
 def _filled(blob: NDArray[np.bool_]) -> NDArray[np.uint8]:

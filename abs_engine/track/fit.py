@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
 SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
-IN_SHADE = 0.25  # share of the probability of teeth and dark that lips get: they throw shade
+IN_SHADE = 0.15  # share of the probability of teeth and dark that lips get: they throw shade
 IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
 LINE = 0.03  # height of such a line, in mouth widths,
 LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
@@ -134,8 +134,8 @@ def likelihood_of(
 ) -> FacetLikelihood:
     """The facet likelihood over the window's zone.
 
-    An independent observation is a twentieth of the mouth's width across: in small video, the
-    2x2 pixels that share their chroma.
+    An independent observation is a twentieth of the mouth's width across, but no less than the 2x2
+    pixels that share their chroma in video.
     """
     side = max(2.0, window.width / 1.6 / 20.0) * window.scale
     pixels = int(zone(window).sum())

@@ -22,7 +22,7 @@ from abs_engine.params import ParamSpec
 from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
 from abs_engine.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.shape.lip_shell import COLUMNS
-from abs_engine.track.fit import IN_SHADE, SMOOTHING, zone
+from abs_engine.track.fit import SMOOTHING, zone
 from abs_engine.track.pose import PoseFrame, pose_spec
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +31,7 @@ DRAWN_MOUTH = 92.0  # drawn pixels across the mouth
 FINEST = 2.0  # drawn pixels for one of the picture, at most
 SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two,
 SIDE_OF_MOUTH = 0.04  # or in mouth widths, if that is more: over so much the errors of a shell last
+IN_SHADE = 0.25  # share of the probability of dark that lips get: they throw shade on each other
 WIDTH = 0.7  # of the prior about each shape that was seen, standard deviations
 PULL = 0.06  # likewise of the forces: how far a boundary is felt
 FIRST_STRIDE = 2.0  # mm that the node which moves most is first pushed by

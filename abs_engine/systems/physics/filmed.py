@@ -161,8 +161,8 @@ def _labelled(
 ) -> dict[str, NDArray[np.generic]]:
     """Pixels (N, 3) of each class near the lips; those on the border of skin and lips left out.
 
-    Those beside the opening stay: there the lips lie in their own shade, and would else be taken
-    for the dark of the mouth.
+    Their neighbours have a little of their chroma. Those beside the opening stay: there the lips
+    lie in their own shade, and would else be taken for the dark of the mouth.
     """
     shown = view.class_ids(frame)
     where = {
