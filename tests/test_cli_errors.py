@@ -55,6 +55,21 @@ def test_a_missing_video(fails, tmp_path):
     assert "does not exist" in fails(*track(tmp_path / "none.mp4", tmp_path / "run"))
 
 
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["track", "a.mp4", "-o", "run", "--rendrer", "cpu"], "track"),
+        (["synth", "closures", "-o", "clip", "--bogus"], "synth"),
+        (["check", "clip", "--bogus"], "check"),
+        (["evaluate", "a", "--truth", "b", "--bogus"], "evaluate"),
+    ],
+)
+def test_an_unknown_option_names_its_own_commands_help(words, named, fails):
+    line = fails(*words)
+    assert "unrecognized arguments: --" in line
+    assert line.endswith(f"see 'abs-engine {named} --help'")
+
+
 def test_an_empty_video(fails, tmp_path):
     (tmp_path / "empty.mp4").touch()
     assert "is empty" in fails(*track(tmp_path / "empty.mp4", tmp_path / "run"))

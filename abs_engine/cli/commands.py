@@ -208,7 +208,7 @@ def _print_hints(renderer: OpenRenderer) -> None:
     from abs_engine.render.select import draws_by_software
 
     if draws_by_software(renderer):
-        print("hint: no GPU draws here; --renderer cpu is about twice as fast", flush=True)
+        print("hint: no GPU draws here; --renderer cpu is two to three times as fast", flush=True)
 
 
 _DOUBTFUL = 0.78

@@ -42,22 +42,32 @@ Run = Callable[[argparse.Namespace], int]
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaints take one line.
+    """A parser whose complaints take one line, and name the command's own help.
 
     With `intermixed`, what is named may stand before, between or after the options.
     """
 
     intermixed = False
+    _within = False
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As `argparse`'s; which only then takes optional positionals anywhere, if told to."""
-        if not self.intermixed:
+        """As `argparse`'s; but optional positionals stand anywhere, if told to.
+
+        And a command complains of what it does not know itself, not the whole program for it.
+        """
+        if self._within:
             return super().parse_known_args(args, namespace)
-        self.intermixed = False  # it calls back
+        self._within = True  # the intermixed one calls back
         try:
-            return self.parse_known_intermixed_args(args, namespace)
+            parse = super().parse_known_args
+            if self.intermixed:
+                parse = self.parse_known_intermixed_args
+            found, unknown = parse(args, namespace)
         finally:
-            self.intermixed = True
+            self._within = False
+        if unknown and " " in self.prog:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
