@@ -235,7 +235,7 @@ def test_what_holds_no_classes_is_refused(learned, tmp_path):
     learned.save(tmp_path / "whole.npz")
     whole = dict(np.load(tmp_path / "whole.npz"))
     broken = [
-        {"version": 2},
+        {"version": 1},
         {"format": "abs_engine.run"},
         {"priors": np.ones(2)},
         {"reference": -1.0},
