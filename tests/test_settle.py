@@ -101,8 +101,8 @@ def leaving(frame: int) -> tuple[np.ndarray, np.ndarray]:
 def test_nodes_that_leave_the_modes_come_nearer_to_the_truth():
     """In a few frames together; in one of them they stay as far from it, or nearly.
 
-    There (12) it hangs on the picture's chroma: 1.01 times as far as it is drawn here, 1.03 times as
-    video would hold it.
+    There (12) it hangs on the picture's chroma: 1.01 times as far as it is drawn here, 1.03 times
+    as video would hold it.
     """
     pairs = [leaving(frame) for frame in ROUNDED]
     before, after = ([rms(m - k * v) for m, v in pairs] for k in (0.0, 1.0))
