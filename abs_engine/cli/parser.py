@@ -59,10 +59,10 @@ class Parser(argparse.ArgumentParser):
             return super().parse_known_args(args, namespace)
         self._within = True  # the intermixed one calls back
         try:
-            parse = super().parse_known_args
             if self.intermixed:
-                parse = self.parse_known_intermixed_args
-            found, unknown = parse(args, namespace)
+                found, unknown = self.parse_known_intermixed_args(args, namespace)
+            else:
+                found, unknown = super().parse_known_args(args, namespace)
         finally:
             self._within = False
         if unknown and " " in self.prog:
