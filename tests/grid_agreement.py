@@ -23,8 +23,8 @@ def line(clip: str, folder: Path, found: Agreement) -> str:
     return (
         f"{clip}  precision {found.precision:.2f}  recall {found.recall:.2f}  "
         f"closures {found.met} of {found.closures}  "
-        f"aperture closed {aperture[labels.closed & sure].mean():.1f} mm, "
-        f"open {np.median(aperture[~labels.closed & sure]):.1f} mm  spikes {found.spikes}"
+        f"aperture closed {np.nanmean(aperture[labels.closed & sure]):.1f} mm, "
+        f"open {np.nanmedian(aperture[~labels.closed & sure]):.1f} mm  spikes {found.spikes}"
     )
 
 

@@ -87,6 +87,20 @@ def test_the_lips_are_where_they_were_painted(parted, factor):
         assert lips.area == pytest.approx(np.pi * 25 * 10 * factor**2, rel=0.25)
 
 
+def test_lips_far_apart_are_one_mouth():
+    """Of a mouth wide open the corners may be too dark for lips: two patches remain."""
+    picture = face_at(160.0, 150.0, parted=14)
+    cv2.ellipse(picture, (160, 150), (27, 14), 0, 0, 360, DARK, -1)
+    painted = (picture.astype(int) - DARK).max(axis=2) > 15
+    painted &= np.abs(picture.astype(int) - COLOURS["lips"]).max(axis=2) < 20
+    prior = LipPrior(np.array([160.0, 150.0]), np.array([12.5, 12.5]), 625.0)
+    lips = find_lips(CLASSES_OF_ALL, picture, prior)
+    assert lips is not None
+    assert lips.centre == pytest.approx([160, 150], abs=2)
+    assert lips.area > 0.65 * painted.sum()  # half of it is one lip
+    assert lips.posterior > SURE
+
+
 def test_lips_without_a_mouth_are_not_sure():
     lips = find_lips(CLASSES_OF_ALL, face_at(160, 160, lips=False))
     assert lips is None or lips.posterior < 0.2

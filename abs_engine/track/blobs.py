@@ -26,6 +26,7 @@ EM_STEPS = 4
 _WORK = 240  # px, longer side of the picture in which blobs are looked for
 _MOUTH = 0.035  # usual area of the lips in that of a face as wide as the skin blob
 _CLUTTER = 0.15  # of that area: so much is expected to look like lips by chance
+_PARTED = 1.0  # how far a mouth opens at most, in square roots of the usual area of its lips
 _STRAY = 0.03  # of a blob's peak density, below which a pixel is part of none
 _COLOUR_SPREAD = 0.03  # chromaticity that counts as much as a mouth's width does in place
 
@@ -157,7 +158,7 @@ def find_lips(
     if inside is not None:
         part = inside[y:bottom, x:right].astype(np.uint8)
         maps = maps * cv2.resize(part, small.shape[1::-1], interpolation=cv2.INTER_NEAREST)
-    found = _clusters(maps, small)
+    found = _clusters(maps, small, _PARTED * np.sqrt(prior.area) * scale)
     if found is None:
         return None
     pixels, weight, share = found
@@ -200,9 +201,17 @@ def _neighbourhood(prior: LipPrior, shape: tuple[int, ...]) -> tuple[int, int, i
 
 
 def _clusters(
-    maps: FloatArray, image: NDArray[np.generic]
+    maps: FloatArray, image: NDArray[np.generic], parted: float
 ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """Lip pixels as clusters over (x, y, r, g).
+
+    Parameters
+    ----------
+    maps : (4, H, W) float64
+        P(class | colour).
+    image : (H, W, 3), RGB 0 to 255
+    parted : float, px
+        As far apart over teeth and dark, two patches are the lips of one mouth.
 
     Returns
     -------
@@ -216,8 +225,7 @@ def _clusters(
     lips = maps[CLASSES.index("lips")]
     mouth = lips + maps[CLASSES.index("teeth")] + maps[CLASSES.index("dark")] > 0.5
     seeds = lips > 0.5
-    height = max(1, round(0.04 * lips.shape[0]))
-    window = np.ones((2 * height + 1, 3), np.uint8)
+    window = np.ones((2 * max(1, round(0.5 * parted)) + 1, 3), np.uint8)
     closed = cv2.morphologyEx(seeds.astype(np.uint8), cv2.MORPH_CLOSE, window) > 0
     joined = seeds | (closed & mouth)  # lips part over teeth and dark
     count, label = cv2.connectedComponents(joined.astype(np.uint8), connectivity=8)
