@@ -1,9 +1,11 @@
 """Two drivers that climb: by forces (seed 000, eqs. 11-13) and by the gradient in parameter space.
 
-Both walk: from where they are they ask for a direction, try it, lengthen the stride when the value
-falls and shorten it when it does not. They differ in where the direction comes from. The forces
-cost one drawing for a direction, whatever the number of parameters; the gradient costs two for each
-parameter, drawn in one batch, and is the alternative that the paper leaves for later.
+Both walk: from where they are they ask for a direction, look at several strides along it, drawn in
+one batch, and go to the best. Narrow valleys make such walks zigzag; so each stride is also tried
+together with multiples of the step before, which hold on to what successive directions agree in (a
+memory gradient). Where the directions come from is what differs. The forces cost one drawing for a
+direction, whatever the number of parameters; the gradient costs two for each parameter, drawn in
+one batch, and is the alternative that the paper leaves for later.
 """
 
 from __future__ import annotations
@@ -14,22 +16,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.objective import Evaluation, Objective
+from abs_engine.objective import Objective
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 from abs_engine.params import ParamSpec
 
 Vector = NDArray[np.float64]
-_LONGER, _SHORTER = 1.5, 0.4
+TOLERANCE = 0.1
+"""Of -log posterior: what an iteration gains by less changes the odds by less than a tenth."""
+_STRIDES = (0.4, 1.0, 2.0)  # of the last one
+_KEPT = (0.0, 0.5, 1.0, 2.0)  # times the step before
+_SHORTER = 0.2  # where none of these is better
 _SHORTEST = 0.02  # of the first stride: nothing more is to be found in this direction
-
-
-class Pushed(Objective, Protocol):
-    """An objective that knows which way forces push the parameters."""
-
-    def push(self, x: Vector) -> Vector:
-        """Change of the parameters (N,) under the forces at `x`; its length is a first stride."""
-        ...
 
 
 class Batched(Objective, Protocol):
@@ -40,6 +38,14 @@ class Batched(Objective, Protocol):
         ...
 
 
+class Pushed(Batched, Protocol):
+    """One that also knows which way forces push the parameters."""
+
+    def push(self, x: Vector) -> Vector:
+        """Change of the parameters (N,) under the forces at `x`; its length is a first stride."""
+        ...
+
+
 @dataclass(frozen=True)
 class Forces:
     """Follow the forces until they lead nowhere better.
@@ -47,12 +53,12 @@ class Forces:
     Parameters
     ----------
     tolerance : float
-        Stop when an accepted step improves the value by less than this (absolute).
+        Stop when an iteration improves the value by less than this (absolute).
     limit : int
         Largest number of iterations: directions that are asked for.
     """
 
-    tolerance: float = 0.02
+    tolerance: float = TOLERANCE
     limit: int = 15
 
     def minimise(self, objective: Pushed, start: Vector, spec: ParamSpec) -> Solution:
@@ -85,14 +91,14 @@ class Gradient:
     Parameters
     ----------
     tolerance : float
-        Stop when an accepted step improves the value by less than this (absolute).
+        Stop when an iteration improves the value by less than this (absolute).
     limit : int
         Largest number of iterations.
     reach : float
         Difference step, in scales. A drawing changes by whole pixels, so it may not be small.
     """
 
-    tolerance: float = 0.02
+    tolerance: float = TOLERANCE
     limit: int = 30
     reach: float = 0.5
 
@@ -114,7 +120,7 @@ class _Direction(Protocol):
 
 
 def _climb(
-    objective: Objective,
+    objective: Batched,
     direction: _Direction,
     start: Vector,
     spec: ParamSpec,
@@ -124,34 +130,39 @@ def _climb(
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
     x = checked_start(start, spec)
-    best = objective(x)
-    trace, spent, stride = [best.value], 1, 1.0
+    first = objective(x)
+    value, moved, stride = first.value, np.zeros_like(x), 1.0
+    trace, spent = [value], 1
     for iteration in range(1, limit + 1):
         way = _bounded(direction(x), spec)
         spent += cost
-        found: Evaluation | None = None
-        while found is None and stride >= _SHORTEST and way.any():
-            there = spec.clip(x + stride * way)
-            tried = objective(there)
-            spent += 1
-            trace.append(tried.value)
-            if tried.value < best.value:
-                found = tried
-            else:
-                stride *= _SHORTER
-        if found is None:
-            return _ended(x, CONVERGED, best, spent, trace, iteration)
-        gain, x, best = best.value - found.value, there, found
-        stride *= _LONGER
+        gain = 0.0
+        while gain <= 0 and stride >= _SHORTEST and way.any():
+            tried = spec.clip(_tries(x, stride * way, moved))
+            values = objective.values(tried)
+            spent += len(tried)
+            trace += values.tolist()
+            best = int(np.argmin(values))
+            gain = value - float(values[best])
+            stride *= _STRIDES[best % len(_STRIDES)] if gain > 0 else _SHORTER
+        if gain > 0:
+            x, moved, value = tried[best], tried[best] - x, float(values[best])
         if gain < tolerance:
-            return _ended(x, CONVERGED, best, spent, trace, iteration)
-    return _ended(x, LIMIT, best, spent, trace, limit)
+            return _ended(objective, x, CONVERGED, spent, trace, iteration)
+    return _ended(objective, x, LIMIT, spent, trace, limit)
+
+
+def _tries(x: Vector, step: Vector, moved: Vector) -> Vector:
+    """Places (B, N) to look at: strides along the step, with multiples of the step before."""
+    along = x + np.multiply.outer(np.array(_STRIDES), step)
+    return np.vstack([along + share * moved for share in (_KEPT if moved.any() else (0.0,))])
 
 
 def _ended(
-    x: Vector, status: str, best: Evaluation, spent: int, trace: list[float], iterations: int
+    objective: Objective, x: Vector, status: str, spent: int, trace: list[float], iterations: int
 ) -> Solution:
-    return Solution(x, status, best.value, best.terms, spent, np.array(trace), iterations)
+    best = objective(x)
+    return Solution(x, status, best.value, best.terms, spent + 1, np.array(trace), iterations)
 
 
 def _bounded(way: Vector, spec: ParamSpec) -> Vector:
