@@ -7,6 +7,7 @@ import pytest
 
 from abs_engine.errors import ParameterError
 from abs_engine.objective import Evaluation
+from abs_engine.optimise import ascent
 from abs_engine.optimise.ascent import Forces, Gradient
 from abs_engine.params import ParamSpec
 
@@ -67,6 +68,39 @@ def test_forces_ask_for_one_direction_an_iteration():
 def test_the_value_never_rises_along_accepted_steps():
     found = Forces(1e-9, 50).minimise(Bowl(), np.array([9.0, 2.0, -300.0]), SPEC)
     assert found.value == found.trace.min() < found.trace[0]
+
+
+class Valley(Bowl):
+    """Fifty times as steep across as along, and the push is its slope: plain steps zigzag."""
+
+    def _value(self, x):
+        a, b, c = (x - BOTTOM) / SCALE
+        return float((a + b) ** 2 + 50 * (a - b) ** 2 + c**2)
+
+    def push(self, x):
+        a, b, c = (x - BOTTOM) / SCALE
+        slope = np.array([(a + b) + 50 * (a - b), (a + b) - 50 * (a - b), c])
+        return -SCALE * slope / np.linalg.norm(slope)
+
+
+def test_the_step_before_helps_along_a_valley(monkeypatch):
+    starts = 40 * SCALE * np.random.default_rng(3).uniform(-1, 1, (20, 3))
+
+    def ends():
+        return [Forces(1e-6, 15).minimise(Valley(), s, SPEC).value for s in starts]
+
+    remembering = np.median(ends())
+    monkeypatch.setattr(ascent, "_KEPT", (0.0,))
+    assert remembering < 0.1 * np.median(ends())
+
+
+def test_a_step_too_short_to_matter_ends_the_walk():
+    class Noise(Bowl):
+        def _value(self, x):
+            return 1.0 + float(np.abs(x).sum() > 0)
+
+    found = Forces(0.0, 50).minimise(Noise(), np.zeros(3), SPEC)
+    assert (found.status, found.n_iterations) == ("converged", 1)
 
 
 def test_steps_of_whole_pixels_do_not_stop_the_gradient():

@@ -52,6 +52,12 @@ def test_hardly_a_face_is_an_error_that_counts_frames(seen):
         choose_frames(iter(frames), "few.mp4")
 
 
+def test_a_few_faces_at_the_end_of_a_clip_of_something_else_are_none():
+    frames = [(SMALL, None)] * 92 + [(SMALL, START)] * 3
+    with pytest.raises(FaceNotFoundError, match="in 92 of 95 frames of sky"):
+        choose_frames(iter(frames), "sky.mp4")
+
+
 @pytest.fixture(scope="module")
 def clara():
     return head_of("clara")

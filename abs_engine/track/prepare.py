@@ -219,7 +219,8 @@ def choose_frames(
     """Frames to fit the person on, spread evenly over the ten seconds from the first face on.
 
     Memory does not grow with the clip: candidates are thinned out as they come. More than a share
-    `least` of the frames must show a face.
+    `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
+    a few faces in a clip of something else are none.
 
     Raises
     ------
@@ -241,7 +242,7 @@ def choose_frames(
             kept, stride = kept[::2], 2 * stride
         if looked == LOOK_AT:
             break
-    if seen <= least * looked:
+    if seen <= least * (looked + min(empty, LOOK_AT)):
         raise FaceNotFoundError(
             f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
             "give the mouth with --mouth X Y WIDTH HEIGHT, or a video with a frontal face",
