@@ -20,11 +20,13 @@ def line(clip: str, folder: Path, found: Agreement) -> str:
     """A line for one clip."""
     labels, run = closure_labels()[clip], load_run(folder)
     aperture, sure = np.asarray(run["aperture"]), labels.sure
+    lost = int(np.isnan(aperture).sum())
     return (
         f"{clip}  precision {found.precision:.2f}  recall {found.recall:.2f}  "
         f"closures {found.met} of {found.closures}  "
         f"aperture closed {np.nanmean(aperture[labels.closed & sure]):.1f} mm, "
-        f"open {np.nanmedian(aperture[~labels.closed & sure]):.1f} mm  spikes {found.spikes}"
+        f"open {np.nanmedian(aperture[~labels.closed & sure]):.1f} mm  "
+        f"spikes {found.spikes}  lost {lost}"
     )
 
 

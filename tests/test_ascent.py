@@ -90,7 +90,7 @@ def test_the_step_before_helps_along_a_valley(monkeypatch):
         return [Forces(1e-6, 15).minimise(Valley(), s, SPEC).value for s in starts]
 
     remembering = np.median(ends())
-    monkeypatch.setattr(ascent, "_KEPT", (0.0,))
+    monkeypatch.setattr(ascent, "_MEMORY", (0.0,))
     assert remembering < 0.1 * np.median(ends())
 
 
@@ -101,6 +101,56 @@ def test_a_step_too_short_to_matter_ends_the_walk():
 
     found = Forces(0.0, 50).minimise(Noise(), np.zeros(3), SPEC)
     assert (found.status, found.n_iterations) == ("converged", 1)
+
+
+@pytest.mark.parametrize("driver", [Forces(0.0, 50), Gradient(0.0, 50)])
+def test_nowhere_better_ends_the_walk_at_any_tolerance(driver):
+    found = driver.minimise(Bowl(), BOTTOM, SPEC)
+    assert (found.status, found.n_iterations) == ("converged", 1)
+
+
+def test_a_place_without_a_value_does_not_hide_the_others():
+    class Hole(Bowl):
+        def values(self, vectors):
+            values = super().values(vectors)
+            values[-1] = np.nan
+            return values
+
+    found = Forces(1e-6, 100).minimise(Hole(), np.zeros(3), SPEC)
+    np.testing.assert_allclose((found.x - BOTTOM) / SCALE, 0, atol=0.02)
+
+
+def test_no_walk_ends_without_a_look_along_its_last_direction():
+    class Watched(Valley):
+        looked = True
+
+        def push(self, x):
+            self.looked = False
+            return super().push(x)
+
+        def values(self, vectors):
+            self.looked = True
+            return super().values(vectors)
+
+    for start in 40 * SCALE * np.random.default_rng(3).uniform(-1, 1, (20, 3)):
+        valley = Watched()
+        Forces(1e-6, 100).minimise(valley, start, SPEC)
+        assert valley.looked
+
+
+def test_no_place_is_looked_at_twice_along_a_direction():
+    seen = []
+
+    class Uphill(Bowl):
+        def values(self, vectors):
+            seen.extend(vectors.round(9).tolist())
+            return super().values(vectors)
+
+        def push(self, x):
+            return -super().push(x)
+
+    Forces().minimise(Uphill(), np.zeros(3), SPEC)
+    assert len(seen) == len(np.unique(seen, axis=0))
 
 
 def test_steps_of_whole_pixels_do_not_stop_the_gradient():

@@ -87,6 +87,27 @@ def test_the_lips_are_where_they_were_painted(parted, factor):
         assert lips.area == pytest.approx(np.pi * 25 * 10 * factor**2, rel=0.25)
 
 
+@pytest.mark.parametrize(
+    ("between", "half", "one"),
+    [
+        ("teeth", 10, True),
+        ("dark", 10, True),
+        ("skin", 10, False),
+        ("dark", 20, False),
+    ],
+)
+def test_two_patches_are_one_mouth_over_teeth_and_dark_if_not_too_far(between, half, one):
+    picture = face_at(160.0, 150.0, lips=False)
+    colour = {**COLOURS, "dark": DARK}[between]
+    cv2.rectangle(picture, (140, 144 - half), (180, 156 + half), colour, -1)
+    for y in (144 - half, 150 + half):
+        cv2.rectangle(picture, (140, y), (180, y + 6), COLOURS["lips"], -1)
+    prior = LipPrior(np.array([160.0, 150.0]), np.array([12.5, 12.5]), 625.0)
+    lips = find_lips(CLASSES_OF_ALL, picture, prior)
+    assert lips is not None
+    assert (abs(lips.centre[1] - 150) < 3) == one
+
+
 def test_lips_far_apart_are_one_mouth():
     """Of a mouth wide open the corners may be too dark for lips: two patches remain."""
     picture = face_at(160.0, 150.0, parted=14)

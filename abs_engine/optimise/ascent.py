@@ -23,10 +23,10 @@ from abs_engine.params import ParamSpec
 
 Vector = NDArray[np.float64]
 TOLERANCE = 0.1
-"""Of -log posterior: what an iteration gains by less changes the odds by less than a tenth."""
+"""Of -log posterior: what an iteration gains by less changes the odds by no more than a tenth."""
 _STRIDES = (0.4, 1.0, 2.0)  # of the last one
-_KEPT = (0.0, 0.5, 1.0, 2.0)  # times the step before
-_SHORTER = 0.2  # where none of these is better
+_MEMORY = (0.0, 0.5, 1.0, 2.0)  # times the step before
+_SHORTER = 0.08  # where none of these is better: the longest is then shorter than the shortest was
 _SHORTEST = 0.02  # of the first stride: nothing more is to be found in this direction
 
 
@@ -69,7 +69,7 @@ class Forces:
         objective : Pushed
         start : (N,) float64
         spec : ParamSpec
-            Bounds; a step is no longer than ten of its scales in any parameter.
+            Bounds; a direction is shortened to ten of its scales in any parameter.
 
         Returns
         -------
@@ -130,24 +130,23 @@ def _climb(
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
     x = checked_start(start, spec)
-    first = objective(x)
-    value, moved, stride = first.value, np.zeros_like(x), 1.0
+    value, moved, stride = objective(x).value, np.zeros_like(x), 1.0
     trace, spent = [value], 1
     for iteration in range(1, limit + 1):
         way = _bounded(direction(x), spec)
         spent += cost
-        gain = 0.0
+        gain, stride = 0.0, max(stride, _SHORTEST)
         while gain <= 0 and stride >= _SHORTEST and way.any():
             tried = spec.clip(_tries(x, stride * way, moved))
-            values = objective.values(tried)
+            values = np.nan_to_num(objective.values(tried), nan=np.inf)
             spent += len(tried)
             trace += values.tolist()
-            best = int(np.argmin(values))
-            gain = value - float(values[best])
-            stride *= _STRIDES[best % len(_STRIDES)] if gain > 0 else _SHORTER
+            lowest = int(np.argmin(values))
+            gain = value - float(values[lowest])
+            stride *= _STRIDES[lowest % len(_STRIDES)] if gain > 0 else _SHORTER
         if gain > 0:
-            x, moved, value = tried[best], tried[best] - x, float(values[best])
-        if gain < tolerance:
+            x, moved, value = tried[lowest], tried[lowest] - x, float(values[lowest])
+        if gain <= 0 or gain < tolerance:
             return _ended(objective, x, CONVERGED, spent, trace, iteration)
     return _ended(objective, x, LIMIT, spent, trace, limit)
 
@@ -155,14 +154,15 @@ def _climb(
 def _tries(x: Vector, step: Vector, moved: Vector) -> Vector:
     """Places (B, N) to look at: strides along the step, with multiples of the step before."""
     along = x + np.multiply.outer(np.array(_STRIDES), step)
-    return np.vstack([along + share * moved for share in (_KEPT if moved.any() else (0.0,))])
+    return np.vstack([along + share * moved for share in (_MEMORY if moved.any() else (0.0,))])
 
 
 def _ended(
     objective: Objective, x: Vector, status: str, spent: int, trace: list[float], iterations: int
 ) -> Solution:
-    best = objective(x)
-    return Solution(x, status, best.value, best.terms, spent + 1, np.array(trace), iterations)
+    last = objective(x)
+    values = np.array([*trace, last.value])
+    return Solution(x, status, last.value, last.terms, spent + 1, values, iterations)
 
 
 def _bounded(way: Vector, spec: ParamSpec) -> Vector:

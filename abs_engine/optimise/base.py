@@ -24,8 +24,9 @@ class Solution:
     terms : mapping of str to float
         The parts of `value`.
     n_evaluations : int
-    trace : (n_evaluations,) float64
-        Every value in the order of evaluation.
+    trace : (T,) float64
+        Every value in the order of evaluation; no more than `n_evaluations`, which count the
+        drawings that give a direction and no value, too.
     n_iterations : int
         Directions that were asked for, by solvers that do; else 0.
     """

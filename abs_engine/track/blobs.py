@@ -26,9 +26,11 @@ EM_STEPS = 4
 _WORK = 240  # px, longer side of the picture in which blobs are looked for
 _MOUTH = 0.035  # usual area of the lips in that of a face as wide as the skin blob
 _CLUTTER = 0.15  # of that area: so much is expected to look like lips by chance
-_PARTED = 1.0  # how far a mouth opens at most, in square roots of the usual area of its lips
+_PARTED = 1.0  # widest gap between the lips of one mouth, in square roots of their usual area
 _STRAY = 0.03  # of a blob's peak density, below which a pixel is part of none
 _COLOUR_SPREAD = 0.03  # chromaticity that counts as much as a mouth's width does in place
+
+_EDGE = np.ones((3, 3), np.uint8)  # px: between lips and teeth colours mix, and are of no class
 
 # Where lips lie in a skin blob, in its widths from its top's middle; the neck may belong to it
 _EXPECTED, _DEVIATION = np.array([0.0, 1.0]), np.array([0.12, 0.25])
@@ -211,7 +213,7 @@ def _clusters(
         P(class | colour).
     image : (H, W, 3), RGB 0 to 255
     parted : float, px
-        As far apart over teeth and dark, two patches are the lips of one mouth.
+        Two patches no farther apart than this, over teeth and dark, are the lips of one mouth.
 
     Returns
     -------
@@ -224,6 +226,7 @@ def _clusters(
     """
     lips = maps[CLASSES.index("lips")]
     mouth = lips + maps[CLASSES.index("teeth")] + maps[CLASSES.index("dark")] > 0.5
+    mouth = cv2.morphologyEx(mouth.astype(np.uint8), cv2.MORPH_CLOSE, _EDGE) > 0
     seeds = lips > 0.5
     window = np.ones((2 * max(1, round(0.5 * parted)) + 1, 3), np.uint8)
     closed = cv2.morphologyEx(seeds.astype(np.uint8), cv2.MORPH_CLOSE, window) > 0
