@@ -152,15 +152,19 @@ def _synth(command: argparse.ArgumentParser) -> None:
 def _track(command: argparse.ArgumentParser) -> None:
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     command.epilog = TRACK_FORMATS
-    command.add_argument("video", type=Path, metavar="VIDEO")
+    command.add_argument(
+        "video", type=Path, metavar="VIDEO", help="in which somebody speaks to the camera"
+    )
     _output(command, "RUN", "folder of the results")
     command.add_argument(
         "--mouth", type=float, nargs=4, metavar=("X", "Y", "W", "H"),
         help="box around the mouth that is meant, first frame, pixels; by default it is found",
     )  # fmt: skip
     command.add_argument(
-        "--person", metavar="NAME", help="a known head: one of the speaker's people"
-    )
+        "--person", metavar="NAME",
+        help="a known head: one of the speaker's people (of the bundled head: clara, kofi, mei, "
+        "walter, amara, ravi); by default the average head, whose mouth is fitted",
+    )  # fmt: skip
     command.add_argument(
         "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"
     )
@@ -235,7 +239,7 @@ def _output(command: argparse.ArgumentParser, what: str, text: str) -> None:
 def _renderer(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--renderer", choices=RENDERERS, default="auto",
-        help="what draws; auto: OpenGL, or the CPU where none loads",
+        help="what draws; auto: OpenGL, or the CPU where none loads. Without a GPU, cpu is faster",
     )  # fmt: skip
 
 

@@ -22,14 +22,15 @@ def add_train(command: ArgumentParser) -> None:
     add("observations", type=Path, metavar="OBSERVATIONS",
         help="what 'observe -o' wrote, with 16 dots on the lips")  # fmt: skip
     add("-o", "--output", type=Path, metavar="FILE", required=True,
-        help="the trained lips, an NPZ; must not exist")  # fmt: skip
+        help="the lips, an NPZ for 'track --physics' and 'cameras'; must not exist")  # fmt: skip
     add("--person", metavar="NAME",
         help="whose head wore the dots, of the speaker's people; by default the average head is "
         "laid on the dots")  # fmt: skip
     add("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
     add("--modes", type=int, default=10, metavar="N", help="how many are kept (default: 10)")
     add("--train", type=int, default=140, metavar="N",
-        help="complete frames to learn from; the rest is for testing (default: 140)")  # fmt: skip
+        help="complete frames to learn from, which there must be; the rest is for testing "
+        "(default: 140)")  # fmt: skip
 
 
 def train(chosen: Namespace) -> int:

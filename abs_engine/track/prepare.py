@@ -245,7 +245,8 @@ def choose_frames(
     if seen <= least * (looked + min(empty, LOOK_AT)):
         raise FaceNotFoundError(
             f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
-            "give the mouth with --mouth X Y WIDTH HEIGHT, or a video with a frontal face",
+            "give a video with a frontal face; where one is there but not found, give its mouth in "
+            "the first frame with --mouth X Y WIDTH HEIGHT",
         )
     picked = np.unique(np.linspace(0, len(kept) - 1, LEARN_FROM).round().astype(int))
     return [kept[k] for k in picked]
