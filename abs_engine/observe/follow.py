@@ -33,6 +33,9 @@ class FollowOptions:
         A dot is lost below this normalised correlation.
     sure : float
         Below this one it is found but marked as uncertain.
+    stray : float
+        A dot that is uncertain is lost where it lies farther from where its neighbours went since
+        it was sure: what is there is something else that is round.
     snap : float
         A place that a person gives is moved to the best dot so near.
     """
@@ -40,10 +43,12 @@ class FollowOptions:
     reach: float = 6.0
     least: float = 0.5
     sure: float = 0.7
+    stray: float = 2.0
     snap: float = 1.5
 
     def __post_init__(self) -> None:
-        if not (self.reach > 0 and 0 < self.least <= self.sure <= 1 and self.snap >= 0):
+        lengths = min(self.reach, self.stray) > 0 and self.snap >= 0
+        if not (lengths and 0 < self.least <= self.sure <= 1):
             raise ParameterError(
                 f"the dots cannot be followed with {self}",
                 "give 0 < least <= sure <= 1 and positive lengths",
@@ -208,12 +213,24 @@ class DotFollower:
         for i, place in given.items():
             corrected[i] = True
             places[i], scores[i] = (np.nan, 0.0) if place is None else self._snap(picture, place)
+        sure = corrected | (scores >= self._options.sure)
+        self._lose_strays(places, scores, sure)
         found = np.asarray(np.isfinite(places).all(axis=1))
         self._speed = np.where(found[:, None] & ~corrected[:, None], places - self._place, 0.0)
         self._place = np.where(found[:, None], places, self._guess(places, found))
-        self._layout[found] = self._place
-        self._remember(picture, found, scores, corrected)
+        self._layout[found & sure] = self._place
+        self._remember(picture, found & sure, corrected)
         return Sighting(places.copy(), scores, corrected)
+
+    def _lose_strays(self, places: FloatArray, scores: FloatArray, sure: BoolArray) -> None:
+        """Lose, in place, uncertain dots that went where their neighbours did not."""
+        unsure = np.isfinite(places).all(axis=1) & ~sure
+        if not (unsure.any() and sure.any()):
+            return
+        guess = self._guess(np.where(sure[:, None], places, np.nan), sure & ~unsure)
+        away = np.linalg.norm(places - guess, axis=1)
+        stray = unsure & (away > self._options.stray * self.model.radius)
+        places[stray], scores[stray] = np.nan, 0.0
 
     def _guess(self, places: FloatArray, found: BoolArray) -> FloatArray:
         """Where dots (N, 2) that are lost are by how their neighbours went since they were seen."""
@@ -226,11 +243,9 @@ class DotFollower:
             guess[i] = before[i] + np.average(moved, axis=0, weights=1 / (away[near] ** 2 + 1.0))
         return guess
 
-    def _remember(
-        self, picture: Map, found: BoolArray, scores: FloatArray, corrected: BoolArray
-    ) -> None:
+    def _remember(self, picture: Map, sure: BoolArray, corrected: BoolArray) -> None:
         half = int(np.ceil(_PATCH * self.model.radius))
-        for i in np.flatnonzero(found & (corrected | (scores >= self._options.sure))):
+        for i in np.flatnonzero(sure):
             place = tuple(float(c) for c in self._place[i])
             patch = cv2.getRectSubPix(picture, (2 * half + 1, 2 * half + 1), place)
             self._latest[i] = np.asarray(patch, np.float32)
