@@ -57,6 +57,15 @@ def test_what_wanders_away_from_where_the_neighbours_went_is_no_dot():
     assert np.nanmax(held) < 2.5 * RADIUS
 
 
+def test_a_dot_that_a_person_says_is_hidden_misleads_no_neighbour():
+    """Its place is unknown, and so says nothing of where an uncertain dot beside it went."""
+    options = FollowOptions(least=0.3, sure=0.96)
+    follower, hidden = DotFollower(picture(0), dots(0), options), {FADING - 1: None}
+    seen = [follower.step(picture(t), hidden) for t in range(1, FRAMES)]
+    assert not seen[-1].found[FADING]
+    assert not seen[-1].found[FADING - 1]
+
+
 def test_lengths_must_be_positive():
     with pytest.raises(ParameterError, match="cannot be followed"):
         FollowOptions(stray=0.0)

@@ -213,23 +213,21 @@ class DotFollower:
         for i, place in given.items():
             corrected[i] = True
             places[i], scores[i] = (np.nan, 0.0) if place is None else self._snap(picture, place)
-        sure = corrected | (scores >= self._options.sure)
+        sure = np.isfinite(places[:, 0]) & (corrected | (scores >= self._options.sure))
         self._lose_strays(places, scores, sure)
         found = np.asarray(np.isfinite(places).all(axis=1))
         self._speed = np.where(found[:, None] & ~corrected[:, None], places - self._place, 0.0)
         self._place = np.where(found[:, None], places, self._guess(places, found))
-        self._layout[found & sure] = self._place
-        self._remember(picture, found & sure, corrected)
+        self._layout[sure] = self._place
+        self._remember(picture, sure, corrected)
         return Sighting(places.copy(), scores, corrected)
 
     def _lose_strays(self, places: FloatArray, scores: FloatArray, sure: BoolArray) -> None:
         """Lose, in place, uncertain dots that went where their neighbours did not."""
-        unsure = np.isfinite(places).all(axis=1) & ~sure
-        if not (unsure.any() and sure.any()):
+        if not sure.any():
             return
-        guess = self._guess(np.where(sure[:, None], places, np.nan), sure & ~unsure)
-        away = np.linalg.norm(places - guess, axis=1)
-        stray = unsure & (away > self._options.stray * self.model.radius)
+        away = np.linalg.norm(places - self._guess(places, sure), axis=1)
+        stray = ~sure & (away > self._options.stray * self.model.radius)
         places[stray], scores[stray] = np.nan, 0.0
 
     def _guess(self, places: FloatArray, found: BoolArray) -> FloatArray:
