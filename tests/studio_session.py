@@ -31,6 +31,8 @@ from abs_engine.truth import Dataset, Truth, load_dataset
 
 PLACES = 12
 """Places in which the scene holds the board, one every 0.2 s."""
+RECORDED_RATE = 30.0
+"""Frames per second at which a recording is filmed: its own."""
 BOTH, GLASS = ("left", "right"), ("glass",)
 BOARD_OPTIONS = ("--squares", "7", "5", "--square", "18")
 
@@ -38,14 +40,18 @@ BOARD_OPTIONS = ("--squares", "7", "5", "--square", "18")
 def session_scene(
     cameras: Sequence[str], frames: int = 75, recording: str | None = None
 ) -> SceneFile:
-    """The shipped scene by some of its cameras, the second clip of `frames` frames."""
+    """The shipped scene by some of its cameras, the second clip of `frames` frames.
+
+    It has the shipped rate, or that of a recording.
+    """
     scene = read_scene(shipped("scenes/session.toml"))
     board, speech = scene.clip
-    speech = replace(speech, frames=frames)
+    speech, rate = replace(speech, frames=frames), scene.rate
     if recording is not None:
-        speech = replace(speech, sentence=None, arkit=recording)
+        speech, rate = replace(speech, sentence=None, arkit=recording), RECORDED_RATE
+    board = replace(board, frames=round(board.frames * rate / scene.rate))
     kept = tuple(c for c in scene.camera if c.name in cameras)
-    return replace(scene, camera=kept, clip=(board, speech))
+    return replace(scene, rate=rate, camera=kept, clip=(board, speech))
 
 
 def hurried(scene: SceneFile) -> SceneFile:

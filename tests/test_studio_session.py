@@ -14,6 +14,7 @@ from studio_session import (
     PLACES,
     StudioSession,
     board_alone,
+    cut,
     filmed,
     hurried,
     session_scene,
@@ -23,6 +24,7 @@ from abs_engine.observe.triangulate import triangulate
 from abs_engine.observe.view import View
 from abs_engine.synth.mirror import Mirror
 from abs_engine.synth.props import BOARD
+from abs_engine.systems.physics.motion import RECORDED_FROM
 from abs_engine.truth import load_placed_camera
 from abs_engine.truth.codec import BOARD as BOARD_CODE
 
@@ -96,6 +98,21 @@ def test_the_dots_of_the_session_are_followed(cameras: tuple[str, ...], tmp_path
         (seen, far), (normal, away) = _plane(known), _plane(true)
         assert np.degrees(np.arccos(seen @ normal)) < 0.5
         assert far == pytest.approx(away, rel=0.01)
+
+
+@slow
+@pytest.mark.parametrize("cameras", [BOTH, GLASS], ids=["two cameras", "a mirror"])
+def test_a_recording_at_30_hz_is_followed_to_within_0_3_mm(
+    cameras: tuple[str, ...], tmp_path: Path, data_dir: Path
+):
+    recording = data_dir / "livelink_rom" / "alex_rom_3.csv"
+    moved = cut(recording, tmp_path / "recording.csv", RECORDED_FROM).name
+    session = filmed(tmp_path, session_scene(cameras, 150, moved), cameras)
+    observed = session.observe(session.calibrate())
+    assert observed.rate == 30
+    assert observed.frames == 150
+    assert observed.found.mean() > 0.7
+    assert session.rms(observed) <= 0.3
 
 
 def _plane(corners: np.ndarray) -> tuple[np.ndarray, float]:

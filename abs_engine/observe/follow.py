@@ -41,7 +41,7 @@ class FollowOptions:
     """
 
     reach: float = 6.0
-    least: float = 0.5
+    least: float = 0.55
     sure: float = 0.7
     stray: float = 2.0
     snap: float = 1.5
