@@ -1,16 +1,19 @@
 """Two drivers that climb: by forces (seed 000, eqs. 11-13) and by the gradient in parameter space.
 
 Both walk: from where they are they ask for a direction, look at several strides along it, drawn in
-one batch, and go to the best. Narrow valleys make such walks zigzag; so each stride is also tried
-together with multiples of the step before, which hold on to what successive directions agree in (a
-memory gradient). Where the directions come from is what differs. The forces cost one drawing for a
-direction, whatever the number of parameters; the gradient costs two for each parameter, drawn in
-one batch, and is the alternative that the paper leaves for later.
+one batch, and go to the best. How far to go for the best is another question for a head's pose than
+for its shape; where both are fitted, each stride of the one is tried with each of the other. Narrow
+valleys make such walks zigzag; so each stride is also tried together with multiples of the step
+before, which hold on to what successive directions agree in (a memory gradient). Where the
+directions come from is what differs. The forces cost one drawing for a direction, whatever the
+number of parameters; the gradient costs two for each parameter, drawn in one batch, and is the
+alternative that the paper leaves for later.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Protocol
 
 import numpy as np
@@ -24,7 +27,7 @@ from abs_engine.params import ParamSpec
 Vector = NDArray[np.float64]
 TOLERANCE = 0.1
 """Of -log posterior: what an iteration gains by less changes the odds by no more than a tenth."""
-_STRIDES = (0.4, 1.0, 2.0)  # of the last one
+_STRIDES = (0.4, 1.0, 2.0)  # of the last one, for pose and shape each
 _MEMORY = (0.0, 0.5, 1.0, 2.0)  # times the step before
 _SHORTER = 0.08  # where none of these is better: the longest is then shorter than the shortest was
 _SHORTEST = 0.02  # of the first stride: nothing more is to be found in this direction
@@ -129,21 +132,22 @@ def _climb(
     cost: int,
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
-    x = checked_start(start, spec)
-    value, moved, stride = objective(x).value, np.zeros_like(x), 1.0
+    x, parts = checked_start(start, spec), _parts(spec)
+    value, moved, stride = objective(x).value, np.zeros_like(x), np.ones(len(parts))
+    multiples = np.array(list(product(_STRIDES, repeat=len(parts))))
     trace, spent = [value], 1
     for iteration in range(1, limit + 1):
         way = _bounded(direction(x), spec)
         spent += cost
-        gain, stride = 0.0, max(stride, _SHORTEST)
-        while gain <= 0 and stride >= _SHORTEST and way.any():
-            tried = spec.clip(_tries(x, stride * way, moved))
+        gain, stride = 0.0, np.maximum(stride, _SHORTEST)
+        while gain <= 0 and stride.max() >= _SHORTEST and way.any():
+            tried = spec.clip(_tries(x, (multiples * stride) @ (parts * way), moved))
             values = np.nan_to_num(objective.values(tried), nan=np.inf)
             spent += len(tried)
             trace += values.tolist()
             lowest = int(np.argmin(values))
             gain = value - float(values[lowest])
-            stride *= _STRIDES[lowest % len(_STRIDES)] if gain > 0 else _SHORTER
+            stride = stride * (multiples[lowest % len(multiples)] if gain > 0 else _SHORTER)
         if gain > 0:
             x, moved, value = tried[lowest], tried[lowest] - x, float(values[lowest])
         if gain <= 0 or gain < tolerance:
@@ -151,9 +155,15 @@ def _climb(
     return _ended(objective, x, LIMIT, spent, trace, limit)
 
 
-def _tries(x: Vector, step: Vector, moved: Vector) -> Vector:
-    """Places (B, N) to look at: strides along the step, with multiples of the step before."""
-    along = x + np.multiply.outer(np.array(_STRIDES), step)
+def _parts(spec: ParamSpec) -> Vector:
+    """Masks (K, N), 0 or 1, of parameters that go by strides of their own: pose, shape."""
+    shape = np.array([unit == "sd" for unit in spec.units])
+    return np.array([part for part in (~shape, shape) if part.any()], np.float64)
+
+
+def _tries(x: Vector, steps: Vector, moved: Vector) -> Vector:
+    """Places (B, N) to look at: steps (S, N), with multiples of the step before."""
+    along = x + steps
     return np.vstack([along + share * moved for share in (_MEMORY if moved.any() else (0.0,))])
 
 

@@ -27,13 +27,15 @@ _WORK = 240  # px, longer side of the picture in which blobs are looked for
 _MOUTH = 0.035  # usual area of the lips in that of a face as wide as the skin blob
 _CLUTTER = 0.15  # of that area: so much is expected to look like lips by chance
 _PARTED = 1.0  # widest gap between the lips of one mouth, in square roots of their usual area
+_CLEAR = 20.0  # odds from which on it makes no difference how probable lips are
 _STRAY = 0.03  # of a blob's peak density, below which a pixel is part of none
 _COLOUR_SPREAD = 0.03  # chromaticity that counts as much as a mouth's width does in place
 
 _EDGE = np.ones((3, 3), np.uint8)  # px: between lips and teeth colours mix, and are of no class
 
-# Where lips lie in a skin blob, in its widths from its top's middle; the neck may belong to it
-_EXPECTED, _DEVIATION = np.array([0.0, 1.0]), np.array([0.12, 0.25])
+# Where lips lie in a skin blob, in its widths from its top's middle: beside that in a head that is
+# turned, below it by as much as hair and neck leave to the blob
+_EXPECTED, _DEVIATION = np.array([0.0, 1.0]), np.array([0.3, 0.3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +168,7 @@ def find_lips(
     pixels, weight, share = found
     places = (pixels + 0.5) / scale - 0.5 + np.array([x, y])
     near = np.exp(-0.5 * (((places - prior.centre) / prior.deviation) ** 2).sum(axis=1))
-    mass = (share * (weight * near)[:, None]).sum(axis=0) / scale**2
+    mass = (share * (_evidence(weight) * near)[:, None]).sum(axis=0) / scale**2
     best = int(mass.argmax())
     posterior = float(mass[best] / (mass.sum() + _CLUTTER * prior.area))
     return _blob(places, weight * share[:, best], 1 / scale**2, posterior)
@@ -245,10 +247,19 @@ def _clusters(
     member = np.stack([(label[y, x] == k) & (weight > 0.5) for k in kept], axis=1)
     mixture = _gaussians(features, member * weight[:, None])
     for _ in range(EM_STEPS):
-        mixture = mixture.updated(features, weight)
+        mixture = mixture.updated(features, _evidence(weight))
     parts = mixture.densities(features)
     stray = _STRAY * parts.max(axis=0).min()  # far from every blob
     return pixels, weight, parts / (parts.sum(axis=1, keepdims=True) + stray)
+
+
+def _evidence(weight: FloatArray) -> FloatArray:
+    """How strongly P(lips) speaks for lips, 0 to 1: by its odds, to the limit of `_CLEAR`.
+
+    Shade may be lips by a little, over an area larger than a mouth's.
+    """
+    odds = weight / np.maximum(1 - weight, 1e-12)
+    return np.asarray(np.log(np.clip(odds, 1.0, _CLEAR)) / np.log(_CLEAR))
 
 
 def _gaussians(features: FloatArray, member: FloatArray) -> Mixture:

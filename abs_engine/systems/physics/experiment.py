@@ -162,21 +162,22 @@ def pose_known(
 
 
 def placed_by_blob(
-    lips: TrainedLips, view: Truth, renderer: Renderer, driver: str
+    lips: TrainedLips, views: Mapping[str, Truth], renderer: Renderer, driver: str
 ) -> Iterator[FrameError]:
     """As the paper does: depth and rotation are given, the place in the picture is the blob's.
 
     Frames in which no mouth is found are left out.
     """
-    setting = lips.setting(view.camera, renderer, BLOB_FREE)
-    for frame, picture in enumerate(view.pictures()):
-        blob = find_lips(lips.classes, picture)
-        if blob is None:
-            continue
-        pose = view.pose(frame)
-        fit = fit_frame(setting, picture, pose, lips.starts, driver, centre=blob.centre)
-        if fit.found:
-            yield FrameError.of(lips, "blob", driver, frame, fit, view)
+    for camera, view in views.items():
+        setting = lips.setting(view.camera, renderer, BLOB_FREE)
+        for frame, picture in enumerate(view.pictures()):
+            blob = find_lips(lips.classes, picture)
+            if blob is None:
+                continue
+            pose, place = view.pose(frame), blob.centre
+            fit = fit_frame(setting, picture, pose, lips.starts, driver, centre=place)
+            if fit.found:
+                yield FrameError.of(lips, camera, driver, frame, fit, view)
 
 
 def pose_estimated(

@@ -16,9 +16,9 @@ REMARKS = (
     "for each ring that hold for everybody; the filmed speech is made of such units.",
     "From the blob: depth and rotation are given, the visible lips' centroid is brought to the "
     "blob's, then forces move shape and place. An iteration asks for one direction and looks at "
-    "three strides along it, after the first with four multiples of the step before. It has "
-    "converged when it gains less than 0.1 of -log posterior; at 0.02 errors are 1 to 3 % smaller, "
-    "and more starts are cut off at 15 iterations. Errors by camera are those of Nelder-Mead. "
+    "three strides along it, of place and shape each, after the first with four multiples of the "
+    "step before. It has converged when it gains less than 0.1 of -log posterior; at 0.02 errors "
+    "are 1 to 3 % smaller, and more starts are cut off at 15 iterations. Errors by camera are those of Nelder-Mead. "
     "Frames without a found mouth are left out; `pose.frames` counts the others. Nelder-Mead by "
     "one sample is measured on every fifth frame.",
     "Closures in real clips are those of `abs-engine track` with unknown persons, whose mouths "

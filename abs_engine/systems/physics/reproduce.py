@@ -108,7 +108,7 @@ def reproduce(
             step = SPARSE.get(name, 1)
             known += _named(name, pose_known(lips, sides, renderer, (driver,), rule, score, step))
         tell(f"fitting {person} from the blob, and moving")
-        blob += list(placed_by_blob(lips, sides[FRONT], renderer, "forces"))
+        blob += list(placed_by_blob(lips, sides, renderer, "forces"))
         turning = views[person, "moving", FRONT]
         moving += list(pose_estimated(lips, speaker, turning, renderer, BEST))
         tell(f"training {person}'s lips further")
@@ -212,18 +212,22 @@ def _fitted(
         for person in people
     }
     turning = {p: rms_of([e for e in moving if e.person == p]) for p in people}
-    from_blob = _driven(blob)
+    from_blob, frontal = _driven(blob), [e for e in blob if e.camera == FRONT]
     for name in ("simplex", "simplex_one_sample"):
         drivers[name]["iterations"] = None
     report.results |= {
         "drivers": drivers,
         "iterations_to_converge": from_blob["iterations"],
-        "blob": from_blob | {"most_iterations": max(e.fit.solution.n_iterations for e in blob)},
+        "blob": from_blob | {
+            "most_iterations": max(e.fit.solution.n_iterations for e in blob),
+            "frontal": _driven(frontal),
+        },
         "yaw_mm": yaws,
         "pose": {
             "known": rms_of(best), "frontal": rms_of([e for e in best if e.camera == FRONT]),
             "worst": max(mm for of in yaws.values() for mm in of.values()),
-            "blob": rms_of(blob), "estimated": rms_of(moving),
+            "blob": rms_of(blob), "blob_frontal": rms_of(frontal),
+            "estimated": rms_of(moving),
             "estimated_mm": turning, "estimated_worst": max(turning.values()),
             "highest": float(np.sqrt(np.mean([e.highest**2 for e in best]))),
             "frames": {"blob": len(blob), "estimated": len(moving)},
