@@ -51,6 +51,38 @@ def face_at(
     return np.uint8(np.clip(np.rint(picture + noise), 0, 255))
 
 
+def between(share: float) -> tuple[int, ...]:
+    """A colour that is so much lips and otherwise skin."""
+    skin, lips = (np.array(COLOURS[c], float) for c in ("skin", "lips"))
+    return tuple(round(c) for c in skin + share * (lips - skin))
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_mouth_of_a_turned_head_is_found_beside_the_middle(side: int):
+    picture = face_at(160, 160, lips=False)
+    mouth = 160 + side * 42, 150  # 0.35 widths: 45 degrees
+    cv2.ellipse(picture, mouth, (14, 10), 0, 0, 360, COLOURS["lips"], -1)
+    blob = find_lips(CLASSES_OF_ALL, picture)
+    assert blob is not None
+    assert blob.centre == pytest.approx(mouth, abs=2)
+
+
+def test_shade_that_is_lips_by_a_little_is_no_mouth_however_large():
+    picture = face_at(160, 160, lips=False)
+    shade = next(c for c in map(between, np.arange(0.3, 0.8, 0.01)) if 0.6 < as_lips(c) < 0.8)
+    cv2.ellipse(picture, (160, 185), (45, 9), 0, 0, 360, shade, -1)  # below a jaw
+    cv2.ellipse(picture, (202, 150), (14, 10), 0, 0, 360, COLOURS["lips"], -1)
+    blob = find_lips(CLASSES_OF_ALL, picture)
+    assert blob is not None
+    assert blob.centre == pytest.approx([202, 150], abs=2)
+
+
+def as_lips(colour: tuple[int, ...]) -> float:
+    """P(lips) of a colour."""
+    patch = np.full((9, 9, 3), colour, np.uint8)
+    return float(CLASSES_OF_ALL.probabilities(patch, 3.0)[CLASSES.index("lips")][4, 4])
+
+
 def test_the_face_is_the_largest_skin():
     face = find_face_blob(CLASSES_OF_ALL, face_at(150, 160))
     assert face is not None

@@ -28,7 +28,7 @@ _MOUTH = 0.035  # usual area of the lips in that of a face as wide as the skin b
 _CLUTTER = 0.15  # of that area: so much is expected to look like lips by chance
 _PARTED = 1.0  # widest gap between the lips of one mouth, in square roots of their usual area
 _CLEAR = 20.0  # odds from which on it makes no difference how probable lips are
-_STRAY = 0.03  # of a blob's peak density, below which a pixel is part of none
+_STRAY = 0.01  # of a blob's peak density, below which a pixel is part of none
 _COLOUR_SPREAD = 0.03  # chromaticity that counts as much as a mouth's width does in place
 
 _EDGE = np.ones((3, 3), np.uint8)  # px: between lips and teeth colours mix, and are of no class
