@@ -94,6 +94,27 @@ def test_the_step_before_helps_along_a_valley(monkeypatch):
     assert remembering < 0.1 * np.median(ends())
 
 
+class Lopsided(Bowl):
+    """Its push is as long as it should be for the shape, and a twentieth of that for the pose."""
+
+    def push(self, x):
+        return np.array([1.0, 0.05, 0.05]) * (BOTTOM - x)
+
+
+def test_pose_and_shape_go_by_strides_of_their_own():
+    one = ParamSpec(SPEC.names, ("sd", "sd", "sd"), SCALE, SPEC.lower, SPEC.upper)
+    start = 5 * SCALE * np.array([1.0, 1.0, -1.0])
+    apart, together = (Forces(0.0, 8).minimise(Lopsided(), start, s).value for s in (SPEC, one))
+    assert apart < 0.01 * together
+
+
+@pytest.mark.parametrize("units", [("sd",) * 3, ("mm", "rad", "mm")])
+def test_all_parameters_may_be_of_one_kind(units):
+    alike = ParamSpec(SPEC.names, units, SCALE, SPEC.lower, SPEC.upper)
+    found = Forces(1e-6, 100).minimise(Bowl(), np.zeros(3), alike)
+    np.testing.assert_allclose((found.x - BOTTOM) / SCALE, 0, atol=0.02)
+
+
 def test_a_step_too_short_to_matter_ends_the_walk():
     class Noise(Bowl):
         def _value(self, x):
