@@ -108,6 +108,29 @@ def test_pose_and_shape_go_by_strides_of_their_own():
     assert apart < 0.01 * together
 
 
+class Late(Bowl):
+    """Its shape, the first parameter, is not pushed in the first four directions."""
+
+    def __init__(self):
+        super().__init__()
+        self.looked = []
+
+    def values(self, vectors):
+        self.looked.extend(vectors.tolist())
+        return super().values(vectors)
+
+    def push(self, x):
+        self.directions += 1
+        return np.array([self.directions > 4, 0.3, 0.3]) * (BOTTOM - x)
+
+
+def test_a_part_that_nothing_pushes_keeps_its_stride():
+    late = Late()
+    found = Forces(0.0, 8).minimise(late, np.zeros(3), SPEC)
+    assert found.value < 1e-4
+    assert len(late.looked) == len(np.unique(late.looked, axis=0))
+
+
 @pytest.mark.parametrize("units", [("sd",) * 3, ("mm", "rad", "mm")])
 def test_all_parameters_may_be_of_one_kind(units):
     alike = ParamSpec(SPEC.names, units, SCALE, SPEC.lower, SPEC.upper)

@@ -225,7 +225,7 @@ def test_the_page_sets_results_beside_the_papers():
         ["\N{MINUS SIGN}45°", "1.20 mm", "0.80 mm", "≤ 1.00 mm", "not met, by 0.20 mm"],
         ["0°", "0.70 mm", "not measured", "≤ 0.80 mm", "met, by 0.10 mm"],
         [
-            "share of frames that do within 15 iterations",
+            "share of all frames that do within 15",
             "92.00%",
             "≥ 100.00%",
             "not met, by 8.00 points",

@@ -75,7 +75,10 @@ def test_lips_are_found_from_every_side_and_with_the_pose_unknown(results):
     assert max(results["yaw_mm"][person].values()) < 1.8
     assert results["pose"]["known"] < 1.3
     assert results["pose"]["known"] < results["pose"]["estimated"] < 3
-    assert results["pose"]["blob"] < 2.5
+    assert results["pose"]["blob"] < 1.6
+    assert results["pose"]["frames"]["blob"] == results["pose"]["frames"]["blob_filmed"] == 40
+    assert results["blob"]["found"] == 1
+    assert results["blob"]["converged"] > 0.9
     assert results["further_training"]["after_mm"] < results["further_training"]["before_mm"] + 0.1
 
 

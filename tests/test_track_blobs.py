@@ -60,8 +60,9 @@ def between(share: float) -> tuple[int, ...]:
 @pytest.mark.parametrize("side", [-1, 1])
 def test_the_mouth_of_a_turned_head_is_found_beside_the_middle(side: int):
     picture = face_at(160, 160, lips=False)
-    mouth = 160 + side * 42, 150  # 0.35 widths: 45 degrees
+    mouth = 160 + side * 42, 150  # 0.35 widths
     cv2.ellipse(picture, mouth, (14, 10), 0, 0, 360, COLOURS["lips"], -1)
+    cv2.circle(picture, (160, 160), 5, COLOURS["lips"], -1)  # a sore on the chin
     blob = find_lips(CLASSES_OF_ALL, picture)
     assert blob is not None
     assert blob.centre == pytest.approx(mouth, abs=2)
@@ -70,11 +71,20 @@ def test_the_mouth_of_a_turned_head_is_found_beside_the_middle(side: int):
 def test_shade_that_is_lips_by_a_little_is_no_mouth_however_large():
     picture = face_at(160, 160, lips=False)
     shade = next(c for c in map(between, np.arange(0.3, 0.8, 0.01)) if 0.6 < as_lips(c) < 0.8)
-    cv2.ellipse(picture, (160, 185), (45, 9), 0, 0, 360, shade, -1)  # below a jaw
+    cv2.ellipse(picture, (160, 165), (32, 7), 0, 0, 360, shade, -1)
     cv2.ellipse(picture, (202, 150), (14, 10), 0, 0, 360, COLOURS["lips"], -1)
     blob = find_lips(CLASSES_OF_ALL, picture)
     assert blob is not None
     assert blob.centre == pytest.approx([202, 150], abs=2)
+
+
+def test_pale_lips_are_no_less_sure_than_others_where_nothing_else_is_like_them():
+    pale = next(c for c in map(between, np.arange(0.3, 0.8, 0.01)) if 0.5 < as_lips(c) < 0.65)
+    picture = face_at(160, 160, lips=False)
+    cv2.ellipse(picture, (160, 160), (25, 10), 0, 0, 360, pale, -1)
+    blob = find_lips(CLASSES_OF_ALL, picture)
+    assert blob is not None
+    assert blob.posterior > SURE
 
 
 def as_lips(colour: tuple[int, ...]) -> float:

@@ -30,7 +30,8 @@ class FollowOptions:
     reach : float
         How far from where it is expected a dot is looked for.
     least : float
-        A dot is lost below this normalised correlation.
+        A dot is lost below this normalised correlation with a disc. In a filmed session those
+        between 0.5 and 0.55 were off by 1.3 mm, those above by 0.6 and less.
     sure : float
         Below this one it is found but marked as uncertain.
     stray : float

@@ -25,6 +25,7 @@ from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 from abs_engine.params import ParamSpec
 
 Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 TOLERANCE = 0.1
 """Of -log posterior: what an iteration gains by less changes the odds by no more than a tenth."""
 _STRIDES = (0.4, 1.0, 2.0)  # of the last one, for pose and shape each
@@ -133,21 +134,23 @@ def _climb(
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
     x, parts = checked_start(start, spec), _parts(spec)
-    value, moved, stride = objective(x).value, np.zeros_like(x), np.ones(len(parts))
-    multiples = np.array(list(product(_STRIDES, repeat=len(parts))))
+    value, moved, strides = objective(x).value, np.zeros_like(x), np.ones(len(parts))
     trace, spent = [value], 1
     for iteration in range(1, limit + 1):
-        way = _bounded(direction(x), spec)
+        ways = parts * _bounded(direction(x), spec)
         spent += cost
-        gain, stride = 0.0, np.maximum(stride, _SHORTEST)
-        while gain <= 0 and stride.max() >= _SHORTEST and way.any():
-            tried = spec.clip(_tries(x, (multiples * stride) @ (parts * way), moved))
+        pushed = np.asarray(ways.any(axis=1))
+        multiples = _multiples(pushed)
+        gain, strides = 0.0, np.maximum(strides, _SHORTEST)
+        while gain <= 0 and strides[pushed].max(initial=0.0) >= _SHORTEST:
+            tried = spec.clip(_tries(x, (multiples * strides) @ ways, moved))
             values = np.nan_to_num(objective.values(tried), nan=np.inf)
             spent += len(tried)
             trace += values.tolist()
             lowest = int(np.argmin(values))
             gain = value - float(values[lowest])
-            stride = stride * (multiples[lowest % len(multiples)] if gain > 0 else _SHORTER)
+            chosen = multiples[lowest % len(multiples)]
+            strides = strides * (chosen if gain > 0 else np.where(pushed, _SHORTER, 1.0))
         if gain > 0:
             x, moved, value = tried[lowest], tried[lowest] - x, float(values[lowest])
         if gain <= 0 or gain < tolerance:
@@ -155,10 +158,16 @@ def _climb(
     return _ended(objective, x, LIMIT, spent, trace, limit)
 
 
-def _parts(spec: ParamSpec) -> Vector:
-    """Masks (K, N), 0 or 1, of parameters that go by strides of their own: pose, shape."""
-    shape = np.array([unit == "sd" for unit in spec.units])
-    return np.array([part for part in (~shape, shape) if part.any()], np.float64)
+def _parts(spec: ParamSpec) -> Mask:
+    """Which parameters (K, N) go by strides of their own: the pose's, and the shape's."""
+    shape = np.array([unit == "sd" for unit in spec.units], bool)
+    return np.array([part for part in (~shape, shape) if part.any()], bool).reshape(-1, len(spec))
+
+
+def _multiples(pushed: Mask) -> Vector:
+    """Strides (S, K) to try of K parts, each with each; 1 for what is not pushed anywhere."""
+    each = [_STRIDES if moves else (1.0,) for moves in pushed]
+    return np.array(list(product(*each)))
 
 
 def _tries(x: Vector, steps: Vector, moved: Vector) -> Vector:

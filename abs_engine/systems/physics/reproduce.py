@@ -115,7 +115,8 @@ def reproduce(
         further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed))
         if person == amount.people[0]:
             fit_figures(report, lips, sides, known, renderer)
-    _fitted(report, known, blob, moving, further)
+    filmed = len(amount.people) * len(YAWS) * amount.test
+    _fitted(report, known, blob, filmed, moving, further)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell)
     report.results["grid"] = grid or {"closure_precision": None, "closure_recall": None}
@@ -194,10 +195,11 @@ def _fitted(
     report: Report,
     known: Sequence[FrameError],
     blob: Sequence[FrameError],
+    filmed: int,
     moving: Sequence[FrameError],
     further: Sequence[tuple[float, float]],
 ) -> None:
-    """Sections 5 and 6.1 as numbers."""
+    """Sections 5 and 6.1 as numbers; `filmed` frames were there to be placed by the blob."""
     drivers: dict[str, dict[str, Any]] = {
         name: _driven([e for e in known if e.driver == name]) | {"posterior_rule": score}
         for name, _, _, score in WAYS
@@ -217,9 +219,11 @@ def _fitted(
         drivers[name]["iterations"] = None
     report.results |= {
         "drivers": drivers,
-        "iterations_to_converge": from_blob["iterations"],
+        "iterations_to_converge": from_blob.get("iterations"),
         "blob": from_blob | {
-            "most_iterations": max(e.fit.solution.n_iterations for e in blob),
+            "found": len(blob) / filmed,
+            "converged": converged(blob) * len(blob) / filmed if blob else 0.0,
+            "most_iterations": max((e.fit.solution.n_iterations for e in blob), default=None),
             "frontal": _driven(frontal),
         },
         "yaw_mm": yaws,
@@ -230,7 +234,7 @@ def _fitted(
             "estimated": rms_of(moving),
             "estimated_mm": turning, "estimated_worst": max(turning.values()),
             "highest": float(np.sqrt(np.mean([e.highest**2 for e in best]))),
-            "frames": {"blob": len(blob), "estimated": len(moving)},
+            "frames": {"blob": len(blob), "blob_filmed": filmed, "estimated": len(moving)},
         },
         "further_training": {
             "before_mm": float(np.sqrt(np.mean([a**2 for a, _ in further]))),
@@ -240,10 +244,12 @@ def _fitted(
 
 
 def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
+    if not errors:
+        return {}
     found = [e.fit.solution for e in errors]
     return {
         "mm": rms_of(errors),
-        "highest_mm": float(np.sqrt(np.mean([e.highest**2 for e in errors]))) if errors else None,
+        "highest_mm": float(np.sqrt(np.mean([e.highest**2 for e in errors]))),
         "evaluations": float(np.mean([s.n_evaluations for s in found])),
         "iterations": float(np.mean([s.n_iterations for s in found])),
         "seconds": float(np.mean([e.fit.seconds for e in errors])),

@@ -80,7 +80,7 @@ ITERATIONS = Goal(
     15,
     paper=True,
 )
-CONVERGED = Goal("blob.converged", "share of frames that do within 15 iterations", "share", 1, True)
+CONVERGED = Goal("blob.converged", "share of all frames that do within 15", "share", 1, True)
 KNOWN = Goal("pose.known", "lip error, pose known, all cameras", "mm", 1.0)
 WORST = Goal("pose.worst", "the same, the worst person and camera", "mm", 1.0)
 FRONTAL = Goal("pose.frontal", "lip error, pose known, frontal camera", "mm", 0.8)
