@@ -95,17 +95,20 @@ def test_the_step_before_helps_along_a_valley(monkeypatch):
 
 
 class Lopsided(Bowl):
-    """Its push is as long as it should be for the shape, and a twentieth of that for the pose."""
+    """Its push is as long as it should be for the shape, and a tenth of that for the pose."""
 
     def push(self, x):
-        return np.array([1.0, 0.05, 0.05]) * (BOTTOM - x)
+        return np.array([1.0, 0.1, 0.1]) * (BOTTOM - x)
 
 
 def test_pose_and_shape_go_by_strides_of_their_own():
     one = ParamSpec(SPEC.names, ("sd", "sd", "sd"), SCALE, SPEC.lower, SPEC.upper)
-    start = 5 * SCALE * np.array([1.0, 1.0, -1.0])
-    apart, together = (Forces(0.0, 8).minimise(Lopsided(), start, s).value for s in (SPEC, one))
-    assert apart < 0.01 * together
+    starts = 8 * SCALE * np.random.default_rng(4).uniform(-1, 1, (20, 3))
+    apart, together = (
+        np.array([Forces(0.0, 8).minimise(Lopsided(), x, spec).value for x in starts])
+        for spec in (SPEC, one)
+    )
+    assert np.median(apart / together) < 0.3
 
 
 class Late(Bowl):

@@ -28,7 +28,7 @@ Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 TOLERANCE = 0.1
 """Of -log posterior: what an iteration gains by less changes the odds by no more than a tenth."""
-_STRIDES = (0.4, 1.0, 2.0)  # of the last one, for pose and shape each
+_STRIDES = (0.4, 1.0, 2.0)  # of the last one; for pose and shape each, the longer of which counts
 _MEMORY = (0.0, 0.5, 1.0, 2.0)  # times the step before
 _SHORTER = 0.08  # where none of these is better: the longest is then shorter than the shortest was
 _SHORTEST = 0.02  # of the first stride: nothing more is to be found in this direction
@@ -134,23 +134,21 @@ def _climb(
 ) -> Solution:
     """Walk along `direction`, whose every call costs `cost` evaluations."""
     x, parts = checked_start(start, spec), _parts(spec)
-    value, moved, strides = objective(x).value, np.zeros_like(x), np.ones(len(parts))
+    value, moved, stride = objective(x).value, np.zeros_like(x), 1.0
     trace, spent = [value], 1
     for iteration in range(1, limit + 1):
         ways = parts * _bounded(direction(x), spec)
         spent += cost
-        pushed = np.asarray(ways.any(axis=1))
-        multiples = _multiples(pushed)
-        gain, strides = 0.0, np.maximum(strides, _SHORTEST)
-        while gain <= 0 and strides[pushed].max(initial=0.0) >= _SHORTEST:
-            tried = spec.clip(_tries(x, (multiples * strides) @ ways, moved))
+        multiples = _multiples(ways)
+        gain, stride = 0.0, max(stride, _SHORTEST)
+        while gain <= 0 and stride >= _SHORTEST and ways.any():
+            tried = spec.clip(_tries(x, stride * multiples @ ways, moved))
             values = np.nan_to_num(objective.values(tried), nan=np.inf)
             spent += len(tried)
             trace += values.tolist()
             lowest = int(np.argmin(values))
             gain = value - float(values[lowest])
-            chosen = multiples[lowest % len(multiples)]
-            strides = strides * (chosen if gain > 0 else np.where(pushed, _SHORTER, 1.0))
+            stride *= float(multiples[lowest % len(multiples)].max()) if gain > 0 else _SHORTER
         if gain > 0:
             x, moved, value = tried[lowest], tried[lowest] - x, float(values[lowest])
         if gain <= 0 or gain < tolerance:
@@ -164,9 +162,9 @@ def _parts(spec: ParamSpec) -> Mask:
     return np.array([part for part in (~shape, shape) if part.any()], bool).reshape(-1, len(spec))
 
 
-def _multiples(pushed: Mask) -> Vector:
-    """Strides (S, K) to try of K parts, each with each; 1 for what is not pushed anywhere."""
-    each = [_STRIDES if moves else (1.0,) for moves in pushed]
+def _multiples(ways: Vector) -> Vector:
+    """Strides (S, K) to try of K parts of a direction, each with each; 0 for parts without one."""
+    each = [_STRIDES if way.any() else (0.0,) for way in ways]
     return np.array(list(product(*each)))
 
 
