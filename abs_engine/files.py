@@ -93,15 +93,26 @@ class NewFolder(Making):
         shutil.rmtree(self.work, ignore_errors=True)
 
 
-def check_free(path: Path) -> Path:
+def check_free(path: Path, ending: str = "") -> Path:
     """The path itself, if something new can be named so.
+
+    Parameters
+    ----------
+    path : Path
+    ending : str
+        What its name must end in, ".npz", say; small and capital letters are the same.
 
     Raises
     ------
     OutputError
-        If it exists already or there is no folder to put it in.
+        If it exists already, there is no folder to put it in, or it ends in something else.
     """
     path = Path(path)
+    if not path.name.lower().endswith(ending):
+        raise OutputError(
+            f"{path} does not end in {ending}, which is what is written",
+            f"call it {path.with_suffix(ending).name}",
+        )
     if os.path.lexists(path):
         raise OutputError(f"{path} exists already", "choose another name or remove it")
     if not path.parent.is_dir():

@@ -63,13 +63,14 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
         found, size = _corners(board, pictures, chosen.mirror, progress)
         own = calibrate_camera([c for pair in found for c in pair if c is not None], size)
         print(f"{own.error:.2f} px RMS, focal length {own.camera.matrix[0, 0]:.1f} "
-              f"+- {own.focal_deviation:.1f} px")  # fmt: skip
+              f"+- {own.focal_deviation:.1f} px, principal point +- {own.centre_deviation:.1f} px"
+              )  # fmt: skip
         if chosen.second is None:
             mirror = _mirror(found, own.camera) if chosen.mirror else None
             write_new(chosen.output, camera_json(own.camera, mirror=mirror).encode())
             print(f"wrote {chosen.output}")
             return 0
-        check_free(chosen.second_output)
+        check_free(chosen.second_output, ".json")
         if len(chosen.second) != len(pictures):
             raise ParameterError(
                 f"{len(pictures)} and {len(chosen.second)} pictures were given",

@@ -91,7 +91,7 @@ def _add_markers(group: argparse._ArgumentGroup) -> None:
 
 def observe(chosen: Namespace) -> int:
     """Observe points, or calibrate."""
-    check_free(chosen.output)
+    check_free(chosen.output, ".json" if chosen.what[0] == "calibrate" else ".npz")
     if chosen.what[0] == "calibrate":
         return calibrate(chosen, [Path(p) for p in chosen.what[1:]])
     files = [Path(p) for p in chosen.what]
@@ -110,8 +110,9 @@ def _videos(chosen: Namespace, videos: list[Path]) -> int:
     for option in ("calibration", "points"):
         if getattr(chosen, option) is None:
             raise ParameterError(f"--{option} is missing", "see 'abs-engine observe --help'")
-    for path in filter(None, (chosen.review, chosen.overlay)):
-        check_free(path)
+    for path, ending in ((chosen.review, ".csv"), (chosen.overlay, ".mp4")):
+        if path is not None:
+            check_free(path, ending)
     views, points = _views(chosen.calibration, videos), read_marks(chosen.points)
     corrections = read_marks(chosen.corrections) if chosen.corrections else ()
     info = probe(videos[0])
@@ -135,7 +136,7 @@ def _videos(chosen: Namespace, videos: list[Path]) -> int:
         if chosen.review is not None:
             write_new(chosen.review, write_marks(rows).encode())
         overlay.finish()
-    _tell(observed)
+    _tell(observed, bool(chosen.rigid))
     print(f"{len(rows)} of {tracks.scores.size} places should be looked at by a person")
     print(f"wrote {chosen.output}")
     return 0
@@ -188,12 +189,12 @@ def _markers(chosen: Namespace, files: list[Path]) -> int:
     head = _head(chosen, len(markers.points))
     observed = points_of_markers(markers, head, source=f"markers of {files[0].name}")
     write_observations(chosen.output, observed)
-    _tell(observed)
+    _tell(observed, bool(chosen.rigid))
     print(f"wrote {chosen.output}")
     return 0
 
 
-def _tell(observed: Observations) -> None:
+def _tell(observed: Observations, rigid: bool) -> None:
     import numpy as np
 
     missing = observed.found.size - int(observed.found.sum())
@@ -205,8 +206,9 @@ def _tell(observed: Observations) -> None:
         error = np.sqrt(np.mean(observed.error[observed.found] ** 2))
         print(f"reprojection error {error:.2f} px RMS")
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
-    print(f"rigid points agree to {np.sqrt(np.nanmean(observed.rigid_error**2)):.2f} mm RMS"
-          f"; {head} frames without the head")  # fmt: skip
+    agreed = np.sqrt(np.nanmean(observed.rigid_error**2)) if rigid else None
+    told = "" if agreed is None else f"rigid points agree to {agreed:.2f} mm RMS; "
+    print(f"{told}{head} frames without the head")
 
 
 class _Overlay:

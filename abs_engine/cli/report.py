@@ -38,7 +38,7 @@ def add_arguments(command: ArgumentParser) -> None:
 
 def report(chosen: Namespace) -> int:
     """Write one HTML file about one run or several."""
-    check_free(chosen.output)
+    check_free(chosen.output, ".html")
 
     from abs_engine.systems.reporting import ReportOptions, write_report
 

@@ -35,7 +35,7 @@ def add_train(command: ArgumentParser) -> None:
 
 def train(chosen: Namespace) -> int:
     """Learn how lips move from observed dots."""
-    check_free(chosen.output)
+    check_free(chosen.output, ".npz")
 
     from abs_engine.assets import load_speaker
     from abs_engine.observe.observations import read_observations

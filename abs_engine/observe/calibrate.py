@@ -23,6 +23,9 @@ _VAGUE = 0.03
 """Largest standard deviation of a focal length, as a share of it."""
 _FLAGS = cv2.CALIB_FIX_K3
 """Two radial and two tangential coefficients, which a few pictures can tell."""
+_TELLING = 3.0
+"""Standard deviations from 0 below which tangential coefficients are left out: a long lens hardly
+tells them from a shift of the principal point, which is then twice as uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,8 @@ class Calibration:
         Root mean square distance of the corners from where the camera would see them.
     focal_deviation : float, px
         Standard deviation of the focal length, the larger of x and y.
+    centre_deviation : float, px
+        The same of the principal point.
     poses : tuple of Pose
         Board to camera, for each picture.
     """
@@ -43,6 +48,7 @@ class Calibration:
     camera: Camera
     error: float
     focal_deviation: float
+    centre_deviation: float
     poses: tuple[Pose, ...]
 
 
@@ -67,21 +73,51 @@ def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Cali
             f"the board was found in {len(pictures)} pictures, {LEAST_PICTURES} are needed",
             "take more, with the whole board in sight and sharp",
         )
+    solved = _solved(pictures, size, _FLAGS)
+    if (np.abs(solved.tangential) < _TELLING * solved.tangential_deviations).all():
+        solved = _solved(pictures, size, _FLAGS | cv2.CALIB_ZERO_TANGENT_DIST)
+    _check(solved.poses, solved.camera.matrix, float(solved.deviations[:2].max()))
+    return Calibration(
+        solved.camera,
+        solved.error,
+        float(solved.deviations[:2].max()),
+        float(solved.deviations[2:4].max()),
+        solved.poses,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """What OpenCV found; `deviations` are those of fx, fy, cx, cy, k1, k2, p1, p2."""
+
+    camera: Camera
+    error: float
+    poses: tuple[Pose, ...]
+    deviations: FloatArray
+
+    @property
+    def tangential(self) -> FloatArray:
+        return self.camera.distortion[2:4]
+
+    @property
+    def tangential_deviations(self) -> FloatArray:
+        return self.deviations[6:8]
+
+
+def _solved(pictures: Sequence[Corners], size: tuple[int, int], flags: int) -> _Solved:
     try:
         error, matrix, distortion, turns, shifts, deviations, _, _ = cv2.calibrateCameraExtended(
             [p.places.astype(np.float32) for p in pictures],
             [p.pixels.astype(np.float32) for p in pictures],
-            size, np.eye(3), np.zeros(5), flags=_FLAGS,
+            size, np.eye(3), np.zeros(5), flags=flags,
         )  # fmt: skip
     except cv2.error as failure:
         raise CalibrationError(
             "the pictures of the board do not agree with any camera", "take them again"
         ) from failure
     poses = tuple(Pose.from_vectors(r, t) for r, t in zip(turns, shifts, strict=True))
-    deviation = float(np.max(deviations[:2]))
     camera = Camera(np.asarray(matrix, np.float64), size, np.asarray(distortion, np.float64))
-    _check(poses, camera.matrix, deviation)
-    return Calibration(camera, float(error), deviation, poses)
+    return _Solved(camera, float(error), poses, np.asarray(deviations, np.float64).ravel())
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,6 +64,8 @@ def read_reference(path: Path) -> Mapping[str, FloatArray]:
 def _table(path: Path, numbers: Sequence[str], text: str | None = None) -> list[dict[str, Any]]:
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError as error:
+        raise InputFileError(f"{path} does not exist", "check the path") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputFileError(f"{path} cannot be read as text", "check the path") from error
     reader = csv.DictReader(lines, skipinitialspace=True)

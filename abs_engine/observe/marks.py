@@ -77,6 +77,8 @@ def read_marks(path: Path) -> tuple[Mark, ...]:
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise InputFileError(f"{path} does not exist", "check the path") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputFileError(f"{path} cannot be read as text", "check the path") from error
     rows = _json_rows(path, text) if path.suffix.lower() == ".json" else _csv_rows(path, text)

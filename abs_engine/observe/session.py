@@ -58,6 +58,7 @@ class Tracks:
     pixels : (V, T, N, 2) float64; NaN where a dot is lost
     scores : (V, T, N) float64
     corrected : (V, T, N) bool
+        A person said so after the dots had been followed; those of frame 0 are pointed at before.
     rate : float
         Frames per second.
     """
@@ -126,6 +127,7 @@ def follow_videos(
         if watch is not None:
             watch(Moment(frame, names, images, now))
     pixels, scores, corrected = (_gathered(seen, p) for p in ("places", "scores", "corrected"))
+    corrected[:, 0] = [[(0, view, name) in again for name in names] for view in range(2)]
     return Tracks(names, pixels, scores, corrected, rate)
 
 
@@ -171,7 +173,8 @@ def points_of_head(
     largest_error : float, px
         A point whose reprojection error is larger counts as not found.
     sure : float
-        A point with a lower correlation in one of the views counts as uncertain.
+        A point with a lower correlation in one of the views counts as uncertain, unless a person
+        corrected it there.
     source : str
 
     Raises
@@ -188,8 +191,9 @@ def points_of_head(
     points = motion.to_head(world)
     found = np.asarray(agreed & motion.found[:, None])
     score = tracks.scores.min(axis=0)
+    doubtful = ((tracks.scores < sure) & ~tracks.corrected).any(axis=0)
     return Observations(
-        points, tracks.names, found, found & (score < sure), made.error, score, tracks.rate,
+        points, tracks.names, found, found & doubtful, made.error, score, tracks.rate,
         motion.rotations, motion.translations, motion.error, tracks.pixels, source,
     )  # fmt: skip
 
@@ -235,7 +239,7 @@ def review(
     """
     for frame, view, point in np.ndindex(tracks.pixels.shape[1], 2, len(tracks.names)):
         score = float(tracks.scores[view, frame, point])
-        if tracks.corrected[view, frame, point] and frame:
+        if tracks.corrected[view, frame, point]:
             continue
         place = tracks.pixels[view, frame, point]
         error = float(observed.error[frame, point])

@@ -207,7 +207,7 @@ def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) 
     if n_modes < 1 or n_train < FRAMES_A_MODE * n_modes:
         raise ParameterError(
             f"{n_modes} modes cannot be learned from {n_train} frames",
-            f"give at least one mode, and {FRAMES_A_MODE} frames or more for each",
+            f"give at least one mode (--modes) and {FRAMES_A_MODE} frames for each (--train)",
         )
     if n_modes >= 3 * len(LIPS16):
         raise ParameterError(
@@ -220,7 +220,7 @@ def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) 
             f"all {len(LIPS16)} dots were found in {complete} of {frames} frames, "
             + (f"without {jumped} in which one jumps, " if jumped else "")
             + f"{n_train} are to be learned from",
-            "correct the lost dots, or learn from fewer",
+            "correct the lost dots, film more frames, or learn from fewer (--train)",
         )
 
 
