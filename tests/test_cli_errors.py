@@ -17,6 +17,9 @@ from abs_engine.assets import load_speaker
 from abs_engine.cli import commands, main
 from abs_engine.cli import progress as progress_module
 from abs_engine.cli.progress import Progress, progress_text
+from abs_engine.errors import InputFileError
+from abs_engine.observe.headfiles import read_reference
+from abs_engine.observe.marks import read_marks
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
 
@@ -128,6 +131,25 @@ def test_an_output_that_exists(fails, tmp_path, noise_video):
     assert "exists already" in fails("synth", "demo", "-o", tmp_path / "run")
     assert "exists already" in fails("render", "-o", tmp_path / "file.png")
     assert "exists already" in fails("bench", "--json", tmp_path / "file.png")
+
+
+@pytest.mark.parametrize(
+    ("words", "ending"),
+    [
+        (("report", "run", "-o", "r.pdf"), ".html"),
+        (("train", "dots.npz", "-o", "lips.txt"), ".npz"),
+        (("observe", "film.mp4", "-o", "dots.csv"), ".npz"),
+        (("observe", "calibrate", "a.png", "-o", "camera.npz"), ".json"),
+    ],
+)
+def test_an_output_that_is_named_like_something_else(fails, words, ending):
+    assert f"does not end in {ending}" in fails(*words)
+
+
+@pytest.mark.parametrize("read", [read_marks, read_reference])
+def test_missing_points(read, tmp_path):
+    with pytest.raises(InputFileError, match=r"points\.csv does not exist"):
+        read(tmp_path / "points.csv")
 
 
 def test_an_output_that_cannot_be_written(fails, tmp_path, noise_video):

@@ -65,6 +65,17 @@ def test_a_camera_comes_back_from_pictures():
     assert done.camera.project(at) == pytest.approx(LENS.project(at), abs=2.5)
 
 
+@pytest.mark.parametrize("tangential", [0.0, 0.02])
+def test_tangential_distortion_is_taken_up_where_there_is_some(tangential):
+    lens = Camera(LENS.matrix, LENS.size, np.array([-0.2, 0.08, tangential, -tangential]))
+    seen = [found_by(CHESS, p, lens, k) for k, p in enumerate(held(CHESS, 12))]
+    done = calibrate_camera(seen, lens.size)
+    assert done.camera.distortion[2:4] == pytest.approx([tangential, -tangential], abs=2e-3)
+    assert (done.camera.distortion[2:4] == 0).all() == (tangential == 0)
+    off = np.abs(done.camera.matrix[:2, 2] - lens.matrix[:2, 2])
+    assert off.max() < 3 * done.centre_deviation < 6
+
+
 def test_two_cameras_come_back():
     camera, (_, second) = two_cameras()
     poses = board_poses(before_cameras(), 6)
