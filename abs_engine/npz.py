@@ -83,12 +83,10 @@ def check_format(
 ) -> None:
     """Raise `ModelFormatError` unless the arrays of a file are of a kind and a version."""
     found = format_of(data), _version_of(data)
-    if found[0] != kind:
-        raise ModelFormatError(f"{path} is {found[0]}, wanted {kind}", "give a file of that kind")
-    if found[1] != version:
+    if found != (kind, version):
         raise ModelFormatError(
             f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
-            "make it again with this release",
+            f"{'make it again' if found[0] == kind else 'give one that was made'} with this release",
         )
 
 
