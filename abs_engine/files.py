@@ -111,7 +111,7 @@ def check_free(path: Path, ending: str = "") -> Path:
     if not path.name.lower().endswith(ending):
         raise OutputError(
             f"{path} does not end in {ending}, which is what is written",
-            f"call it {path.with_suffix(ending).name}",
+            "choose a name that does",
         )
     if os.path.lexists(path):
         raise OutputError(f"{path} exists already", "choose another name or remove it")

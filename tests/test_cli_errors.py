@@ -138,6 +138,8 @@ def test_an_output_that_exists(fails, tmp_path, noise_video):
     [
         (("report", "run", "-o", "r.pdf"), ".html"),
         (("train", "dots.npz", "-o", "lips.txt"), ".npz"),
+        (("train", "dots.npz", "-o", ".."), ".npz"),
+        (("train", "dots.npz", "-o", ""), ".npz"),
         (("observe", "film.mp4", "-o", "dots.csv"), ".npz"),
         (("observe", "calibrate", "a.png", "-o", "camera.npz"), ".json"),
     ],

@@ -87,6 +87,13 @@ def test_pale_lips_are_no_less_sure_than_others_where_nothing_else_is_like_them(
     assert blob.posterior > SURE
 
 
+def test_lips_far_from_where_they_may_be_are_not_sure():
+    prior = LipPrior(np.array([200.0, 160.0]), np.array([0.3, 0.3]), 785.0)
+    blob = find_lips(CLASSES_OF_ALL, face_at(160, 160), prior)
+    assert blob is not None
+    assert blob.posterior == 0
+
+
 def as_lips(colour: tuple[int, ...]) -> float:
     """P(lips) of a colour."""
     patch = np.full((9, 9, 3), colour, np.uint8)

@@ -57,6 +57,8 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
         raise ParameterError(
             "a chessboard cannot be told from its mirror image", "use a ChArUco board"
         )
+    if chosen.second_output is not None:
+        check_free(chosen.second_output, ".json")
     columns, rows = chosen.squares
     board = Board(chosen.board, columns, rows, chosen.square, chosen.marker, chosen.dictionary)
     with Progress("calibrating") as progress:
@@ -70,7 +72,6 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
             write_new(chosen.output, camera_json(own.camera, mirror=mirror).encode())
             print(f"wrote {chosen.output}")
             return 0
-        check_free(chosen.second_output, ".json")
         if len(chosen.second) != len(pictures):
             raise ParameterError(
                 f"{len(pictures)} and {len(chosen.second)} pictures were given",

@@ -206,9 +206,9 @@ def _tell(observed: Observations, rigid: bool) -> None:
         error = np.sqrt(np.mean(observed.error[observed.found] ** 2))
         print(f"reprojection error {error:.2f} px RMS")
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
-    agreed = np.sqrt(np.nanmean(observed.rigid_error**2)) if rigid else None
-    told = "" if agreed is None else f"rigid points agree to {agreed:.2f} mm RMS; "
-    print(f"{told}{head} frames without the head")
+    if rigid:
+        print(f"rigid points agree to {np.sqrt(np.nanmean(observed.rigid_error**2)):.2f} mm RMS")
+    print(f"{head} frames without the head")
 
 
 class _Overlay:

@@ -73,38 +73,17 @@ def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Cali
             f"the board was found in {len(pictures)} pictures, {LEAST_PICTURES} are needed",
             "take more, with the whole board in sight and sharp",
         )
-    solved = _solved(pictures, size, _FLAGS)
-    if (np.abs(solved.tangential) < _TELLING * solved.tangential_deviations).all():
-        solved = _solved(pictures, size, _FLAGS | cv2.CALIB_ZERO_TANGENT_DIST)
-    _check(solved.poses, solved.camera.matrix, float(solved.deviations[:2].max()))
-    return Calibration(
-        solved.camera,
-        solved.error,
-        float(solved.deviations[:2].max()),
-        float(solved.deviations[2:4].max()),
-        solved.poses,
-    )
+    done, tangential = _solved(pictures, size, _FLAGS)
+    if (np.abs(done.camera.distortion[2:4]) < _TELLING * tangential).all():
+        done, _ = _solved(pictures, size, _FLAGS | cv2.CALIB_ZERO_TANGENT_DIST)
+    _check(done.poses, done.camera.matrix, done.focal_deviation)
+    return done
 
 
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """What OpenCV found; `deviations` are those of fx, fy, cx, cy, k1, k2, p1, p2."""
-
-    camera: Camera
-    error: float
-    poses: tuple[Pose, ...]
-    deviations: FloatArray
-
-    @property
-    def tangential(self) -> FloatArray:
-        return self.camera.distortion[2:4]
-
-    @property
-    def tangential_deviations(self) -> FloatArray:
-        return self.deviations[6:8]
-
-
-def _solved(pictures: Sequence[Corners], size: tuple[int, int], flags: int) -> _Solved:
+def _solved(
+    pictures: Sequence[Corners], size: tuple[int, int], flags: int
+) -> tuple[Calibration, FloatArray]:
+    """What OpenCV makes of the pictures; and the tangential coefficients' deviations (2,)."""
     try:
         error, matrix, distortion, turns, shifts, deviations, _, _ = cv2.calibrateCameraExtended(
             [p.places.astype(np.float32) for p in pictures],
@@ -117,7 +96,9 @@ def _solved(pictures: Sequence[Corners], size: tuple[int, int], flags: int) -> _
         ) from failure
     poses = tuple(Pose.from_vectors(r, t) for r, t in zip(turns, shifts, strict=True))
     camera = Camera(np.asarray(matrix, np.float64), size, np.asarray(distortion, np.float64))
-    return _Solved(camera, float(error), poses, np.asarray(deviations, np.float64).ravel())
+    spread = np.asarray(deviations, np.float64).ravel()  # fx, fy, cx, cy, k1, k2, p1, p2, ...
+    focal, centre = float(spread[:2].max()), float(spread[2:4].max())
+    return Calibration(camera, float(error), focal, centre, poses), spread[6:8]
 
 
 @dataclass(frozen=True, eq=False)

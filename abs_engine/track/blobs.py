@@ -172,7 +172,8 @@ def find_lips(
     strength = (share * (_evidence(weight) * near)[:, None]).sum(axis=0)
     best = int(strength.argmax())
     mass = float(share[:, best] @ (weight * near)) / scale**2
-    posterior = mass / (mass + _CLUTTER * prior.area) * float(strength[best] / strength.sum())
+    alone = float(strength[best] / max(strength.sum(), 1e-300))  # 0 far from where lips may be
+    posterior = alone * mass / (mass + _CLUTTER * prior.area)
     return _blob(places, weight * share[:, best], 1 / scale**2, posterior)
 
 

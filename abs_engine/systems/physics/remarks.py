@@ -19,8 +19,8 @@ REMARKS = (
     "three strides along it, of place and shape each, after the first with four multiples of the "
     "step before. It has converged when it gains less than 0.1 of -log posterior; at 0.02 errors "
     "are 1 to 3 % smaller, and more starts are cut off at 15 iterations. Errors by camera "
-    "are those of Nelder-Mead. Frames without a found mouth are left out; `pose.frames` counts the "
-    "others. Nelder-Mead by one sample is measured on every fifth frame.",
+    "are those of Nelder-Mead. Frames without a found mouth are left out of errors; `pose.frames` "
+    "counts the others. Nelder-Mead by one sample is measured on every fifth frame.",
     "Closures in real clips are those of `abs-engine track` with unknown persons, whose mouths "
     "move in components of face units: no dots of those speakers are known. A spike is a single "
     "frame that is off its neighbours' aperture by 4 mm.",

@@ -115,21 +115,27 @@ def reproduce(
         further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed))
         if person == amount.people[0]:
             fit_figures(report, lips, sides, known, renderer)
-    filmed = len(amount.people) * len(YAWS) * amount.test
-    _fitted(report, known, blob, filmed, moving, further)
+    _fitted(report, known, blob, len(amount.people) * len(YAWS) * amount.test, moving, further)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell)
     report.results["grid"] = grid or {"closure_precision": None, "closure_recall": None}
-    report.results |= {
-        "people": list(amount.people), "quick": quick, "seed": seed,
-        "command": f"abs-engine reproduce 000{' --quick' if quick else ''} --seed {seed}",
-        "seconds": round(time.perf_counter() - begun, 1), "renderer": renderer.description,
-        "engine_version": engine_version(),
-    }  # fmt: skip
+    report.results |= _circumstances(amount.people, renderer, quick, seed)
+    report.results["seconds"] = round(time.perf_counter() - begun, 1)
     (folder / "results.json").write_text(json.dumps(report.results, indent=2) + "\n")
     page = reproduction_page(report.results, report.figures, report.remarks)
     (folder / "index.html").write_text(page)
     return report.results
+
+
+def _circumstances(
+    people: Sequence[str], renderer: Renderer, quick: bool, seed: int
+) -> dict[str, Any]:
+    """By which command, of whom and by what the results were made."""
+    return {
+        "people": list(people), "quick": quick, "seed": seed,
+        "command": f"abs-engine reproduce 000{' --quick' if quick else ''} --seed {seed}",
+        "renderer": renderer.description, "engine_version": engine_version(),
+    }  # fmt: skip
 
 
 def _motion(speaker: Speaker, person: str) -> tuple[Motion, str]:
@@ -214,7 +220,7 @@ def _fitted(
         for person in people
     }
     turning = {p: rms_of([e for e in moving if e.person == p]) for p in people}
-    from_blob, frontal = _driven(blob), [e for e in blob if e.camera == FRONT]
+    from_blob, frontal = _driven(blob), _driven([e for e in blob if e.camera == FRONT])
     for name in ("simplex", "simplex_one_sample"):
         drivers[name]["iterations"] = None
     report.results |= {
@@ -224,13 +230,13 @@ def _fitted(
             "found": len(blob) / filmed,
             "converged": converged(blob) * len(blob) / filmed if blob else 0.0,
             "most_iterations": max((e.fit.solution.n_iterations for e in blob), default=None),
-            "frontal": _driven(frontal),
+            "frontal": frontal,
         },
         "yaw_mm": yaws,
         "pose": {
             "known": rms_of(best), "frontal": rms_of([e for e in best if e.camera == FRONT]),
             "worst": max(mm for of in yaws.values() for mm in of.values()),
-            "blob": rms_of(blob), "blob_frontal": rms_of(frontal),
+            "blob": from_blob.get("mm"), "blob_frontal": frontal.get("mm"),
             "estimated": rms_of(moving),
             "estimated_mm": turning, "estimated_worst": max(turning.values()),
             "highest": float(np.sqrt(np.mean([e.highest**2 for e in best]))),
