@@ -1,4 +1,4 @@
-"""Take the face detector out of MediaPipe's wheel, unchanged, with its licence.
+"""Take the face detector and the landmark network out of MediaPipe's wheel, with their licence.
 
 Usage: ``python assets/take_detector.py WHEEL [OUTPUT_FOLDER]``
 """
@@ -13,12 +13,18 @@ from pathlib import Path
 
 FETCH = "pip download mediapipe==0.10.14 --no-deps --python-version 3.11 --only-binary :all:"
 NETWORK = "mediapipe/modules/face_detection/face_detection_short_range.tflite"
+LANDMARKS = "mediapipe/modules/face_landmark/face_landmark.tflite"
 LICENCE = "mediapipe-0.10.14.dist-info/LICENSE"
 SHA256 = {  # the wheels of all platforms hold these same files
     NETWORK: "bbff11cebd1eb27a1e004cae0b0e63ec8c551cbf34a4451148b4908b8db3eca8",
+    LANDMARKS: "1055cb9d4a9ca8b8c688902a3a5194311138ba256bcc94e336d8373a5f30c814",
     LICENCE: "8707eef0533987efc5b155d64761eeb6e20793f50b9bd1a68dad1cf4719d0ed8",
 }
-NAMES = {NETWORK: Path(NETWORK).name, LICENCE: "LICENSE.txt"}
+NAMES = {
+    NETWORK: Path(NETWORK).name,
+    LANDMARKS: Path(LANDMARKS).name,
+    LICENCE: "LICENSE.txt",
+}
 
 
 def members(wheel: Path) -> dict[str, bytes]:
@@ -33,7 +39,7 @@ def members(wheel: Path) -> dict[str, bytes]:
         with zipfile.ZipFile(wheel) as opened:
             found = {name: opened.read(name) for name in NAMES}
     except (OSError, KeyError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{wheel} does not hold the detector") from error
+        raise ValueError(f"{wheel} does not hold the networks") from error
     for name, content in found.items():
         if hashlib.sha256(content).hexdigest() != SHA256[name]:
             raise ValueError(f"{name} of {wheel} is not the file that was taken")
@@ -41,7 +47,7 @@ def members(wheel: Path) -> dict[str, bytes]:
 
 
 def main() -> int:
-    """Write the two files; 2 if the wheel is missing or another one."""
+    """Write the three files; 2 if the wheel is missing or another one."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("wheel", nargs="?", type=Path, help="mediapipe-0.10.14-...whl")
     parser.add_argument(

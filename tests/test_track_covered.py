@@ -20,6 +20,7 @@ from abs_engine.track.covered import (
     UsualMouth,
     mouth_evidence,
 )
+from abs_engine.track.landmark_motion import HeadFrame
 from abs_engine.track.place import shifted
 
 CAMERA = Camera.ideal((320, 240))
@@ -94,7 +95,7 @@ def test_a_covered_frame_holds_nothing_but_the_heads_pose(monkeypatch):
     moved = SimpleNamespace(shift=np.array([0.0, 0.1, 0.0, 1.0, 2.0, 30.0]))
     setting = replace(setting, calibration=moved)
     image = np.zeros((240, 320, 3), np.uint8)
-    results = [r for _, r in tracker.track(setting, [(image, POSE), (image, POSE)])]
+    results = [r for _, r in tracker.track(setting, [HeadFrame(image, POSE)] * 2)]
     assert [r.status for r in results] == [COVERED, OUTSIDE]
     for result in results:
         assert result.covered

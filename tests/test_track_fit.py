@@ -263,7 +263,7 @@ def test_class_maps_follow_the_facet_classes():
     width, height = window.drawn
 
     class Even:
-        def probabilities(self, image, smoothing):
+        def probabilities(self, image, smoothing, _place):
             assert image.shape == (height, width, 3)
             assert smoothing == pytest.approx(SMOOTHING * DRAWN_MOUTH)
             return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.1, 0.3)])
@@ -334,7 +334,7 @@ def test_a_thin_dark_line_may_be_closed_lips_but_a_thick_one_or_teeth_less_so():
         def __init__(self, thick, name="dark"):
             self.thick, self.plane = thick, CLASSES.index(name)
 
-        def probabilities(self, _image, _smoothing):
+        def probabilities(self, _image, _smoothing, _place):
             maps = np.zeros((4, height, width))
             maps[self.plane, middle - self.thick : middle + self.thick + 1] = 1.0
             return maps

@@ -8,8 +8,9 @@ luminance; so all classes live in (r, g, y), y the logarithm of luminance relati
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,8 +22,12 @@ from abs_engine.npz import read_npz
 
 FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "teeth", "dark")
+EACH_LIP = ("upper_lip", "lower_lip")
 FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
 _LUMA = np.array([0.299, 0.587, 0.114])
+_WORTHLESS, _PLAIN, _LEAST_WEIGHT = 0.6, 0.9, 0.2
+"""Separability at which colours say nothing of lips, from which on they say all that they can, and
+the least weight: where classes are wrong, they are all the surer of it."""
 _OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
 
 
@@ -53,6 +58,23 @@ def luminance(pixels: NDArray[np.generic]) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
+class MouthPlace:
+    """What is known of a mouth's place, for each pixel of a patch, (H, W) float64 each, 0 to 1.
+
+    Parameters
+    ----------
+    upper
+        How probably a lip that is seen there would be the upper one.
+    within, beyond
+        How surely the pixel lies within the outline of the lips, and outside of it.
+    """
+
+    upper: FloatArray
+    within: FloatArray
+    beyond: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class ColourClasses:
     """Densities of skin, lips, teeth and the dark of the mouth in colour space.
 
@@ -67,13 +89,38 @@ class ColourClasses:
         share 1.
     reference : float
         Luminance of the skin, 0 to 255.
+    separability : mapping of str to float
+        How probably a pixel of skin or of a lip is told right by its colour, 0.5 to 1, for each
+        of `EACH_LIP`; empty where it was not measured.
     """
 
     mixtures: dict[str, Mixture]
     priors: FloatArray
     reference: float
+    separability: Mapping[str, float] = field(default_factory=dict)
 
-    def probabilities(self, image: NDArray[np.generic], smoothing: float = 0.0) -> FloatArray:
+    @property
+    def lips_apart(self) -> bool:
+        """Whether each lip has colours of its own."""
+        return all(name in self.mixtures for name in EACH_LIP)
+
+    @property
+    def weight(self) -> float:
+        """What these colours are worth as evidence, 0 to 1: less where they hardly tell lips.
+
+        1 where separability was not measured.
+        """
+        if not self.separability:
+            return 1.0
+        mean = float(np.mean(list(self.separability.values())))
+        return float(np.clip((mean - _WORTHLESS) / (_PLAIN - _WORTHLESS), _LEAST_WEIGHT, 1.0))
+
+    def probabilities(
+        self,
+        image: NDArray[np.generic],
+        smoothing: float = 0.0,
+        place: MouthPlace | None = None,
+    ) -> FloatArray:
         """Probability maps of the classes.
 
         Parameters
@@ -81,6 +128,9 @@ class ColourClasses:
         image : (H, W, 3), RGB 0 to 255
         smoothing : float
             Width in pixels of the Hamming window that the maps are convolved with; 0 for none.
+        place : MouthPlace, optional
+            Where the mouth is known to be: what lies there is no skin, what lies elsewhere no
+            mouth, and each lip is compared with its own colours, where they are known.
 
         Returns
         -------
@@ -92,9 +142,26 @@ class ColourClasses:
         samples = features(image, self.reference).reshape(-1, 3)
         likelihood = np.stack([self.mixtures[c].density(samples) for c in CLASSES])
         likelihood *= self.priors[:, None]
+        if place is not None:
+            likelihood = self._placed(likelihood, samples, place)
         floor = _OUTLIER * self._lowest_peak()
         maps = (likelihood / (likelihood.sum(axis=0) + floor)).reshape(-1, *shape)
         return hamming(maps, smoothing) if smoothing > 0 else maps
+
+    def _placed(self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace) -> FloatArray:
+        """The classes' weighted densities (4, N) with what the place of the mouth says."""
+        skin, lips, teeth, dark = likelihood
+        if self.lips_apart:
+            above, below = (self.mixtures[name].density(samples) for name in EACH_LIP)
+            upper = place.upper.ravel()
+            lips = float(self.priors[CLASSES.index("lips")]) * (upper * above + (1 - upper) * below)
+        middle = self.mixtures["dark"].means[0]
+        deep = samples[:, 2] < middle[2]  # the chroma of what is darker yet says nothing
+        black = self.priors[CLASSES.index("dark")] * self.mixtures["dark"].density(middle[None])
+        dark = np.where(deep, np.maximum(dark, black), dark)
+        elsewhere = 1 - place.beyond.ravel()
+        skin = skin * (1 - place.within.ravel())
+        return np.stack([skin, lips * elsewhere, teeth * elsewhere, dark * elsewhere])
 
     def _lowest_peak(self) -> float:
         """Peak density of the least dense of skin, lips and the mouth's inside."""
@@ -110,15 +177,16 @@ class ColourClasses:
         OSError
             If it cannot be written.
         """
-        parts = {
+        parts: dict[str, Any] = {
             f"{name}_{part}": getattr(self.mixtures[name], part)
-            for name in CLASSES
+            for name in self.mixtures
             for part in _PARTS
         }
+        parts |= {f"{name}_separability": told for name, told in self.separability.items()}
         with Path(path).open("wb") as file:  # given a name, NumPy would append its own suffix
             np.savez_compressed(
-                file, format=FORMAT, version=VERSION, classes=CLASSES, priors=self.priors,
-                reference=self.reference, **parts,
+                file, format=FORMAT, version=VERSION, classes=tuple(self.mixtures),
+                priors=self.priors, reference=self.reference, **parts,
             )  # fmt: skip
 
     @classmethod
@@ -134,8 +202,11 @@ class ColourClasses:
         """
         data = read_npz(Path(path), FORMAT, VERSION)
         try:
-            mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in CLASSES}
-            found = cls(mixtures, np.asarray(data["priors"], np.float64), float(data["reference"]))
+            names = (*CLASSES, *(n for n in EACH_LIP if f"{n}_weights" in data))
+            mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in names}
+            told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
+            priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
+            found = cls(mixtures, priors, reference, told)
             sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
             sound = sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())
         except (KeyError, TypeError, ValueError) as error:

@@ -33,7 +33,7 @@ SKIN_COMPONENTS, LIP_COMPONENTS = 3, 2  # at most; the Bayesian information crit
 LEAST_PIXELS = 30
 """Fewer pixels of a class, weighted by how surely they belong to it, are too few to learn from."""
 
-_SKIN_SHADING, _LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
+_SKIN_SHADING, LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
 _CORE = 0.6  # of the largest prior: where lips are expected surely enough to learn from
 _LIPS_HELD = 0.15  # of the pixels where lips are expected: as many count for anybody's lips
 _UNUSUAL = 0.1  # of where lips are expected; if less looks like lips, they are painted
@@ -82,7 +82,7 @@ def learn_classes(
     around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
     _enough("skin", prior[0] * around)
     _enough("lips", prior[1] * core)
-    skin = _skin(samples[certain])
+    skin = skin_of(samples[certain])
     typical = typical_lips(skin)
     found = _separated(samples, prior, skin, typical, typical, rounds)
     usual = found.own.sum() >= _UNUSUAL * (prior[1] @ core)
@@ -91,9 +91,9 @@ def learn_classes(
     _enough("skin", found.bare)
     _enough("lips", found.own)
     lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
-    lips = shaded(_likely(lips, found.skin) if usual else lips, _LIP_SHADING)
-    skin = _sound(fit_mixture(samples, found.bare, SKIN_COMPONENTS))
-    return _assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
+    lips = shaded(_likely(lips, found.skin) if usual else lips, LIP_SHADING)
+    skin = sound(fit_mixture(samples, found.bare, SKIN_COMPONENTS))
+    return assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +134,9 @@ def _separated(
         if held is not None and 2 * turn < rounds:
             lips = lips.anchored(samples, own, held, count)
         elif own.sum() >= LEAST_PIXELS:
-            lips = shaded(lips.updated(samples, own), _LIP_SHADING)
+            lips = shaded(lips.updated(samples, own), LIP_SHADING)
         inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
-        skin = _sound(skin.updated(samples, bare))
+        skin = sound(skin.updated(samples, bare))
     return _Separated(skin, inside, bare, own)
 
 
@@ -169,12 +169,18 @@ def typical_classes(
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     _enough("skin", prior[0] * certain)
-    skin = _skin(samples[certain], 1 if plain else SKIN_COMPONENTS)
-    return _assembled(skin, typical_lips(skin), inside_guess(skin), reference)
+    skin = skin_of(samples[certain], 1 if plain else SKIN_COMPONENTS)
+    return assembled(skin, typical_lips(skin), inside_guess(skin), reference)
 
 
-def _assembled(skin: Mixture, lips: Mixture, inside: Mixture, reference: float) -> ColourClasses:
-    axis = _MIX * (lips.weights @ lips.means - skin.weights @ skin.means)
+def border_axis(skin: Mixture, lips: Mixture) -> FloatArray:
+    """By how much skin and lips mix at their border, (3,) in `features`."""
+    return np.asarray(_MIX * (lips.weights @ lips.means - skin.weights @ skin.means))
+
+
+def assembled(skin: Mixture, lips: Mixture, inside: Mixture, reference: float) -> ColourClasses:
+    """The four classes, those of skin and lips widened by how they mix at their border."""
+    axis = border_axis(skin, lips)
     skin, lips = bordered(skin, axis), bordered(lips, axis)
     parts = {"skin": skin, "lips": lips, "teeth": inside.part(TEETH), "dark": inside.part(DARK)}
     priors = np.r_[1.0, 1.0, inside.weights[TEETH].sum(), inside.weights[DARK].sum()]
@@ -230,14 +236,14 @@ def _posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArr
     return np.asarray(joint / (joint.sum(axis=0) + rest))
 
 
-def _skin(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
+def skin_of(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
     """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
     core = samples[first >= np.quantile(first, 0.1)]
-    return _sound(fit_mixture(core, np.ones(len(core)), components))
+    return sound(fit_mixture(core, np.ones(len(core)), components))
 
 
-def _sound(skin: Mixture) -> Mixture:
+def sound(skin: Mixture) -> Mixture:
     """Skin as it was fitted, less what are teeth, in whatever shade."""
     return shaded(without_teeth(skin), _SKIN_SHADING)
 

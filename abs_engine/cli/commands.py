@@ -69,6 +69,7 @@ def track(chosen: Namespace) -> int:
 
     from abs_engine.systems.lips import LipOptions
     from abs_engine.systems.run import track_video
+    from abs_engine.track.head_fit import scale_line
     from abs_engine.track.output import OVERLAY, SHEET
     from abs_engine.truth import load_camera
 
@@ -80,6 +81,10 @@ def track(chosen: Namespace) -> int:
         colours=chosen.colours,
         physics=chosen.physics,
         poses=chosen.poses,
+        start=chosen.start,
+        face=chosen.face,
+        pupil_distance=chosen.pupil_distance,
+        evidence=chosen.evidence,
     )
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)
@@ -93,6 +98,7 @@ def track(chosen: Namespace) -> int:
             progress.announce,
         )
     _print_summary(told["summary"])
+    print(scale_line(told["settings"]["scale"]))
     print(f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}")
     return 0
 
@@ -227,6 +233,8 @@ def _print_summary(summary: dict[str, Any]) -> None:
             f"warning: the drawn mouth explains only {summary['mean_score']:.0%} of the picture "
             "around it: look at the overlay, or give the mouth with --mouth X Y WIDTH HEIGHT"
         )
+    for line in summary.get("warnings", ()):
+        print(f"warning: {line}")
 
 
 def _next_free(path: Path) -> Path:

@@ -166,6 +166,23 @@ def _track(command: argparse.ArgumentParser) -> None:
         "walter, amara, ravi); by default the average head, whose mouth is fitted",
     )  # fmt: skip
     command.add_argument(
+        "--start", choices=("landmarks", "blobs"), default="landmarks",
+        help="how an unknown head is placed: by a landmark network, or as in the papers by colour "
+        "(default: landmarks)",
+    )  # fmt: skip
+    command.add_argument(
+        "--face", type=_count, metavar="N",
+        help="which face, counted from 1, the largest first (default: the largest)",
+    )  # fmt: skip
+    command.add_argument(
+        "--pupil-distance", type=float, metavar="MM",
+        help="between the person's pupils; it sets the scale (default: 63.4, adults' mean)",
+    )  # fmt: skip
+    command.add_argument(
+        "--evidence", choices=("both", "rendering", "landmarks"), default="both",
+        help="what counts in each frame; either alone shows what it adds (default: both)",
+    )  # fmt: skip
+    command.add_argument(
         "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"
     )
     command.add_argument("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")

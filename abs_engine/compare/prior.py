@@ -114,6 +114,26 @@ class MixturePrior:
 
 
 @dataclass(frozen=True, eq=False)
+class InformationPrior:
+    """-log of a Gaussian by its information matrix, without its constant.
+
+    Parameters
+    ----------
+    mean : (N,) float64
+    information : (N, N) float64
+        Inverse of the covariance; it may say nothing of some directions.
+    """
+
+    mean: NDArray[np.float64]
+    information: NDArray[np.float64]
+
+    def negative_log(self, x: NDArray[np.float64]) -> float:
+        """0.5 (x - mean)' information (x - mean)."""
+        away = x - self.mean
+        return float(0.5 * away @ self.information @ away)
+
+
+@dataclass(frozen=True, eq=False)
 class ContactPrior:
     """Lips may press, but hardly pass into each other.
 

@@ -24,15 +24,40 @@ from abs_engine.shape.modal import load_physics
 from abs_engine.shape.physics_head import physics_shape
 from abs_engine.systems.physics.training import check_speaker
 from abs_engine.systems.poses import read_poses
+from abs_engine.track.correspondence import (
+    Correspondence,
+    learn_correspondence,
+    load_correspondence,
+)
+from abs_engine.track.faces import FaceChoice, FaceFollower, face_lines
 from abs_engine.track.given import GivenMotion
+from abs_engine.track.head_fit import Scale, fit_head, known_scale, pupil_distance, pupil_scale
+from abs_engine.track.landmark_fit import fit_frame
+from abs_engine.track.landmark_motion import LandmarkMotion, SeenFace
+from abs_engine.track.lip_landmarks import LipLandmarks
 from abs_engine.track.locate import FaceBox
 from abs_engine.track.model import MouthModel, build_mouth_model
+from abs_engine.track.mouth_look import MouthLook, UsualLook
 from abs_engine.track.person import Calibration
 from abs_engine.track.place import CalibrationFrame
-from abs_engine.track.prepare import HeadMotion, choose_frames
+from abs_engine.track.placed import PlacedFrame, calibrate_placed, known_landmarks
+from abs_engine.track.prepare import HeadMotion, choose_frames, spread_frames
 from abs_engine.track.restart import calibrate_well
-from abs_engine.track.tracker import FrameResult, Image, TrackerSetting, track, usual_mouth
+from abs_engine.track.sightings import sightings_of
+from abs_engine.track.tracker import (
+    EVIDENCE,
+    FrameResult,
+    Image,
+    TrackerSetting,
+    track,
+    usual_mouth,
+)
 from abs_engine.video import VideoInfo, probe, read_frames
+
+LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
+PERSON_SPREAD = 0.35
+"""How far a mouth may differ from that of a head fitted to landmarks, as a share of how far people
+differ from the average."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +82,16 @@ class LipOptions:
     poses : Path or None
         Head poses of all frames (see `abs_engine.systems.poses`); by default they are estimated.
         With a known head they are taken as they are, with the average head as a first guess.
+    start : str
+        "landmarks": a network's landmarks place the whole head, and are one soft term in each
+        frame; "blobs": as in the papers, by colour about a face that was detected. A known head
+        is found by its texture, and given poses place it.
+    face : int or None
+        Which face, where there are several, counted from 1, the largest first.
+    pupil_distance : float or None
+        Of the person, mm: it sets the scale.
+    evidence : str
+        See `TrackerSetting`.
     """
 
     person: str | None = None
@@ -66,6 +101,29 @@ class LipOptions:
     colours: Path | None = None
     physics: Path | None = None
     poses: Path | None = None
+    start: str = LANDMARKS
+    face: int | None = None
+    pupil_distance: float | None = None
+    evidence: str = EVIDENCE[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """A video as it is tracked.
+
+    Parameters
+    ----------
+    video : Path
+    info : VideoInfo
+    camera : Camera
+    colours : ColourClasses or None
+        Those learned before.
+    """
+
+    video: Path
+    info: VideoInfo
+    camera: Camera
+    colours: ColourClasses | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,17 +135,20 @@ class LipTracker:
     video : Path
     info : VideoInfo
     setting : TrackerSetting
-    motion : HeadMotion or GivenMotion
+    motion : LandmarkMotion, HeadMotion or GivenMotion
+    scale : Scale
+        What millimetres rest on.
     """
 
     video: Path
     info: VideoInfo
     setting: TrackerSetting
-    motion: HeadMotion | GivenMotion
+    motion: LandmarkMotion | HeadMotion | GivenMotion
+    scale: Scale
 
     def results(self) -> Iterator[tuple[Image, FrameResult]]:
         """Each frame with what was found in it."""
-        return track(self.setting, self.motion.poses(read_frames(self.video)))
+        return track(self.setting, self.motion.frames(read_frames(self.video)))
 
 
 def prepare_lips(
@@ -96,7 +157,7 @@ def prepare_lips(
     options: LipOptions = LipOptions(),
     stage: Callable[[str], None] | None = None,
 ) -> LipTracker:
-    """Find the face, learn the clip's colours and fit the person's mouth.
+    """Find the face, learn the clip's colours and fit the person's head.
 
     Parameters
     ----------
@@ -113,7 +174,7 @@ def prepare_lips(
     FaceNotFoundError
         If no face is found.
     TooFewPixelsError
-        If too little of it is seen to learn its colours.
+        If too little of it is seen to learn its colours; from landmarks that is no reason.
     ParameterError
         If given poses do not fit the video.
     """
@@ -121,9 +182,74 @@ def prepare_lips(
     tell("reading the video")
     info = probe(video)
     colours = None if options.colours is None else ColourClasses.load(options.colours)
-    camera = options.camera or Camera.ideal(info.size)
+    clip = Clip(video, info, options.camera or Camera.ideal(info.size), colours)
+    speaker = load_speaker(options.speaker)
+    if options.start == LANDMARKS and options.person is None and options.poses is None:
+        correspondence = correspondence_of(speaker, renderer)
+        return by_landmarks(clip, speaker, correspondence, renderer, options, tell)
+    return _by_blobs(clip, speaker, renderer, options, tell)
+
+
+def by_landmarks(
+    clip: Clip,
+    speaker: Speaker,
+    correspondence: Correspondence,
+    renderer: Renderer,
+    options: LipOptions,
+    tell: Callable[[str], None],
+) -> LipTracker:
+    """Start from landmarks: they place the whole head, and colours are learned where it lies."""
+    scale = pupil_scale(options.pupil_distance)
+    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
+    choice = FaceChoice(options.face, box)
+    tell("finding the face")
+    follower = FaceFollower(choice)
+    found = ((image, follower.step(image)) for image in read_frames(clip.video))
+    chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
+    if len(follower.faces) > 1:
+        tell(face_lines(follower.faces, options.face or 1))
+    tell("fitting the head")
+    expression = None
+    if options.physics is not None:
+        expression = _physics_shape(speaker, speaker.vertices, options.physics)
+    seen = [landmarks for _, landmarks in chosen]
+    head = fit_head(speaker, correspondence, seen, clip.camera, scale, expression)
+    model = build_mouth_model(
+        head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
+        expression=head.expression, person_spread=PERSON_SPREAD,
+    )  # fmt: skip
+    frames = [
+        PlacedFrame(image, SeenFace(s, fit_frame(head.shape, s, clip.camera)))
+        for image, s in chosen
+    ]
+    tell("fitting the mouth" if clip.colours else "learning the clip's colours, fitting the mouth")
+    person = correspondence.of(model.person_modes)
+    lips = LipLandmarks.of(head.shape, model.n_expression, clip.camera, person)
+    calibration = calibrate_placed(model, frames, clip.camera, renderer, lips, clip.colours)
+    shape = known_landmarks(head.shape, correspondence, model, frames, calibration, clip.camera)
+    calibration = replace(calibration, shift=np.zeros(6))  # it is in the landmarks' bias now
+    noisy = replace(shape, deviation=head.shape.deviation)
+    lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
+    setting = TrackerSetting(
+        model, model.held(calibration.person), calibration, clip.camera, renderer, clip.info.rate,
+        times=clip.info.times, lips=lips, evidence=options.evidence,
+    )  # fmt: skip
+    look = UsualLook.of([MouthLook.of(calibration.classes, i, s) for i, s in chosen])
+    motion = LandmarkMotion(shape, clip.camera, choice)
+    return LipTracker(clip.video, clip.info, replace(setting, look=look), motion, scale)
+
+
+def _by_blobs(
+    clip: Clip,
+    speaker: Speaker,
+    renderer: Renderer,
+    options: LipOptions,
+    tell: Callable[[str], None],
+) -> LipTracker:
+    """Start from a face's six points and the colours about them, or with a head that is known."""
+    video, info, camera, colours = clip.video, clip.info, clip.camera, clip.colours
     given = None if options.poses is None else read_poses(options.poses)
-    model = lip_model(load_speaker(options.speaker), options.person, options.physics)
+    model = lip_model(speaker, options.person, options.physics)
     motion: HeadMotion | GivenMotion
     if given is None:
         box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
@@ -140,7 +266,26 @@ def prepare_lips(
     if isinstance(motion, HeadMotion):
         motion = replace(motion, colours=calibration.classes, rate=info.rate)
     setting = _setting(model, calibration, camera, renderer, info, given is not None)
-    return LipTracker(video, info, replace(setting, usual=usual_mouth(setting, frames)), motion)
+    usual = usual_mouth(setting, frames)
+    pupils = pupil_distance(speaker, model.whole(calibration.person))
+    scale = known_scale(pupils, options.person is not None, given is not None)
+    return LipTracker(video, info, replace(setting, usual=usual), motion, scale)
+
+
+def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
+    """Where the landmarks lie on a speaker's head: beside its file, or by drawing it and looking.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the network sees no face in the drawings.
+    """
+    beside = load_correspondence(speaker)
+    if beside is not None:
+        return beside
+    texture = speaker.texture(next(iter(speaker.people)))
+    vertices = speaker.vertices.astype(np.float64)
+    return learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
 
 
 def _frames_of_poses(

@@ -11,7 +11,7 @@ from typing import Any
 from abs_engine.errors import ParameterError
 from abs_engine.files import NewFolder
 from abs_engine.scene import Renderer
-from abs_engine.systems.lips import LipOptions, LipTracker, prepare_lips
+from abs_engine.systems.lips import BLOBS, LipOptions, LipTracker, prepare_lips
 from abs_engine.track.output import Progress, RunFacts, write_run
 from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe
@@ -116,5 +116,9 @@ def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
         "poses": "estimated" if options.poses is None else options.poses.name,
         "physics": None if options.physics is None else options.physics.name,
         "colours": "learned" if options.colours is None else options.colours.name,
+        "start": options.start if tracker.setting.lips is not None else BLOBS,
+        "evidence": options.evidence,
+        "face": options.face,
+        "scale": asdict(tracker.scale),
         "solver": solver,
     }

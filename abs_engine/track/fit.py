@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.appearance.chroma import sampled
-from abs_engine.appearance.colour import CLASSES, ColourClasses
+from abs_engine.appearance.colour import CLASSES, ColourClasses, MouthPlace
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import ContactPrior, GaussianPrior
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPrior
 from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
 from abs_engine.scene import ClassMaps, Renderer, Scene
@@ -29,7 +29,11 @@ IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where t
 LINE = 0.03  # height of such a line, in mouth widths,
 LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
 
-Prior = GaussianPrior | ContactPrior
+LEAST_THICKNESS = 0.35
+"""Of a lip's height at rest, that it keeps in any posture: lips that are pressed or rolled in show
+about as much."""
+
+Prior = GaussianPrior | ContactPrior | InformationPrior
 
 
 def mouth_window(
@@ -66,7 +70,11 @@ def zone(window: Window) -> NDArray[np.bool_]:
 
 
 def class_maps(
-    classes: ColourClasses, colour_of: Sequence[str | None], window: Window, frame: Image
+    classes: ColourClasses,
+    colour_of: Sequence[str | None],
+    window: Window,
+    frame: Image,
+    place: MouthPlace | None = None,
 ) -> ClassMaps:
     """Probability maps of every facet class in the window of a frame, 0 outside of its zone.
 
@@ -77,9 +85,11 @@ def class_maps(
         Colour class of each facet class; None is not compared.
     window : Window
     frame : (H, W, 3) uint8 RGB
+    place : MouthPlace, optional
+        Where in the window the mouth is known to be.
     """
     patch = sampled(window, frame)
-    probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH) * zone(window)
+    probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH, place) * zone(window)
     line = max(LINE * DRAWN_MOUTH, LINE_PIXELS * window.scale)
     shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)
     zero = np.zeros_like(probable[0])
@@ -130,16 +140,21 @@ class FramePosterior:
 
 
 def likelihood_of(
-    renderer: Renderer, scene: Scene, camera: Camera, window: Window, maps: ClassMaps
+    renderer: Renderer,
+    scene: Scene,
+    camera: Camera,
+    window: Window,
+    maps: ClassMaps,
+    weight: float = 1.0,
 ) -> FacetLikelihood:
     """The facet likelihood over the window's zone.
 
     An independent observation is a twentieth of the mouth's width across, but no less than the 2x2
-    pixels that share their chroma in video.
+    pixels that share their chroma in video; each counts as `weight` of one.
     """
     side = max(2.0, window.width / 1.6 / 20.0) * window.scale
     pixels = int(zone(window).sum())
-    return FacetLikelihood(renderer, scene, camera, window, maps, pixels, pixels / side**2)
+    return FacetLikelihood(renderer, scene, camera, window, maps, pixels, weight * pixels / side**2)
 
 
 def best_start(posterior: FramePosterior, starts: FloatArray) -> FloatArray:
@@ -147,13 +162,19 @@ def best_start(posterior: FramePosterior, starts: FloatArray) -> FloatArray:
     return np.asarray(starts[int(np.argmin(posterior.values(starts)))])
 
 
-def contact_prior(model: MouthModel, person: FloatArray) -> ContactPrior:
+def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) -> ContactPrior:
     """Contact of the lips as a prior over (6 + P).
 
     The head's lips overlap a little at rest, so that no light falls between them; only what they
-    overlap beyond that is pressing.
+    overlap beyond that is pressing. With `thick` each lip also keeps `LEAST_THICKNESS` of its
+    height at rest, so that its outline cannot turn inside out.
     """
     gap, slope = model.gaps(person)
     rest = gap + slope @ model.prototypes[0]
+    gap = gap - np.minimum(rest, 0.0)
+    if thick:
+        height, change = model.lip_heights(person)
+        least = LEAST_THICKNESS * (height + change @ model.prototypes[0])
+        gap, slope = np.r_[gap, height - least], np.vstack([slope, change])
     slope = np.hstack([np.zeros((len(gap), 6)), slope])
-    return ContactPrior(gap - np.minimum(rest, 0.0), slope)
+    return ContactPrior(gap, slope)

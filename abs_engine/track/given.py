@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.camera import Camera
 from abs_engine.errors import ParameterError
 from abs_engine.geometry import Pose
+from abs_engine.track.landmark_motion import HeadFrame
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -43,6 +44,10 @@ class GivenMotion:
             yield image, self.given[count - 1]
         if count < len(self.given):
             raise other_count(len(self.given), str(count))
+
+    def frames(self, images: Iterable[Image]) -> Iterator[HeadFrame]:
+        """Each frame with its pose, for the tracker."""
+        return (HeadFrame(image, pose) for image, pose in self.poses(images))
 
     def seen(self, camera: Camera, point: FloatArray) -> GivenMotion:
         """Only the poses that put a point (3,), mm, head frame, before the camera in its picture.

@@ -75,6 +75,9 @@ class MouthModel:
     rings : mapping of str to int32 arrays
         Indices into `scene`'s vertices of `outer`, `upper`, `lower` (inner contours), `points`
         (12 outer and 8 inner), and `corners`.
+    person_spread : float
+        How far the person's mouth may differ from this head's, as a share of how far people do:
+        less than 1 where the head is fitted to the person already.
     """
 
     speaker: Speaker
@@ -86,6 +89,7 @@ class MouthModel:
     prototypes: FloatArray
     pivot: FloatArray
     rings: Mapping[str, NDArray[np.int32]]
+    person_spread: float = 1.0
 
     @property
     def n_expression(self) -> int:
@@ -105,7 +109,8 @@ class MouthModel:
     @property
     def person_deviation(self) -> FloatArray:
         """Standard deviations of the person modes, (Q,)."""
-        return np.array([PERSON_TARGETS[n][2] for n in list(PERSON_TARGETS)[: self.n_person]])
+        spread = [PERSON_TARGETS[n][2] for n in list(PERSON_TARGETS)[: self.n_person]]
+        return self.person_spread * np.array(spread)
 
     @property
     def colour_classes(self) -> tuple[str | None, ...]:
@@ -141,6 +146,30 @@ class MouthModel:
         slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
         return gap.astype(np.float64), slope.T.astype(np.float64)
 
+    def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Heights of the lips as a linear function of the expression.
+
+        Returns
+        -------
+        (H,) float64, mm
+            From the inner to the outer contour at the mean expression, upper lip, then lower.
+        (H, P) float64, mm per standard deviation
+        """
+        scene, outer = self.held(person), self.rings["outer"]
+        x, y = scene.mean[outer, 0], scene.mean[outer, 1]
+        middle = scene.mean[self.rings["corners"], 1].mean()
+        reach = 0.6 * float(np.ptp(x)) / 2
+        stations = np.linspace(-reach, reach, 7) + float(x.max() + x.min()) / 2
+        height, change = [], []
+        for ring, sign in (("upper", 1.0), ("lower", -1.0)):
+            edge = outer[sign * (y - middle) > 0]
+            inner = self.rings[ring]
+            out = edge[np.abs(scene.mean[edge, 0][:, None] - stations).argmin(axis=0)]
+            into = inner[np.abs(scene.mean[inner, 0][:, None] - stations).argmin(axis=0)]
+            height.append(sign * (scene.mean[out, 1] - scene.mean[into, 1]))
+            change.append(sign * (scene.modes[:, out, 1] - scene.modes[:, into, 1]).T)
+        return np.concatenate(height).astype(np.float64), np.vstack(change).astype(np.float64)
+
     def border(self, person: FloatArray | None = None) -> FloatArray:
         """The lips' outer contour (R, 3), mm, head frame, of a person (Q,) at rest."""
         at = self.head.mean[self.speaker.lip_ring].astype(np.float64)
@@ -149,10 +178,15 @@ class MouthModel:
         modes = self.scene.modes[self.n_expression :, self.rings["outer"]]
         return np.asarray(at + np.tensordot(person, modes, 1), np.float64)
 
+    @property
+    def person_modes(self) -> NDArray[np.float32]:
+        """The person modes over the whole head, (Q, V, 3), mm."""
+        return _person_modes(self.speaker)[: self.n_person]
+
     def whole(self, person: FloatArray) -> NDArray[np.float32]:
         """The whole head (V, 3), mm, of a person (Q,), without expression."""
-        modes = _person_modes(self.speaker)[: self.n_person]
-        return np.asarray(self.expression.mean + np.tensordot(person, modes, 1), np.float32)
+        moved = np.tensordot(person, self.person_modes, 1)
+        return np.asarray(self.expression.mean + moved, np.float32)
 
     def held(self, person: FloatArray) -> Scene:
         """The scene with the person modes fixed at `person` (Q,): P modes remain."""
@@ -189,6 +223,7 @@ def build_mouth_model(
     free_person: bool = True,
     seed: int = 0,
     expression: LinearShape | None = None,
+    person_spread: float = 1.0,
 ) -> MouthModel:
     """Build the model for a person's neutral head.
 
@@ -204,6 +239,8 @@ def build_mouth_model(
         Of the training postures.
     expression : LinearShape, optional
         How this head's mouth moves, of the units of `mouth_units`; by default `mouth_shape`.
+    person_spread : float
+        See `MouthModel`.
 
     Raises
     ------
@@ -228,6 +265,7 @@ def build_mouth_model(
     return MouthModel(
         speaker, expression, head, scene, kept.astype(np.int32), _rigid_facets(speaker, neutral),
         _prototypes(speaker, neutral, expression), mouth.astype(np.float64), _rings(speaker, kept),
+        person_spread,
     )  # fmt: skip
 
 

@@ -10,12 +10,14 @@ from typing import Any
 
 from abs_engine.files import png
 from abs_engine.track.contours import Image
+from abs_engine.track.head_picture import HeadKeeper
 from abs_engine.track.overlay import Overlay
 from abs_engine.track.record import Recorder
 from abs_engine.track.sheet import ContactSheet
 from abs_engine.track.tracker import FrameResult, TrackerSetting
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
+HEAD = "head.png"
 
 Progress = Callable[[int, int], None]
 """Called with the number of frames done and of all frames (0 where that is not known)."""
@@ -70,16 +72,21 @@ def write_run(
         If the folder cannot be written.
     """
     recorder, sheet = Recorder(setting), ContactSheet(setting)
+    head = HeadKeeper(setting, facts.frames)
     start = time.perf_counter()
     with Overlay(folder / OVERLAY, setting) as overlay:
         for image, result in results:
             recorder.add(result)
             overlay.add(image, result)
             sheet.add(image, result)
+            head.add(image, result)
             if progress is not None:
                 progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
     took = time.perf_counter() - start
     (folder / SHEET).write_bytes(png(sheet.picture()))
+    whole = head.picture()
+    if whole is not None:
+        (folder / HEAD).write_bytes(png(whole))
     setting.classes.save(folder / COLOURS)
     times = {
         "preparation_seconds": round(facts.preparation, 3),

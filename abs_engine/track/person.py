@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from abs_engine.appearance.colour import ColourClasses
 from abs_engine.camera import Camera
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior
+from abs_engine.geometry import Pose
 from abs_engine.objective import Evaluation
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
@@ -19,6 +20,7 @@ from abs_engine.params import ParamSpec
 from abs_engine.scene import Renderer
 from abs_engine.track.fit import (
     FramePosterior,
+    Prior,
     best_start,
     contact_prior,
 )
@@ -124,9 +126,9 @@ def calibrate(
             )
         bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
         fits = zip(terms, bases, vectors, strict=True)
-        vectors = np.stack([_fit_posture(model, t, b, person, v).x for t, b, v in fits])
-        joint = _PersonPosterior(model, frames, terms, vectors, deviation)
-        spec, start = _person_spec(model, deviation), np.r_[shift, person]
+        vectors = np.stack([fit_posture(model, t, b, person, v).x for t, b, v in fits])
+        joint = PersonPosterior(model, frames, terms, vectors, deviation)
+        spec, start = person_spec(model, deviation), np.r_[shift, person]
         found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec).x
         shift, person = found[:6], found[6:]
     return Calibration(person, shift, classes, vectors)
@@ -155,7 +157,7 @@ def _choose_depth(
         for k in some:
             base = shifted(frames[k].pose, candidate, model.pivot)
             frame = PoseFrame(base, model.pivot)
-            total += _fit_posture(model, terms[k], frame, person, vectors[k], 300).value
+            total += fit_posture(model, terms[k], frame, person, vectors[k], 300).value
         return total
 
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
@@ -163,26 +165,33 @@ def _choose_depth(
     return np.asarray(tries[int(np.argmin([cost(t) for t in tries]))], np.float64)
 
 
-def _fit_posture(
+def fit_posture(
     model: MouthModel,
     term: FacetLikelihood,
     frame: PoseFrame,
     person: FloatArray,
     last: FloatArray,
     limit: int = 250,
+    more: tuple[Prior, ...] = (),
 ) -> Solution:
-    """Pose and posture (6 + P,) of one frame with the person held."""
+    """Pose and posture (6 + P,) of one frame with the person held.
+
+    Started from `last` or a usual posture, whichever explains the frame better; `more` priors over
+    (6 + P) add to the usual ones. With them, an outline keeps its lips' thickness.
+    """
     p = model.n_expression
     held = replace(term, scene=model.held(person))
     deviation = np.r_[POSE_DEVIATION, np.ones(p)]
     prior = GaussianPrior(np.zeros(6 + p), deviation)
-    posterior = FramePosterior(held, frame, (prior, contact_prior(model, person)))
+    contact = contact_prior(model, person, thick=bool(more))
+    posterior = FramePosterior(held, frame, (prior, contact, *more))
     starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
     start = best_start(posterior, np.vstack([starts, last]))
     return Simplex(tolerance=0.1, limit=limit).minimise(posterior, start, pose_spec(p))
 
 
-def _person_spec(model: MouthModel, shift: FloatArray) -> ParamSpec:
+def person_spec(model: MouthModel, shift: FloatArray) -> ParamSpec:
+    """Names, first steps and bounds of a correction of the poses (6) and the person (Q)."""
     names = POSE_NAMES + tuple(f"person{k + 1}" for k in range(model.n_person))
     deviation = np.r_[shift, model.person_deviation]
     units = POSE_UNITS + ("weight",) * model.n_person
@@ -190,22 +199,32 @@ def _person_spec(model: MouthModel, shift: FloatArray) -> ParamSpec:
 
 
 @dataclass(frozen=True, eq=False)
-class _PersonPosterior:
-    """-log posterior of shift (6) and person (Q), the frames' postures held."""
+class PersonPosterior:
+    """-log posterior of shift (6) and person (Q), the frames' postures held.
+
+    `more` is what other evidence says of each frame: -log likelihood of its number, the mouth's
+    pose, and its posture and person (P + Q,).
+    """
 
     model: MouthModel
     frames: Sequence[CalibrationFrame]
     terms: Sequence[FacetLikelihood]
     vectors: FloatArray
     shift: FloatArray
+    more: Callable[[int, Pose, FloatArray], float] | None = None
 
     def __call__(self, x: FloatArray) -> Evaluation:
+        """Value and terms at shift and person (6 + Q,)."""
         model = self.model
         data = 0.0
-        for frame, term, vector in zip(self.frames, self.terms, self.vectors, strict=True):
+        for k, (frame, term, vector) in enumerate(
+            zip(self.frames, self.terms, self.vectors, strict=True)
+        ):
             base = PoseFrame(shifted(frame.pose, x[:6], model.pivot), model.pivot)
             weights = np.r_[vector[6:], x[6:]]
             data += float(term.negative_log(base.candidates(vector[None, :6], weights[None]))[0])
+            if self.more is not None:
+                data += self.more(k, base.pose(vector), weights)
         deviation = np.r_[self.shift, model.person_deviation]
         prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
         return Evaluation(data + prior, {"likelihood": data, "prior": prior})

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from abs_engine.track.carry import carried
 from abs_engine.track.detect import faces_about, find_face
 from abs_engine.track.follow import LipFollower
 from abs_engine.track.keyframes import LEAST_SEEN, Keyframes
+from abs_engine.track.landmark_motion import HeadFrame
 from abs_engine.track.locate import (
     FaceBox,
     face_marks,
@@ -32,6 +34,7 @@ from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.rigid import LEAST_POINTS, RigidReference, RigidState, follow, rigid_reference
 
 Image = NDArray[np.uint8]
+Seen = TypeVar("Seen")
 LEARN_FROM = 8  # frames
 LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
 WORSE = 3.0  # times the texture's error at first; beyond, a turned head is not taken for seen
@@ -102,6 +105,10 @@ class HeadMotion:
                 known.begin(found)
                 error = self._error(image, found.pose)
             yield image, found.pose
+
+    def frames(self, images: Iterable[Image]) -> Iterator[HeadFrame]:
+        """Each frame with its pose, for the tracker."""
+        return (HeadFrame(image, pose) for image, pose in self.poses(images))
 
     def _again(
         self, reference: RigidReference, image: Image, lips: LipBlob | None
@@ -216,7 +223,26 @@ class HeadMotion:
 def choose_frames(
     posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = LEAST_FOUND
 ) -> list[CalibrationFrame]:
-    """Frames to fit the person on, spread evenly over the ten seconds from the first face on.
+    """Frames to fit the person on; see `spread_frames`.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If hardly a frame shows a face.
+    """
+    return [CalibrationFrame(*found) for found in spread_frames(posed, name, least)]
+
+
+def spread_frames(
+    found: Iterable[tuple[Image, Seen | None]],
+    name: str,
+    least: float = LEAST_FOUND,
+    order: Callable[[Seen], float] | None = None,
+    count: int = LEARN_FROM,
+) -> list[tuple[Image, Seen]]:
+    """Frames with what was seen in them, spread evenly over the ten seconds from the first face on.
+
+    With `order` they are spread over its ranks, from the least to the largest, instead of time.
 
     Memory does not grow with the clip: candidates are thinned out as they come. More than a share
     `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
@@ -227,18 +253,18 @@ def choose_frames(
     FaceNotFoundError
         If hardly a frame shows a face.
     """
-    kept: list[CalibrationFrame] = []
+    kept: list[tuple[Image, Seen]] = []
     stride, seen, looked, empty = 1, 0, 0, 0
-    for image, pose in posed:
-        if seen == 0 and pose is None:
+    for image, there in found:
+        if seen == 0 and there is None:
             empty += 1
             continue
         looked += 1
-        if pose is not None:
+        if there is not None:
             if seen % stride == 0:
-                kept.append(CalibrationFrame(image, pose))
+                kept.append((image, there))
             seen += 1
-        if len(kept) >= 4 * LEARN_FROM:
+        if len(kept) >= 4 * count:
             kept, stride = kept[::2], 2 * stride
         if looked == LOOK_AT:
             break
@@ -248,5 +274,8 @@ def choose_frames(
             "give a video with a frontal face; where one is there but not found, give its mouth in "
             "the first frame with --mouth X Y WIDTH HEIGHT",
         )
-    picked = np.unique(np.linspace(0, len(kept) - 1, LEARN_FROM).round().astype(int))
+    picked = np.unique(np.linspace(0, len(kept) - 1, count).round().astype(int))
+    if order is not None:
+        rank = np.argsort([order(there) for _, there in kept], kind="stable")
+        picked = np.sort(rank[picked])
     return [kept[k] for k in picked]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,10 @@ from abs_engine.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.errors import InputFileError, ModelFormatError
 from abs_engine.npz import read_npz
 from abs_engine.release import engine_version
+from abs_engine.track.doubt import doubts
 from abs_engine.track.mesh import RunMesh
 from abs_engine.track.pose import POSE_NAMES, pose_spec
-from abs_engine.track.tracker import FrameResult, TrackerSetting
+from abs_engine.track.tracker import HELD, FrameResult, TrackerSetting
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -31,6 +32,7 @@ POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
 
 _MEASURES = ("width", "aperture", "value", "score", "evaluations")
+_LANDMARKS = ("landmark_distance", "landmark_aperture")
 _FOR_EACH_FRAME = (
     *("index", "time", "found", "parameters", "rotation", "translation", "lip_points"),
     *("closed", "status", *_MEASURES),
@@ -69,7 +71,8 @@ class Recorder:
             `parameter_names`; `rotation` (T, 3) rotation vector and `translation` (T, 3) mm, head
             to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
             (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
-            (T,) mm, `closed` (T,); `value`, `score`, `evaluations`, `status` (T,); `person_weights`
+            (T,) mm, `closed` (T,); `landmark_distance` and `landmark_aperture` (T,) mm, see
+            `FrameResult`; `value`, `score`, `evaluations`, `status` (T,); `person_weights`
             (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
             `engine_version`, `format`, `version`.
         """
@@ -77,7 +80,7 @@ class Recorder:
         camera = setting.camera
         each = {
             k: np.array([getattr(r, k) for r in results])
-            for k in ("index", "found", "covered", *_MEASURES)
+            for k in ("index", "found", "covered", *_MEASURES, *_LANDMARKS)
         }
         return {
             "format": FORMAT,
@@ -145,6 +148,8 @@ class Recorder:
             result.score,
             result.evaluations,
             int(result.covered),
+            result.landmark_distance,
+            result.landmark_aperture,
             result.status,
         ]
 
@@ -159,6 +164,26 @@ class Recorder:
             "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
             "mean_evaluations": float(np.mean(work)) if work else 0.0,
             "mean_score": float(np.mean([r.score for r in tracked])) if tracked else 0.0,
+            **self._by_landmarks(tracked),
+        }
+
+    def _by_landmarks(self, tracked: Sequence[FrameResult]) -> dict[str, Any]:
+        """What landmarks and colours say of each other, where landmarks were asked."""
+        asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
+        if not asked:
+            return {}
+        held = [r.status == HELD for r in asked]
+        off = np.array([r.landmark_distance for r in asked])
+        aperture, told = (
+            np.array([getattr(r, k) for r in asked]) for k in ("aperture", "landmark_aperture")
+        )
+        apart = self._setting.classes.separability
+        return {
+            "held_frames": int(sum(held)),
+            "landmark_distance_mm": float(np.median(off)),
+            "aperture_difference_mm": float(np.sqrt(np.mean((aperture - told) ** 2))),
+            "separability": dict(apart),
+            "warnings": doubts(aperture, told, held, apart),
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
@@ -196,8 +221,8 @@ def table_heading(setting: TrackerSetting) -> list[str]:
     points = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
     pose = [f"head_{name}" for name in POSE_NAMES]
     parameters = pose_spec(setting.model.n_expression).names
-    end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered", "status"]
-    return ["index", "time", "found", *pose, *parameters, *points, *end]
+    end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered"]
+    return ["index", "time", "found", *pose, *parameters, *points, *end, *_LANDMARKS, "status"]
 
 
 def lip_vertices(setting: TrackerSetting) -> NDArray[np.int32]:

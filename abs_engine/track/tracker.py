@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,11 @@ from abs_engine.track.fit import (
     likelihood_of,
     mouth_window,
 )
+from abs_engine.track.landmark_motion import HeadFrame
+from abs_engine.track.lip_landmarks import LipLandmarks
 from abs_engine.track.model import MouthModel
+from abs_engine.track.mouth_look import MouthLook, UsualLook
+from abs_engine.track.mouth_place import mouth_place
 from abs_engine.track.person import POSE_DEVIATION, Calibration
 from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.pose import PoseFrame, pose_spec
@@ -39,6 +44,11 @@ from abs_engine.track.pose import PoseFrame, pose_spec
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 NO_FACE, NO_POSE = "face not found", "no pose given"
+HELD = "held to the landmarks"
+"""Status of a frame whose colours led off the landmarks, twice: these alone are reported."""
+EVIDENCE = ("both", "rendering", "landmarks")
+MOST_OFF = 1.75
+"""Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks."""
 INNER = 12  # the inner contour's first among the 20 reported points
 FRAME_SOLVER = Simplex(tolerance=0.03, limit=400)
 STEP_DEVIATION = 0.8
@@ -73,6 +83,11 @@ class FrameResult:
     covered : bool
         Whether the face is there, but its mouth is hidden or outside of the picture; then nothing
         is found but the head's pose.
+    landmark_distance : float, mm
+        RMS distance, across the line of sight, of the lips from where the landmark network sees
+        them; NaN where it was not asked.
+    landmark_aperture : float, mm
+        What `aperture` would be by the landmarks alone.
     """
 
     index: int
@@ -87,6 +102,8 @@ class FrameResult:
     evaluations: int
     status: str
     covered: bool = False
+    landmark_distance: float = float("nan")
+    landmark_aperture: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +127,12 @@ class TrackerSetting:
         What the clip's mouth looks like; without it no frame counts as covered.
     poses_given : bool
         Whether the poses were measured elsewhere. A known head's are then held.
+    look : UsualLook, optional
+        The same by landmarks, which then count in its place.
+    lips : LipLandmarks, optional
+        Where the landmark network sees the lips of this head; with it the network is asked.
+    evidence : str
+        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
     """
 
     model: MouthModel
@@ -122,6 +145,9 @@ class TrackerSetting:
     times: tuple[float, ...] = ()
     usual: UsualMouth | None = None
     poses_given: bool = False
+    look: UsualLook | None = None
+    lips: LipLandmarks | None = None
+    evidence: str = EVIDENCE[0]
 
     @property
     def pose_held(self) -> bool:
@@ -144,16 +170,16 @@ class TrackerSetting:
 
 
 def track(
-    setting: TrackerSetting, frames: Iterable[tuple[Image, Pose | None]]
+    setting: TrackerSetting, frames: Iterable[HeadFrame]
 ) -> Iterator[tuple[Image, FrameResult]]:
     """Fit every frame.
 
     Parameters
     ----------
     setting : TrackerSetting
-    frames : iterable of (image, pose)
-        The image (H, W, 3) uint8 RGB, and the head's pose by its rigid motion, or as given; None
-        where the face was lost, or no pose was given.
+    frames : iterable of HeadFrame
+        Their poses by landmarks or the head's rigid motion, or as given; None where the face was
+        lost, or no pose was given.
 
     Yields
     ------
@@ -161,18 +187,19 @@ def track(
         Each frame with what was found in it.
     """
     last: FloatArray | None = None
-    for index, (image, pose) in enumerate(frames):
+    for index, frame in enumerate(frames):
+        image, pose = frame.image, frame.pose
         if pose is None:
             last = None
             yield image, replace(_lost(setting, index), status=setting.why_lost)
             continue
-        hidden = _hidden(setting, image, pose)
+        hidden = _hidden(setting, frame, pose)
         if hidden:
             last = None
             there = shifted(pose, setting.calibration.shift, setting.model.pivot)
             yield image, replace(_lost(setting, index), pose=there, status=hidden, covered=True)
             continue
-        result = _fit(setting, index, image, pose, last)
+        result = _fit(setting, index, frame, pose, last)
         last = result.vector
         yield image, result
 
@@ -182,11 +209,16 @@ def usual_mouth(setting: TrackerSetting, frames: Iterable[CalibrationFrame]) -> 
     return UsualMouth.of([_evidence(setting, f.image, f.pose) for f in frames])
 
 
-def _hidden(setting: TrackerSetting, image: Image, pose: Pose) -> str:
+def _hidden(setting: TrackerSetting, frame: HeadFrame, pose: Pose) -> str:
     """Why the mouth cannot be seen; empty where it can."""
+    if setting.look is not None and frame.face is not None:
+        look = MouthLook.of(setting.classes, frame.image, frame.face.landmarks)
+        if look is None:
+            return OUTSIDE
+        return COVERED if setting.look.hidden(look) else ""
     if setting.usual is None:
         return ""
-    now = _evidence(setting, image, pose)
+    now = _evidence(setting, frame.image, pose)
     if now is None:
         return OUTSIDE
     return COVERED if setting.usual.covered(now) else ""
@@ -199,27 +231,90 @@ def _evidence(setting: TrackerSetting, image: Image, pose: Pose) -> MouthEvidenc
 
 
 def _fit(
-    setting: TrackerSetting, index: int, image: Image, pose: Pose, last: FloatArray | None
+    setting: TrackerSetting, index: int, frame: HeadFrame, pose: Pose, last: FloatArray | None
 ) -> FrameResult:
-    model = setting.model
-    base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
-    window = mouth_window(model, base.base, setting.camera, setting.calibration.person)
-    maps = class_maps(setting.classes, model.colour_classes, window, image)
-    likelihood = likelihood_of(setting.renderer, setting.scene, setting.camera, window, maps)
-    posterior = FramePosterior(likelihood, base, _priors(setting, last))
+    """The most probable pose and posture; once more from the landmarks where it lies off them."""
+    model, work = setting.model, _frame_work(setting, frame, pose, last)
+    posterior, told = work.posterior, work.told
     starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
-    if last is not None:
-        starts = np.vstack([last, starts])
-    start = best_start(posterior, starts)
-    solution = _solve(setting, posterior, start)
-    count = solution.n_evaluations + len(starts)
-    score = float(np.exp(-solution.terms["likelihood"] / likelihood.observations))
-    found = base.pose(solution.x)
-    lips, width, aperture = lip_measures(model, setting.scene, solution.x[6:])
+    if setting.evidence == EVIDENCE[2] and told is not None:
+        solution = _solve(setting, work.without_colours, told)
+        return _result(setting, index, work, solution)
+    known = [x for x in (last, told) if x is not None]
+    starts = np.vstack([*known, starts])
+    solution = _solve(setting, posterior, best_start(posterior, starts))
+    count, status = solution.n_evaluations + len(starts), solution.status
+    both = setting.evidence == EVIDENCE[0]
+    if both and told is not None and work.off(solution.x)[1] > MOST_OFF:
+        again = _solve(setting, posterior, told)
+        count, solution, status = count + again.n_evaluations, again, again.status
+        if work.off(again.x)[1] > MOST_OFF:
+            solution, status = _solve(setting, work.without_colours, told), HELD
+            count += solution.n_evaluations
+    return _result(setting, index, work, replace(solution, n_evaluations=count, status=status))
+
+
+def _result(
+    setting: TrackerSetting, index: int, work: _FrameWork, solution: Solution
+) -> FrameResult:
+    x = solution.x
+    value = work.posterior(x)
+    likelihood = work.posterior.likelihood
+    score = float(np.exp(-value.terms["likelihood"] / likelihood.observations))
+    lips, width, aperture = lip_measures(setting.model, setting.scene, x[6:])
+    told = work.told
+    by_landmarks = float("nan")
+    if told is not None:
+        by_landmarks = lip_measures(setting.model, setting.scene, told[6:])[2]
     return FrameResult(
-        index, True, solution.x, found, lips, width, aperture, solution.value, score, count,
-        solution.status,
+        index, True, x, work.posterior.frame.pose(x), lips, width, aperture, value.value, score,
+        solution.n_evaluations, solution.status,
+        landmark_distance=work.off(x)[0], landmark_aperture=by_landmarks,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _FrameWork:
+    """A frame's posterior, and what its landmarks say: where they put the mouth, (6 + P,)."""
+
+    posterior: FramePosterior
+    without_colours: FramePosterior
+    told: FloatArray | None
+    apart: Callable[[Pose, FloatArray], tuple[float, float]] | None
+
+    def off(self, x: FloatArray) -> tuple[float, float]:
+        """How far the lips lie off the landmarks (RMS), in mm and in standard deviations.
+
+        NaN and 0 where there are none.
+        """
+        if self.apart is None:
+            return float("nan"), 0.0
+        return self.apart(self.posterior.frame.pose(x), x[6:])
+
+
+def _frame_work(
+    setting: TrackerSetting, frame: HeadFrame, pose: Pose, last: FloatArray | None
+) -> _FrameWork:
+    model, person, face = setting.model, setting.calibration.person, frame.face
+    base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
+    window = mouth_window(model, base.base, setting.camera, person)
+    told = place = None
+    priors = with_landmarks = _priors(setting, last, thick=face is not None)
+    if face is not None:
+        told = np.r_[np.zeros(6), face.fit.posture[: model.n_expression]]
+        if setting.evidence != EVIDENCE[1]:
+            place = mouth_place(model, base, setting.camera, window, person, told)
+        with_landmarks = (*priors, face.fit.evidence(model.n_expression))
+    maps = class_maps(setting.classes, model.colour_classes, window, frame.image, place)
+    drawn = setting.renderer, setting.scene, setting.camera
+    likelihood = likelihood_of(*drawn, window, maps, setting.classes.weight)
+    both = setting.evidence != EVIDENCE[1]
+    alone = FramePosterior(replace(likelihood, observations=0.0), base, with_landmarks)
+    posterior = FramePosterior(likelihood, base, with_landmarks if both else priors)
+    apart = None
+    if setting.lips is not None and face is not None:
+        apart = partial(setting.lips.apart, face.landmarks)
+    return _FrameWork(posterior, alone, told, apart)
 
 
 def _solve(setting: TrackerSetting, posterior: FramePosterior, start: FloatArray) -> Solution:
@@ -234,10 +329,12 @@ def _solve(setting: TrackerSetting, posterior: FramePosterior, start: FloatArray
     return replace(found, x=np.r_[pose, found.x])
 
 
-def _priors(setting: TrackerSetting, last: FloatArray | None) -> tuple[Prior, ...]:
+def _priors(
+    setting: TrackerSetting, last: FloatArray | None, thick: bool = False
+) -> tuple[Prior, ...]:
     p = setting.model.n_expression
     likely = GaussianPrior(np.zeros(6 + p), np.r_[POSE_DEVIATION, np.ones(p)])
-    contact = contact_prior(setting.model, setting.calibration.person)
+    contact = contact_prior(setting.model, setting.calibration.person, thick)
     if last is None:
         return likely, contact
     step = STEP_DEVIATION * np.sqrt(25.0 / setting.rate)

@@ -1,0 +1,22 @@
+"""What moves the face above the mouth, so that raised brows are not taken for a raised head."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+
+_UNITS = (
+    *("browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft", "browOuterUpRight"),
+    *("eyeBlinkLeft", "eyeBlinkRight", "eyeSquintLeft", "eyeSquintRight"),
+    *("eyeWideLeft", "eyeWideRight", "cheekSquintLeft", "cheekSquintRight"),
+    *("noseSneerLeft", "noseSneerRight", "cheekPuff"),
+)
+_USUAL = 0.3  # standard deviation of a unit's weight
+
+
+def upper_face_modes(speaker: Speaker) -> NDArray[np.float32]:
+    """Displacements (U, V, 3), mm per standard deviation, of the units above the mouth."""
+    names = tuple(name for name in _UNITS if name in speaker.unit_names)
+    return np.asarray(_USUAL * speaker.unit_matrix(names), np.float32)

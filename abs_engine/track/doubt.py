@@ -1,0 +1,60 @@
+"""What speaks against a run: told in its summary, and printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+LEAST_SEPARABILITY = 0.75
+"""How probably a pixel of skin or lips is told right, below which colours say little of lips."""
+_MOST_HELD = 0.1  # of the frames
+_MOST_APART, _MOST_APART_MM = 0.9, 1.0
+"""How far apertures by colours and by landmarks may differ (RMS), as a share of how much those by
+landmarks vary (standard deviation), and in any case, mm."""
+_FEWEST = 10  # frames, for any of it
+
+
+def doubts(
+    aperture: FloatArray,
+    by_landmarks: FloatArray,
+    held: Sequence[bool],
+    separability: Mapping[str, float],
+) -> list[str]:
+    """What a user should know of a run before believing it, a line each.
+
+    Parameters
+    ----------
+    aperture, by_landmarks : (T,) float64, mm
+        As reported, and by the landmarks alone; NaN where nothing was found.
+    held : sequence of bool, T
+        Which frames were held to the landmarks.
+    separability : mapping of str to float
+        See `ColourClasses`.
+    """
+    lines = []
+    if separability and np.mean(list(separability.values())) < LEAST_SEPARABILITY:
+        told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
+        lines.append(
+            f"lips and skin have nearly the same colour here (told apart: {told}); landmarks and "
+            "prior decide more than the picture does"
+        )
+    both = np.isfinite(aperture) & np.isfinite(by_landmarks)
+    if both.sum() >= _FEWEST:
+        apart = float(np.sqrt(np.mean((aperture - by_landmarks)[both] ** 2)))
+        varies = float(by_landmarks[both].std())
+        if apart > max(_MOST_APART * varies, _MOST_APART_MM):
+            lines.append(
+                f"the aperture differs by {apart:.1f} mm (RMS) from what landmarks say, about as "
+                "much as it varies: look at the overlay before you use it"
+            )
+    share = float(np.mean(held)) if len(held) else 0.0
+    if share > _MOST_HELD:
+        lines.append(
+            f"in {share:.0%} of the frames colours led off the lips; there landmarks alone are "
+            "reported"
+        )
+    return lines

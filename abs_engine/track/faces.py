@@ -1,0 +1,132 @@
+"""Which face is followed, where a picture shows several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.errors import FaceNotFoundError
+from abs_engine.track.detect import Face, faces_about, find_faces
+from abs_engine.track.landmarks import Landmarks, landmarks_again, landmarks_of
+from abs_engine.track.locate import FaceBox
+
+Image = NDArray[np.uint8]
+
+_APART, _SIZE = 0.6, 1.5  # face widths, and times the size: farther off, a face is another one
+_PATIENCE = 50  # frames without the face that is followed, after which any face is taken
+
+
+@dataclass(frozen=True)
+class FaceChoice:
+    """Which face a user means.
+
+    Parameters
+    ----------
+    number : int or None
+        Counted from 1, the largest first, in the first frame that shows a face; None for the
+        largest.
+    box : FaceBox or None
+        By where its mouth is in the first frame.
+    """
+
+    number: int | None = None
+    box: FaceBox | None = None
+
+    def first(self, image: Image) -> tuple[Landmarks | None, list[Face]]:
+        """The face that is meant in a first frame, and all of its faces, the largest first.
+
+        Raises
+        ------
+        FaceNotFoundError
+            If there are fewer faces than the number.
+        """
+        if self.box is not None:
+            near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
+            return (None, []) if near is None else (landmarks_of(image, near), [near])
+        pairs = [(f, landmarks_of(image, f)) for f in by_size(find_faces(image))]
+        seen = [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
+        if not seen:
+            return None, []
+        number = self.number or 1
+        if number > len(seen):
+            count = f"{len(seen)} face{'s' if len(seen) > 1 else ''}"
+            raise FaceNotFoundError(
+                f"there is no face {number}: the first frame with a face shows {count}",
+                f"give --face 1{f' to {len(seen)}' if len(seen) > 1 else ', or leave it out'}",
+            )
+        return seen[number - 1][1], [f for f, _ in seen]
+
+
+def by_size(faces: Sequence[Face]) -> list[Face]:
+    """Faces, the largest first."""
+    return sorted(faces, key=lambda face: -face.size)
+
+
+def face_lines(faces: Sequence[Face], chosen: int) -> str:
+    """What is said of several faces: where each is, and which one is followed."""
+    where = "; ".join(
+        f"{k} at {f.centre[0]:.0f} {f.centre[1]:.0f}, {f.size:.0f} pixels"
+        for k, f in enumerate(faces, 1)
+    )
+    why = " (the largest)" if chosen == 1 else ""
+    return f"{len(faces)} faces: {where}; following face {chosen}{why}, --face N chooses another"
+
+
+class FaceFollower:
+    """Finds one face in frame after frame, by where its landmarks were last.
+
+    Parameters
+    ----------
+    choice : FaceChoice
+    """
+
+    def __init__(self, choice: FaceChoice) -> None:
+        self._choice = choice
+        self._last: Landmarks | None = None
+        self._lost = 0
+        self.faces: list[Face] = []
+
+    def step(self, image: Image) -> Landmarks | None:
+        """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
+        found = self._next(image)
+        self._lost = 0 if found is not None else self._lost + 1
+        self._last = found or self._last
+        return found
+
+    def _next(self, image: Image) -> Landmarks | None:
+        last = self._last
+        if last is None:
+            found, faces = self._choice.first(image)
+            self.faces = faces or self.faces
+            return found
+        if self._lost == 0:
+            found = landmarks_again(image, last)
+            if found is not None:
+                return found
+        return self._again(image, last)
+
+    def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
+        """The face near where it was; after a while without it, the largest one."""
+        faces = by_size(find_faces(image))
+        centre, size = last.pixels.mean(axis=0), last.size
+        reach = _APART * size * (1 + self._lost)
+        near = [
+            f
+            for f in faces
+            if np.linalg.norm(f.centre - centre) < reach
+            and size / _SIZE ** (1 + self._lost)
+            < _OF_BOX * f.size
+            < size * _SIZE ** (1 + self._lost)
+        ]
+        near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
+        for face in near or (faces if self._lost > _PATIENCE else []):
+            found = landmarks_of(image, face)
+            if found is not None:
+                return found
+        return None
+
+
+_OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square

@@ -1,0 +1,248 @@
+"""The person's mouth and the clip's colours, where landmarks have placed the head already.
+
+With the place known, one start is enough: each round learns the colours where the drawn head shows
+them, fits the frames' postures, then one mouth and one correction of the poses to all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.appearance.chroma import sampled
+from abs_engine.appearance.colour import ColourClasses
+from abs_engine.appearance.placed import PLACES, learn_placed
+from abs_engine.camera import Camera, Window
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.geometry import Pose
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.scene import Renderer
+from abs_engine.track.correspondence import Correspondence
+from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
+from abs_engine.track.landmark_fit import LIPS_TOGETHER, LandmarkShape
+from abs_engine.track.landmark_motion import SeenFace
+from abs_engine.track.landmarks import LIPS
+from abs_engine.track.lip_landmarks import LipLandmarks
+from abs_engine.track.model import MouthModel
+from abs_engine.track.mouth_place import mouth_place
+from abs_engine.track.person import Calibration, PersonPosterior, fit_posture, person_spec
+from abs_engine.track.place import CalibrationFrame, shifted
+from abs_engine.track.pose import PoseFrame
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+SHIFT_DEVIATION = np.array([0.01, 0.01, 0.01, 0.8, 1.0, 0.01])
+"""How far the landmarks put a whole clip's poses off: radians, mm, and a share of the depth."""
+ROUNDS = (3.0, 2.0)
+"""How unsure a class's place is in each round, mm: the landmarks' noise, then that of fits."""
+OPENING = 2.5  # mm from where lips meet, how far a mouth may be open that is drawn closed
+INSIDE = 0.6  # of where lips are drawn: how much may be the mouth's inside, as the posture may err
+_PERSON_LIMIT = 350  # evaluations of the person's fit, of all frames each
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedFrame:
+    """A frame that the person is fitted on, its head placed by landmarks.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    face : SeenFace
+    """
+
+    image: Image
+    face: SeenFace
+
+    @property
+    def pose(self) -> Pose:
+        """The head's pose by the landmarks."""
+        return self.face.fit.pose
+
+    @property
+    def calibration(self) -> CalibrationFrame:
+        """The frame and its pose."""
+        return CalibrationFrame(self.image, self.pose)
+
+    def start(self, modes: int) -> FloatArray:
+        """Pose (6) and posture by the landmarks, (6 + P,)."""
+        return np.asarray(np.r_[np.zeros(6), self.face.fit.posture[:modes]], np.float64)
+
+
+def calibrate_placed(
+    model: MouthModel,
+    placed: Sequence[PlacedFrame],
+    camera: Camera,
+    renderer: Renderer,
+    lips: LipLandmarks,
+    known: ColourClasses | None = None,
+) -> Calibration:
+    """Fit the person's mouth and learn the clip's colours about heads that landmarks have placed.
+
+    Parameters
+    ----------
+    model : MouthModel
+        Of the head that was fitted to the landmarks.
+    placed : sequence of PlacedFrame
+    camera : Camera
+    renderer : Renderer
+    lips : LipLandmarks
+        Of the head, with its person modes.
+    known : ColourClasses, optional
+        Colours that were learned before; then only the mouth is fitted.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the mouth lies outside of the picture in all of them.
+    """
+    p = model.n_expression
+    vectors = np.stack([f.start(p) for f in placed])
+    person, shift = np.zeros(model.n_person), np.zeros(6)
+    depth = float(np.median([f.pose.translation[2] for f in placed]))
+    deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
+    spec = person_spec(model, deviation)
+
+    def outline(k: int, pose: Pose, weights: FloatArray) -> float:
+        """What the landmarks say of a frame's lips; all frames say as much as one."""
+        off = lips.apart(placed[k].face.landmarks, pose, weights)[1]
+        return len(LIPS) / LIPS_TOGETHER * off**2 / len(placed)
+
+    for blur in ROUNDS:
+        stand = _Stand(model, placed, camera, renderer, shift, person)
+        classes = known or stand.learned(vectors, blur)
+        terms = stand.terms(classes, vectors)
+        vectors = np.stack([stand.fitted(k, terms[k], vectors[k]) for k in range(len(placed))])
+        joint = PersonPosterior(
+            model, [f.calibration for f in placed], terms, vectors, deviation, outline
+        )
+        solver = Simplex(tolerance=0.1, limit=_PERSON_LIMIT)
+        found = solver.minimise(joint, np.r_[shift, person], spec).x
+        shift, person = found[:6], found[6:]
+    return Calibration(person, shift, classes, vectors)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stand:
+    """Where the frames' mouths stand."""
+
+    model: MouthModel
+    placed: Sequence[PlacedFrame]
+    camera: Camera
+    renderer: Renderer
+    shift: FloatArray
+    person: FloatArray
+
+    def base(self, k: int) -> PoseFrame:
+        pivot = self.model.pivot
+        return PoseFrame(shifted(self.placed[k].pose, self.shift, pivot), pivot)
+
+    def window(self, k: int) -> Window:
+        return mouth_window(self.model, self.base(k).base, self.camera, self.person)
+
+    def learned(self, vectors: FloatArray, blur: float) -> ColourClasses:
+        """The colours by where the mouths are drawn (N, 6 + P), blurred by `blur` mm."""
+        windows = [self.window(k) for k in range(len(self.placed))]
+        places = [self._places(k, w, vectors[k], blur) for k, w in enumerate(windows)]
+        images = [f.image for f in self.placed]
+        return learn_placed([sampled(w, i) for w, i in zip(windows, images, strict=True)], places)
+
+    def _places(self, k: int, window: Window, vector: FloatArray, blur: float) -> FloatArray:
+        """How probably each of `PLACES` is seen at each drawn pixel, (4, H, W)."""
+        model, base = self.model, self.base(k)
+        weights = np.r_[vector[6:], self.person][None]
+        candidate = base.candidates(vector[None, :6], weights)
+        drawn = self.renderer.draw(model.scene, candidate, self.camera, window)[0]
+        names = model.speaker.class_names
+        depth = float(base.base.apply(model.pivot)[2])
+        sigma = blur * float(self.camera.matrix[0, 0]) / depth * window.scale
+        planes = []
+        for place in PLACES:
+            shown = _SHOWN.get(place, (place,))
+            ids = [names.index(n) for n in shown if n in names]
+            plane = np.isin(drawn.class_id, ids).astype(np.float64)
+            planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
+        places = np.stack(planes)
+        opening = _opening(drawn.class_id, names, sigma * OPENING / blur)
+        places[3] = np.maximum(places[3], INSIDE * opening * places[1:].sum(axis=0))
+        inside = _picture(window, self.placed[k].image.shape)
+        return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0) * inside)
+
+    def terms(self, classes: ColourClasses, vectors: FloatArray) -> list[FacetLikelihood]:
+        """The frames' likelihoods with these colours."""
+        colours, made = self.model.colour_classes, []
+        for k, one in enumerate(self.placed):
+            window = self.window(k)
+            place = mouth_place(
+                self.model, self.base(k), self.camera, window, self.person, vectors[k]
+            )
+            maps = class_maps(classes, colours, window, one.image, place)
+            drawn = self.renderer, self.model.scene, self.camera
+            made.append(likelihood_of(*drawn, window, maps, classes.weight))
+        return made
+
+    def fitted(self, k: int, term: FacetLikelihood, last: FloatArray) -> FloatArray:
+        """Pose and posture (6 + P,) of a frame by its colours and landmarks."""
+        more = (self.placed[k].face.fit.evidence(self.model.n_expression),)
+        return fit_posture(self.model, term, self.base(k), self.person, last, more=more).x
+
+
+def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -> FloatArray:
+    """How near each drawn pixel (H, W) is to where the lips meet or part, 0 to 1."""
+    upper, lower, inside = (
+        cv2.GaussianBlur(
+            np.isin(classes, [names.index(n) for n in shown if n in names]).astype(np.float64),
+            (0, 0),
+            sigma,
+        )
+        for shown in (("upper_lip",), ("lower_lip",), _SHOWN["inside"])
+    )
+    meet = 4 * upper * lower / np.maximum((upper + lower) ** 2, 1e-9)
+    return np.asarray(np.maximum(meet, np.minimum(2 * inside, 1.0)))
+
+
+_SHOWN = {"inside": ("inner_mouth", "tongue", "upper_teeth", "lower_teeth")}
+
+
+def _picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Which drawn pixels (H, W) of a window lie in the picture."""
+    width, height = window.drawn
+    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
+    x, y = np.moveaxis(window.to_image(grid.astype(np.float64)), -1, 0)
+    return np.asarray((x > -0.5) & (x < shape[1] - 0.5) & (y > -0.5) & (y < shape[0] - 0.5))
+
+
+def known_landmarks(
+    shape: LandmarkShape,
+    correspondence: Correspondence,
+    model: MouthModel,
+    frames: Sequence[PlacedFrame],
+    calibration: Calibration,
+    camera: Camera,
+) -> LandmarkShape:
+    """The person's landmarks once the mouth was fitted, and what the network is biased by.
+
+    Parameters
+    ----------
+    shape : LandmarkShape
+        Of the head before its mouth was fitted.
+    correspondence : Correspondence
+    model : MouthModel
+    frames : sequence of PlacedFrame
+        Those that were fitted.
+    calibration : Calibration
+    camera : Camera
+    """
+    moved = np.tensordot(calibration.person, correspondence.of(model.person_modes), 1)
+    own = replace(shape, mean=shape.mean + moved)
+    p, off = model.n_expression, []
+    pairs = list(zip(frames, calibration.expressions, strict=True))
+    for frame, vector in sorted(pairs, key=lambda pair: pair[0].face.landmarks.openness):
+        base = PoseFrame(shifted(frame.pose, calibration.shift, model.pivot), model.pivot)
+        posture = np.r_[vector[6:], frame.face.fit.posture[p:]]
+        off.append(own.off(frame.face.landmarks, camera, base.pose(vector), posture))
+    return shape.known(moved, off)
