@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from abs_engine.systems.run import track_video
     from abs_engine.track.mesh import load_mesh
     from abs_engine.track.record import load_run
-    from abs_engine.track.tracker import FrameResult
+    from abs_engine.track.setting import FrameResult
     from abs_engine.truth import Dataset, Truth, load_dataset, load_truth
 
 _HOME = {
@@ -56,7 +56,7 @@ _HOME = {
     "track_video": "systems.run",
     "LipOptions": "systems.lips",
     "prepare_lips": "systems.lips",
-    "FrameResult": "track.tracker",
+    "FrameResult": "track.setting",
     "load_run": "track.record",
     "load_mesh": "track.mesh",
     # articulatory parameters of a speaker's own corpus

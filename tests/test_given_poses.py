@@ -18,7 +18,7 @@ from abs_engine.systems.poses import COLUMNS, read_poses
 from abs_engine.track import prepare
 from abs_engine.track.given import GivenMotion
 from abs_engine.track.record import load_run
-from abs_engine.track.tracker import NO_POSE
+from abs_engine.track.setting import NO_POSE
 from abs_engine.truth import load_truth
 
 CAMERA = Camera.ideal((96, 80))

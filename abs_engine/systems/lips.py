@@ -32,26 +32,19 @@ from abs_engine.track.correspondence import (
 from abs_engine.track.faces import FaceChoice, FaceFollower, face_lines
 from abs_engine.track.given import GivenMotion
 from abs_engine.track.head_fit import Scale, fit_head, known_scale, pupil_distance, pupil_scale
-from abs_engine.track.landmark_fit import fit_frame
-from abs_engine.track.landmark_motion import LandmarkMotion, SeenFace
+from abs_engine.track.landmark_motion import LandmarkMotion
 from abs_engine.track.lip_landmarks import LipLandmarks
 from abs_engine.track.locate import FaceBox
 from abs_engine.track.model import MouthModel, build_mouth_model
 from abs_engine.track.mouth_look import MouthLook, UsualLook
 from abs_engine.track.person import Calibration
 from abs_engine.track.place import CalibrationFrame
-from abs_engine.track.placed import PlacedFrame, calibrate_placed, known_landmarks
+from abs_engine.track.placed import PlacedHead, calibrate_placed
 from abs_engine.track.prepare import HeadMotion, choose_frames, spread_frames
 from abs_engine.track.restart import calibrate_well
+from abs_engine.track.setting import EVIDENCE, FrameResult, TrackerSetting
 from abs_engine.track.sightings import sightings_of
-from abs_engine.track.tracker import (
-    EVIDENCE,
-    FrameResult,
-    Image,
-    TrackerSetting,
-    track,
-    usual_mouth,
-)
+from abs_engine.track.tracker import Image, track, usual_mouth
 from abs_engine.video import VideoInfo, probe, read_frames
 
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
@@ -186,7 +179,12 @@ def prepare_lips(
     speaker = load_speaker(options.speaker)
     if options.start == LANDMARKS and options.person is None and options.poses is None:
         correspondence = correspondence_of(speaker, renderer)
-        return by_landmarks(clip, speaker, correspondence, renderer, options, tell)
+        try:
+            return by_landmarks(clip, speaker, correspondence, renderer, options, tell)
+        except FaceNotFoundError:
+            if options.mouth is None:
+                raise
+        tell("no face is seen about the mouth; starting from its colours")
     return _by_blobs(clip, speaker, renderer, options, tell)
 
 
@@ -218,16 +216,9 @@ def by_landmarks(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         expression=head.expression, person_spread=PERSON_SPREAD,
     )  # fmt: skip
-    frames = [
-        PlacedFrame(image, SeenFace(s, fit_frame(head.shape, s, clip.camera)))
-        for image, s in chosen
-    ]
     tell("fitting the mouth" if clip.colours else "learning the clip's colours, fitting the mouth")
-    person = correspondence.of(model.person_modes)
-    lips = LipLandmarks.of(head.shape, model.n_expression, clip.camera, person)
-    calibration = calibrate_placed(model, frames, clip.camera, renderer, lips, clip.colours)
-    shape = known_landmarks(head.shape, correspondence, model, frames, calibration, clip.camera)
-    calibration = replace(calibration, shift=np.zeros(6))  # it is in the landmarks' bias now
+    placed = PlacedHead(model, head.shape, correspondence, clip.camera, renderer)
+    calibration, shape = calibrate_placed(placed, chosen, clip.colours)
     noisy = replace(shape, deviation=head.shape.deviation)
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     setting = TrackerSetting(

@@ -12,6 +12,7 @@ from abs_engine.errors import ParameterError
 from abs_engine.files import NewFolder
 from abs_engine.scene import Renderer
 from abs_engine.systems.lips import BLOBS, LipOptions, LipTracker, prepare_lips
+from abs_engine.track.head_fit import pupil_scale
 from abs_engine.track.output import Progress, RunFacts, write_run
 from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe
@@ -86,6 +87,7 @@ def check_options(options: LipOptions, info: VideoInfo) -> None:
             "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
             "give the camera.json of this video",
         )
+    _check_start(options)
     if options.mouth is None:
         return
     if options.poses is not None:
@@ -99,6 +101,30 @@ def check_options(options: LipOptions, info: VideoInfo) -> None:
             f"the mouth {x:g} {y:g} {width:g} {height:g} is not in the picture",
             f"give left, top, width and height within {right}x{bottom} pixels",
         )
+
+
+def _check_start(options: LipOptions) -> None:
+    """Raise `ParameterError` for what only a start by landmarks can do, beside another start."""
+    pupil_scale(options.pupil_distance)
+    placed = {
+        "--person": options.person is not None,
+        "--poses": options.poses is not None,
+        "--start blobs": options.start == BLOBS,
+    }
+    other = next((name for name, given in placed.items() if given), None)
+    asked = {
+        "--face": options.face is not None,
+        "--pupil-distance": options.pupil_distance is not None,
+        "--evidence": options.evidence != DEFAULTS.evidence,
+    }
+    for name, given in asked.items():
+        if given and other is not None:
+            raise ParameterError(
+                f"{name} is for a head that landmarks place, and {other} places it otherwise",
+                f"leave out {name}, or {other}",
+            )
+    if options.face is not None and options.mouth is not None:
+        raise ParameterError("--mouth says which face is meant", "leave out --face, or --mouth")
 
 
 def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.camera import Camera, Window
 from abs_engine.geometry import Pose
-from abs_engine.track.tracker import FrameResult, TrackerSetting
+from abs_engine.track.setting import FrameResult, TrackerSetting
 
 Image = NDArray[np.uint8]
 FloatArray = NDArray[np.float64]

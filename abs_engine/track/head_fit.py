@@ -22,8 +22,9 @@ from abs_engine.shape.linear import LinearShape
 from abs_engine.shape.mouth import mouth_shape
 from abs_engine.shape.upper_face import upper_face_modes
 from abs_engine.track.correspondence import Correspondence
-from abs_engine.track.landmark_fit import LandmarkShape, fit_person
-from abs_engine.track.landmarks import Landmarks
+from abs_engine.track.landmark_fit import PersonLandmarks, fit_person
+from abs_engine.track.landmark_shape import LandmarkShape
+from abs_engine.track.landmarks import EYES, Landmarks
 
 FloatArray = NDArray[np.float64]
 
@@ -145,11 +146,35 @@ def fit_head(
     shape = landmark_shape(speaker, correspondence, average, speaker.vertices, people)
     found = fit_person(shape, landmarks, camera)
     neutral = speaker.person(people.targets(found.identity))
-    larger = scale.pupils / pupil_distance(speaker, neutral)
+    wider = _eyes_seen(found, landmarks, camera, shape)
+    larger = scale.pupils / (wider * pupil_distance(speaker, neutral))
     sized, own = scaled(speaker, larger), _scaled_shape(average, neutral - speaker.vertices, larger)
     head = np.asarray(neutral * larger, np.float32)
     person = landmark_shape(sized, correspondence, own, head, None)
     return FittedHead(sized, head, own, person, found.identity, scale)
+
+
+def _eyes_seen(
+    person: PersonLandmarks,
+    landmarks: Sequence[Landmarks],
+    camera: Camera,
+    shape: LandmarkShape,
+) -> float:
+    """How much farther apart the eyes are seen than the fitted head has them.
+
+    The targets hardly move the eyes, and the scale rests on what is seen of them.
+    """
+    own = shape.person(person.identity)
+    ratios = []
+    for seen, frame in zip(landmarks, person.frames, strict=True):
+        points = own.mean + np.tensordot(frame.posture, own.posture, 1)
+        drawn = camera.project(frame.pose.apply(points))
+        apart = [
+            np.linalg.norm(np.subtract(*(at[pair].mean(axis=0) for pair in EYES)))
+            for at in (seen.pixels, drawn)
+        ]
+        ratios.append(apart[0] / apart[1])
+    return float(np.median(ratios))
 
 
 def landmark_shape(

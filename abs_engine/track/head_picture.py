@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from abs_engine.camera import Camera, Window
 from abs_engine.geometry import Pose, vertex_normals
 from abs_engine.scene import Candidates, Scene
-from abs_engine.track.tracker import FrameResult, TrackerSetting
+from abs_engine.track.setting import FrameResult, TrackerSetting
 
 Image = NDArray[np.uint8]
 

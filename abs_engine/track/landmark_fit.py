@@ -7,10 +7,9 @@ a Gaussian over its pose and posture (`FrameLandmarks`), which costs nothing to 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
@@ -18,8 +17,8 @@ from threadpoolctl import ThreadpoolController
 from abs_engine.camera import Camera
 from abs_engine.compare.prior import InformationPrior
 from abs_engine.geometry import FACING, Pose, rotations
-from abs_engine.track.correspondence import Correspondence
-from abs_engine.track.landmarks import COUNT, EYES, INNER_RING, LIPS, Landmarks
+from abs_engine.track.landmark_shape import LandmarkShape, SeenRays
+from abs_engine.track.landmarks import COUNT, EYES, LIPS, Landmarks
 
 FloatArray = NDArray[np.float64]
 
@@ -28,99 +27,13 @@ LIPS_TOGETHER, OTHERS_TOGETHER = 4.0, 100.0
 the 936 numbers of all landmarks move like 9 independent ones. Of the lips, most of what they have
 in common moves with the head's pose; 4 rather than 12 were chosen on p01 to p06 of the strangers'
 clips, where apertures by landmarks then correlate by 0.79 to 0.92 with another network's (0.62)."""
-BIAS_SHARE, WITHIN = 0.95, 0.5
-"""How much of what several frames of a person are off by is the person's own bias, and how much of
-the deviation is left between postures of a person: of the drawings that the deviations were
-measured on, 0.5 to 0.8 of 1.7 to 2.0 mm; the rest moves with the view, as a pose does."""
-CLOSEST = 3
-"""Frames, the least open ones, that say by how much the network sees inner lips apart that meet:
-there other evidence is surest, and an error of it, teeth taken for lips, the smallest."""
+IDENTITY_TOGETHER = 6.0
+"""The same where the identity is fitted, to which what is common to many landmarks belongs."""
 _STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
 _HIDDEN = 0.15  # cosine between surface and line of sight, below which a landmark is guessed
 _GUESSED = 0.05  # weight of such a landmark
 _STEPS, _SETTLED = 12, 1e-3  # of Gauss-Newton; radians or standard deviations
 _DAMPING = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class LandmarkShape:
-    """The landmarks of a head as a linear function of who it is and what it does.
-
-    Parameters
-    ----------
-    mean : (468, 3) float64, mm, head frame
-    identity : (K, 468, 3) float64, mm per standard deviation
-    posture : (M, 468, 3) float64, mm per standard deviation
-        First the P modes of the mouth, then what moves the upper face.
-    normals : (468, 3) float64
-        Which way the surface faces.
-    deviation : (468, 3) float64, mm
-        See `Correspondence`.
-    pivot : (3,) float64, mm
-        About which the head turns.
-    bias : (468, 2) float64, mm
-        By how much the network sees this person's points off, along the eyes and down the face.
-    """
-
-    mean: FloatArray
-    identity: FloatArray
-    posture: FloatArray
-    normals: FloatArray
-    deviation: FloatArray
-    pivot: FloatArray
-    bias: FloatArray
-
-    @classmethod
-    def of(
-        cls,
-        correspondence: Correspondence,
-        vertices: FloatArray,
-        normals: FloatArray,
-        identity: NDArray[np.floating],
-        posture: NDArray[np.floating],
-        pivot: FloatArray,
-    ) -> LandmarkShape:
-        """The landmarks on a head (V, 3) with its normals, and its modes (K, V, 3), (M, V, 3)."""
-        c = correspondence
-        facing = c.of(normals)
-        unit = facing / np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-9)
-        none = np.zeros((len(unit), 2))
-        return cls(c.of(vertices), c.of(identity), c.of(posture), unit, c.deviation, pivot, none)
-
-    def person(self, identity: FloatArray) -> LandmarkShape:
-        """The landmarks of one person (K,), with nothing of the identity left to fit."""
-        moved = np.tensordot(identity, self.identity, 1)
-        return replace(self, mean=self.mean + moved, identity=self.identity[:0])
-
-    def off(
-        self, landmarks: Landmarks, camera: Camera, pose: Pose, posture: FloatArray
-    ) -> FloatArray:
-        """By how much (468, 2), mm at the head, landmarks are seen off a pose and posture (M,).
-
-        Along the line of the eyes, and down the face.
-        """
-        seen = _Seen.of(landmarks, camera)
-        there = pose.apply(self.mean + np.tensordot(posture, self.posture, 1))
-        depth = float(pose.apply(self.pivot)[2])
-        return (seen.rays - there[:, :2] / there[:, 2:]) * depth @ seen.axes.T
-
-    def known(self, moved: FloatArray, off: Sequence[FloatArray]) -> LandmarkShape:
-        """The landmarks of a person whom other evidence has fitted in several frames.
-
-        What the network errs alike in all of them is the person's bias, which it is not wrong by
-        again; what is left of its noise is less.
-
-        Parameters
-        ----------
-        moved : (468, 3) float64, mm
-            By how much the person's points differ from `mean`.
-        off : sequence of (468, 2) float64, mm
-            See `off`; of each frame, the one with the mouth least open first.
-        """
-        bias = BIAS_SHARE * np.median(off, axis=0)
-        bias[INNER_RING] = BIAS_SHARE * np.median(off[:CLOSEST], axis=0)[INNER_RING]
-        deviation = self.deviation * np.array([WITHIN, WITHIN, 1.0])
-        return replace(self, mean=self.mean + moved, bias=bias, deviation=deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,21 +101,6 @@ class PersonLandmarks:
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
-    """Landmarks as rays (468, 2) at depth 1, their depth in pixels, and the face's axes."""
-
-    rays: FloatArray
-    depth: FloatArray
-    axes: FloatArray
-
-    @classmethod
-    def of(cls, landmarks: Landmarks, camera: Camera) -> _Seen:
-        flat = cv2.undistortPoints(landmarks.pixels[:, None], camera.matrix, camera.distortion)
-        depth = landmarks.points[:, 2] / camera.matrix[0, 0]
-        return cls(np.asarray(flat[:, 0], np.float64), depth, np.stack(landmarks.axes))
-
-
-@dataclass(frozen=True, eq=False)
 class _Normal:
     """Normal equations of a frame: information and gradient over (6 + K + M), and its value."""
 
@@ -252,7 +150,7 @@ def fit_person(
         Where to begin; by default the faces look ahead.
     """
     with _threads().limit(limits=1):
-        return _fitted(shape, [_Seen.of(one, camera) for one in landmarks], starts)
+        return _fitted(shape, [SeenRays.of(one, camera) for one in landmarks], starts)
 
 
 @cache
@@ -262,7 +160,7 @@ def _threads() -> ThreadpoolController:
 
 
 def _fitted(
-    shape: LandmarkShape, seen: Sequence[_Seen], starts: Sequence[FrameLandmarks] | None
+    shape: LandmarkShape, seen: Sequence[SeenRays], starts: Sequence[FrameLandmarks] | None
 ) -> PersonLandmarks:
     k, m, n = len(shape.identity), len(shape.posture), len(seen)
     poses = [s.pose for s in starts] if starts else [_ahead(shape, s) for s in seen]
@@ -291,7 +189,7 @@ def _fitted(
     return PersonLandmarks(identity, covariance, found)
 
 
-def _ahead(shape: LandmarkShape, seen: _Seen) -> Pose:
+def _ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
     """A head that looks ahead, as large as the eyes are apart, or the face is high."""
     right, left = (seen.rays[pair].mean(axis=0) for pair in EYES)
     apart = np.linalg.norm(shape.mean[EYES[0]].mean(axis=0) - shape.mean[EYES[1]].mean(axis=0))
@@ -310,7 +208,7 @@ def _turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
 
 
 def _normal(
-    shape: LandmarkShape, seen: _Seen, pose: Pose, identity: FloatArray, posture: FloatArray
+    shape: LandmarkShape, seen: SeenRays, pose: Pose, identity: FloatArray, posture: FloatArray
 ) -> _Normal:
     """Linearise the landmarks' residuals, mm at the head, in their standard deviations."""
     modes = np.concatenate([shape.identity, shape.posture])
@@ -326,7 +224,8 @@ def _normal(
     across = (motion[..., :2] - ray * motion[..., 2:]) * (depth / z)[:, None] @ seen.axes.T
     deep = motion[..., 2] - motion[..., 2].mean(axis=1, keepdims=True)
     slope = np.concatenate([across, deep[..., None]], axis=-1) / shape.deviation
-    trust = _trust(shape, pose, there, residual) / _TOGETHER
+    together = _TOGETHER if len(shape.identity) == 0 else IDENTITY_TOGETHER
+    trust = _trust(shape, pose, there, residual) / together
     flat = (slope * trust[:, None]).reshape(len(slope), -1)
     information = flat @ slope.reshape(len(slope), -1).T
     misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.track.faces import FaceChoice, FaceFollower
-from abs_engine.track.landmark_fit import FrameLandmarks, LandmarkShape, fit_frame
+from abs_engine.track.landmark_fit import FrameLandmarks, fit_frame
+from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import Landmarks
 
 Image = NDArray[np.uint8]

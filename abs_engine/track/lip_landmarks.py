@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
-from abs_engine.track.landmark_fit import LandmarkShape
+from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import LIPS, Landmarks
 
 FloatArray = NDArray[np.float64]

@@ -19,7 +19,9 @@ _MARGIN, _SOFT = (
     2.0,
     0.7,
 )  # mm from the outline, where a pixel is surely on its side, and how softly
-_SURE = 0.95  # most that a place alone says; colours that are twenty times likelier still win
+_SURE_WITHIN, _SURE_BEYOND = 0.998, 0.95
+"""Most that a place alone says. Within the lips no skin is seen, but teeth in shade have its colour;
+beyond them, lips may still be where landmarks are wrong, and colours twenty times likelier win."""
 
 
 def mouth_place(
@@ -48,8 +50,8 @@ def mouth_place(
     depth = float(pose.apply(model.pivot)[2])
     mm = float(camera.matrix[0, 0]) / depth * window.scale
     within, beyond = (
-        _SURE / (1 + np.exp(np.clip((_MARGIN - side * away / mm) / _SOFT, -30, 30)))
-        for side in (-1.0, 1.0)
+        sure / (1 + np.exp(np.clip((_MARGIN - side * away / mm) / _SOFT, -30, 30)))
+        for side, sure in ((-1.0, _SURE_WITHIN), (1.0, _SURE_BEYOND))
     )
     return MouthPlace(_upper_share(window, line), within, beyond)
 

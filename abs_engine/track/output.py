@@ -13,8 +13,8 @@ from abs_engine.track.contours import Image
 from abs_engine.track.head_picture import HeadKeeper
 from abs_engine.track.overlay import Overlay
 from abs_engine.track.record import Recorder
+from abs_engine.track.setting import FrameResult, TrackerSetting
 from abs_engine.track.sheet import ContactSheet
-from abs_engine.track.tracker import FrameResult, TrackerSetting
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
 HEAD = "head.png"

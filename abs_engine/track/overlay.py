@@ -23,7 +23,7 @@ from abs_engine.track.contours import (
     write_text,
 )  # fmt: skip
 from abs_engine.track.record import closed_frames
-from abs_engine.track.tracker import FrameResult, TrackerSetting
+from abs_engine.track.setting import FrameResult, TrackerSetting
 from abs_engine.video import VideoWriter
 
 LEAST_HEIGHT = 640  # of the drawn frame

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -23,9 +24,10 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import Renderer
 from abs_engine.track.correspondence import Correspondence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
-from abs_engine.track.landmark_fit import LIPS_TOGETHER, LandmarkShape
+from abs_engine.track.landmark_fit import LIPS_TOGETHER, fit_frame
 from abs_engine.track.landmark_motion import SeenFace
-from abs_engine.track.landmarks import LIPS
+from abs_engine.track.landmark_shape import LandmarkShape
+from abs_engine.track.landmarks import LIPS, Landmarks
 from abs_engine.track.lip_landmarks import LipLandmarks
 from abs_engine.track.model import MouthModel
 from abs_engine.track.mouth_place import mouth_place
@@ -42,7 +44,7 @@ ROUNDS = (3.0, 2.0)
 """How unsure a class's place is in each round, mm: the landmarks' noise, then that of fits."""
 OPENING = 2.5  # mm from where lips meet, how far a mouth may be open that is drawn closed
 INSIDE = 0.6  # of where lips are drawn: how much may be the mouth's inside, as the posture may err
-_PERSON_LIMIT = 350  # evaluations of the person's fit, of all frames each
+_PERSON_LIMIT, _POSTURE_LIMIT = 250, 150  # evaluations of the person's fit, and of a posture's
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,57 +75,118 @@ class PlacedFrame:
         return np.asarray(np.r_[np.zeros(6), self.face.fit.posture[:modes]], np.float64)
 
 
-def calibrate_placed(
-    model: MouthModel,
-    placed: Sequence[PlacedFrame],
-    camera: Camera,
-    renderer: Renderer,
-    lips: LipLandmarks,
-    known: ColourClasses | None = None,
-) -> Calibration:
-    """Fit the person's mouth and learn the clip's colours about heads that landmarks have placed.
+@dataclass(frozen=True, eq=False)
+class PlacedHead:
+    """A head that landmarks place, before its mouth is fitted.
 
     Parameters
     ----------
     model : MouthModel
-        Of the head that was fitted to the landmarks.
-    placed : sequence of PlacedFrame
+    shape : LandmarkShape
+    correspondence : Correspondence
     camera : Camera
     renderer : Renderer
-    lips : LipLandmarks
-        Of the head, with its person modes.
+    """
+
+    model: MouthModel
+    shape: LandmarkShape
+    correspondence: Correspondence
+    camera: Camera
+    renderer: Renderer
+
+    def frames(
+        self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
+    ) -> list[PlacedFrame]:
+        """The frames with the head placed by a person's landmarks as they are known so far."""
+        return [
+            PlacedFrame(image, SeenFace(marks, fit_frame(shape, marks, self.camera)))
+            for image, marks in seen
+        ]
+
+    @cached_property
+    def lips(self) -> LipLandmarks:
+        """Its lips, with the person modes."""
+        person = self.correspondence.of(self.model.person_modes)
+        return LipLandmarks.of(self.shape, self.model.n_expression, self.camera, person)
+
+    def known(self, frames: Sequence[PlacedFrame], found: Calibration) -> LandmarkShape:
+        """The person's landmarks once the mouth was fitted, and what the network is biased by."""
+        model = self.model
+        moved = np.tensordot(found.person, self.correspondence.of(model.person_modes), 1)
+        own = replace(self.shape, mean=self.shape.mean + moved)
+        p, off = model.n_expression, []
+        pairs = list(zip(frames, found.expressions, strict=True))
+        for frame, vector in sorted(pairs, key=lambda pair: pair[0].face.landmarks.openness):
+            base = PoseFrame(shifted(frame.pose, found.shift, model.pivot), model.pivot)
+            posture = np.r_[vector[6:], frame.face.fit.posture[p:]]
+            off.append(own.off(frame.face.landmarks, self.camera, base.pose(vector), posture))
+        return self.shape.known(moved, off)
+
+
+def calibrate_placed(
+    head: PlacedHead,
+    seen: Sequence[tuple[Image, Landmarks]],
+    known: ColourClasses | None = None,
+) -> tuple[Calibration, LandmarkShape]:
+    """Fit the person's mouth and learn the clip's colours about heads that landmarks have placed.
+
+    Parameters
+    ----------
+    head : PlacedHead
+    seen : sequence of (image, Landmarks)
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
+
+    Returns
+    -------
+    Calibration
+        Without a shift of the poses: it is in the landmarks' bias.
+    LandmarkShape
+        The person's landmarks, and what the network is biased by.
 
     Raises
     ------
     FaceNotFoundError
         If the mouth lies outside of the picture in all of them.
     """
-    p = model.n_expression
-    vectors = np.stack([f.start(p) for f in placed])
-    person, shift = np.zeros(model.n_person), np.zeros(6)
+    person, shape = np.zeros(head.model.n_person), head.shape
+    for blur in ROUNDS:
+        placed = head.frames(shape, seen)
+        found = _round(head, placed, person, blur, known)
+        person, shape = found.person, head.known(placed, found)
+    return replace(found, shift=np.zeros(6)), shape
+
+
+def _round(
+    head: PlacedHead,
+    placed: Sequence[PlacedFrame],
+    person: FloatArray,
+    blur: float,
+    known: ColourClasses | None,
+) -> Calibration:
+    """Colours, then postures, then one mouth and one correction of the poses; postures again."""
+    model = head.model
     depth = float(np.median([f.pose.translation[2] for f in placed]))
     deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
-    spec = person_spec(model, deviation)
+    vectors = np.stack([f.start(model.n_expression) for f in placed])
+    stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), person)
+    classes = known or stand.learned(vectors, blur)
+    terms = stand.terms(classes, vectors)
+    vectors = stand.postures(terms, vectors)
 
     def outline(k: int, pose: Pose, weights: FloatArray) -> float:
         """What the landmarks say of a frame's lips; all frames say as much as one."""
-        off = lips.apart(placed[k].face.landmarks, pose, weights)[1]
+        off = head.lips.apart(placed[k].face.landmarks, pose, weights)[1]
         return len(LIPS) / LIPS_TOGETHER * off**2 / len(placed)
 
-    for blur in ROUNDS:
-        stand = _Stand(model, placed, camera, renderer, shift, person)
-        classes = known or stand.learned(vectors, blur)
-        terms = stand.terms(classes, vectors)
-        vectors = np.stack([stand.fitted(k, terms[k], vectors[k]) for k in range(len(placed))])
-        joint = PersonPosterior(
-            model, [f.calibration for f in placed], terms, vectors, deviation, outline
-        )
-        solver = Simplex(tolerance=0.1, limit=_PERSON_LIMIT)
-        found = solver.minimise(joint, np.r_[shift, person], spec).x
-        shift, person = found[:6], found[6:]
-    return Calibration(person, shift, classes, vectors)
+    joint = PersonPosterior(
+        model, [f.calibration for f in placed], terms, vectors, deviation, outline
+    )
+    solver, spec = Simplex(tolerance=0.1, limit=_PERSON_LIMIT), person_spec(model, deviation)
+    found = solver.minimise(joint, np.r_[np.zeros(6), person], spec).x
+    stand = replace(stand, shift=found[:6], person=found[6:])
+    vectors = stand.postures(terms, vectors)
+    return Calibration(found[6:], found[:6], classes, vectors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,10 +248,16 @@ class _Stand:
             made.append(likelihood_of(*drawn, window, maps, classes.weight))
         return made
 
+    def postures(self, terms: Sequence[FacetLikelihood], vectors: FloatArray) -> FloatArray:
+        """Pose and posture of every frame, (N, 6 + P), each from where it was."""
+        return np.stack([self.fitted(k, term, vectors[k]) for k, term in enumerate(terms)])
+
     def fitted(self, k: int, term: FacetLikelihood, last: FloatArray) -> FloatArray:
         """Pose and posture (6 + P,) of a frame by its colours and landmarks."""
         more = (self.placed[k].face.fit.evidence(self.model.n_expression),)
-        return fit_posture(self.model, term, self.base(k), self.person, last, more=more).x
+        return fit_posture(
+            self.model, term, self.base(k), self.person, last, _POSTURE_LIMIT, more
+        ).x
 
 
 def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -> FloatArray:
@@ -214,35 +283,3 @@ def _picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
     x, y = np.moveaxis(window.to_image(grid.astype(np.float64)), -1, 0)
     return np.asarray((x > -0.5) & (x < shape[1] - 0.5) & (y > -0.5) & (y < shape[0] - 0.5))
-
-
-def known_landmarks(
-    shape: LandmarkShape,
-    correspondence: Correspondence,
-    model: MouthModel,
-    frames: Sequence[PlacedFrame],
-    calibration: Calibration,
-    camera: Camera,
-) -> LandmarkShape:
-    """The person's landmarks once the mouth was fitted, and what the network is biased by.
-
-    Parameters
-    ----------
-    shape : LandmarkShape
-        Of the head before its mouth was fitted.
-    correspondence : Correspondence
-    model : MouthModel
-    frames : sequence of PlacedFrame
-        Those that were fitted.
-    calibration : Calibration
-    camera : Camera
-    """
-    moved = np.tensordot(calibration.person, correspondence.of(model.person_modes), 1)
-    own = replace(shape, mean=shape.mean + moved)
-    p, off = model.n_expression, []
-    pairs = list(zip(frames, calibration.expressions, strict=True))
-    for frame, vector in sorted(pairs, key=lambda pair: pair[0].face.landmarks.openness):
-        base = PoseFrame(shifted(frame.pose, calibration.shift, model.pivot), model.pivot)
-        posture = np.r_[vector[6:], frame.face.fit.posture[p:]]
-        off.append(own.off(frame.face.landmarks, camera, base.pose(vector), posture))
-    return shape.known(moved, off)

@@ -23,7 +23,8 @@ from abs_engine.release import engine_version
 from abs_engine.track.doubt import doubts
 from abs_engine.track.mesh import RunMesh
 from abs_engine.track.pose import POSE_NAMES, pose_spec
-from abs_engine.track.tracker import HELD, FrameResult, TrackerSetting
+from abs_engine.track.setting import FrameResult, TrackerSetting
+from abs_engine.track.tracker import HELD
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"

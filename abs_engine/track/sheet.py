@@ -6,7 +6,7 @@ import numpy as np
 
 from abs_engine.track.contours import LOST, WHITE, Image, LipDrawing, cut, write_text
 from abs_engine.track.record import closed_frames
-from abs_engine.track.tracker import FrameResult, TrackerSetting
+from abs_engine.track.setting import FrameResult, TrackerSetting
 
 MOST_TILES = 80
 COLUMNS = 8

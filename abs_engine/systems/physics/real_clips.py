@@ -16,6 +16,7 @@ from abs_engine.assets import shipped
 from abs_engine.errors import InputFileError
 from abs_engine.evaluate.metrics import spikes
 from abs_engine.scene import Renderer
+from abs_engine.systems.lips import BLOBS, LipOptions
 from abs_engine.systems.physics.motion import data_folder
 from abs_engine.systems.run import track_video
 from abs_engine.track.record import load_run
@@ -122,7 +123,7 @@ def grid_agreement(renderer: Renderer, tell: Callable[[str], None]) -> dict[str,
         for name in clips:
             tell(f"tracking {name}")
             out = Path(scratch) / name
-            track_video(folder / f"{name}.mpg", out, renderer)
+            track_video(folder / f"{name}.mpg", out, renderer, LipOptions(start=BLOBS))
             total += agreement(labels[name], load_run(out))
     return {
         "closure_precision": total.precision, "closure_recall": total.recall,

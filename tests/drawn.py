@@ -1,0 +1,112 @@
+"""Bundled people in postures, drawn by the CPU rasteriser, and landmarks made without a network."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from heads import SIZE, lit_picture_of, picture_of, seen_at
+
+from abs_engine.assets import Speaker, load_speaker
+from abs_engine.camera import Camera
+from abs_engine.geometry import Pose
+from abs_engine.scene import Scene
+from abs_engine.shape.identity import identity_shape
+from abs_engine.shape.linear import LinearShape
+from abs_engine.shape.mouth import mouth_shape
+from abs_engine.track.correspondence import Correspondence, load_correspondence
+from abs_engine.track.detect import find_face
+from abs_engine.track.head_fit import landmark_shape
+from abs_engine.track.landmark_shape import LandmarkShape
+from abs_engine.track.landmarks import Landmarks, landmarks_of
+
+CAMERA = Camera.ideal(SIZE)
+AHEAD = seen_at([0, 0, 0], [0, 0, 700])
+
+
+@cache
+def speaker() -> Speaker:
+    """The bundled speaker."""
+    return load_speaker()
+
+
+@cache
+def correspondence() -> Correspondence:
+    """Where landmarks lie on the bundled speaker."""
+    found = load_correspondence(speaker())
+    assert found is not None
+    return found
+
+
+@cache
+def texture_of(person: str) -> np.ndarray:
+    """The texture (H, W, 3) of a person."""
+    return speaker().texture(person)
+
+
+def vertices_of(person: str | None, **units: float) -> np.ndarray:
+    """A person (V, 3), by default the average one, mm, in a posture by weights of face units."""
+    one = speaker()
+    neutral = one.vertices if person is None else one.named(person)
+    moved = np.tensordot(np.array(list(units.values())), one.unit_matrix(tuple(units)), 1)
+    return neutral.astype(np.float64) + moved
+
+
+def scene_of(person: str, **units: float) -> Scene:
+    """A person's whole head in a posture."""
+    one, vertices = speaker(), vertices_of(person, **units)
+    return Scene(
+        vertices, np.zeros((0, *vertices.shape)), one.faces, one.uv, one.facet_class,
+        texture_of(person),
+    )  # fmt: skip
+
+
+def drawn(person: str, pose: Pose = AHEAD, camera: Camera = CAMERA, **units: float) -> np.ndarray:
+    """A picture (H, W, 3) uint8 of a person in a posture."""
+    return picture_of(scene_of(person, **units), pose, camera)
+
+
+def lit(person: str, pose: Pose = AHEAD, camera: Camera = CAMERA, **units: float) -> np.ndarray:
+    """The same under a lamp above the camera's side."""
+    return lit_picture_of(scene_of(person, **units), pose, camera, (0.3, -0.5, -1.0), 0.0)
+
+
+@cache
+def average_shape() -> LinearShape:
+    """How the average head's mouth moves."""
+    return mouth_shape(speaker(), speaker().vertices, 10)
+
+
+@cache
+def anybody() -> LandmarkShape:
+    """The landmarks of anybody's head."""
+    one = speaker()
+    people = identity_shape(one)
+    return landmark_shape(one, correspondence(), average_shape(), one.vertices, people)
+
+
+def network_sees(image: np.ndarray) -> Landmarks:
+    """The landmarks of the face in a picture, which must be seen."""
+    face = find_face(image)
+    assert face is not None
+    seen = landmarks_of(image, face)
+    assert seen is not None
+    return seen
+
+
+def projected(
+    points: np.ndarray, pose: Pose, camera: Camera = CAMERA, noise: float = 0.0, seed: int = 0
+) -> Landmarks:
+    """Landmarks as a network would see points (468, 3), mm, if it erred by `noise` mm."""
+    there = pose.apply(points)
+    off = np.random.default_rng(seed).normal(0, noise, there.shape) if noise else 0.0
+    pixel = there[:, 2].mean() / camera.matrix[0, 0]
+    depth = (there[:, 2] - there[:, 2].mean()) / pixel
+    at = np.column_stack([camera.project(there), depth])
+    return Landmarks(at + off / pixel, 1.0)
+
+
+def turned_by(one: Pose, other: Pose) -> float:
+    """Angle between the rotations of two poses, degrees."""
+    between = Pose(one.rotation @ other.rotation.T, np.zeros(3))
+    return float(np.degrees(np.linalg.norm(between.rotation_vector)))
