@@ -28,6 +28,8 @@ _LUMA = np.array([0.299, 0.587, 0.114])
 _WORTHLESS, _PLAIN, _LEAST_WEIGHT = 0.6, 0.9, 0.2
 """Separability at which colours say nothing of lips, from which on they say all that they can, and
 the least weight: where classes are wrong, they are all the surer of it."""
+_DEAF, _FOLLOWING = 0.3, 0.8
+"""The same of `agreement`: it is 0.8 and more in clips whose apertures are right."""
 _OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
 
 
@@ -92,12 +94,16 @@ class ColourClasses:
     separability : mapping of str to float
         How probably a pixel of skin or of a lip is told right by its colour, 0.5 to 1, for each
         of `EACH_LIP`; empty where it was not measured.
+    agreement : float
+        By how much the aperture that these colours alone give grows where landmarks say that the
+        mouth opens: about 1 where both are right; 1 where it was not measured.
     """
 
     mixtures: dict[str, Mixture]
     priors: FloatArray
     reference: float
     separability: Mapping[str, float] = field(default_factory=dict)
+    agreement: float = 1.0
 
     @property
     def lips_apart(self) -> bool:
@@ -106,14 +112,14 @@ class ColourClasses:
 
     @property
     def weight(self) -> float:
-        """What these colours are worth as evidence, 0 to 1: less where they hardly tell lips.
+        """What these colours are worth as evidence, 0 to 1.
 
-        1 where separability was not measured.
+        Less where they hardly tell lips from skin, or take what shows in an open mouth for lips.
         """
-        if not self.separability:
-            return 1.0
-        mean = float(np.mean(list(self.separability.values())))
-        return float(np.clip((mean - _WORTHLESS) / (_PLAIN - _WORTHLESS), _LEAST_WEIGHT, 1.0))
+        told = list(self.separability.values()) or [1.0]
+        apart = (float(np.mean(told)) - _WORTHLESS) / (_PLAIN - _WORTHLESS)
+        follows = (self.agreement - _DEAF) / (_FOLLOWING - _DEAF)
+        return float(np.prod([np.clip(part, _LEAST_WEIGHT, 1.0) for part in (apart, follows)]))
 
     def probabilities(
         self,
@@ -182,6 +188,7 @@ class ColourClasses:
             for name in self.mixtures
             for part in _PARTS
         }
+        parts["agreement"] = self.agreement
         parts |= {f"{name}_separability": told for name, told in self.separability.items()}
         with Path(path).open("wb") as file:  # given a name, NumPy would append its own suffix
             np.savez_compressed(
@@ -206,7 +213,8 @@ class ColourClasses:
             mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in names}
             told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
             priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
-            found = cls(mixtures, priors, reference, told)
+            agreement = float(data.get("agreement", np.array(1.0)))
+            found = cls(mixtures, priors, reference, told, agreement)
             sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
             sound = sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())
         except (KeyError, TypeError, ValueError) as error:

@@ -16,6 +16,7 @@ from abs_engine.shape.mouth import mouth_shape, mouth_units
 
 FloatArray = NDArray[np.float64]
 N_EXPRESSION = 10
+INNER = 12  # the inner contour's first among the 20 points of the lips
 REACH_MM = 85.0  # facets farther than this from the mouth are never in the window
 
 # Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
@@ -145,6 +146,11 @@ class MouthModel:
         gap = scene.mean[up, 1] - scene.mean[down, 1]
         slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
         return gap.astype(np.float64), slope.T.astype(np.float64)
+
+    def aperture(self, person: FloatArray, posture: FloatArray) -> float:
+        """Height, mm, between the inner lips' middles of a person (Q,) in a posture (P,), or 0."""
+        points = self.held(person).vertices(posture)[self.rings["points"]]
+        return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
 
     def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Heights of the lips as a linear function of the expression.

@@ -24,7 +24,7 @@ Image = NDArray[np.uint8]
 
 _ACROSS = 48.0  # pixels that the mouth is looked at in
 _NEAR, _FAR = 1.25, 1.75  # times the lips' outline: what lies around it
-_LEAST_INSIDE, _LEAST_AROUND = 0.45, 0.45  # of what is usual in the clip
+_LEAST_INSIDE, _LEAST_AROUND, _LEAST_LIPS = 0.45, 0.45, 0.2  # of what is usual in the clip
 _LEAST_SEEN = 0.5  # of a mouth's outline that lies in the picture
 
 
@@ -38,10 +38,13 @@ class MouthLook:
         Mean probability of lips, teeth or dark within the lips' outer edge, 0 to 1.
     around : float
         Mean probability of skin around it.
+    lips : float
+        Mean probability of lips within the edge: few in a wide mouth, none behind a microphone.
     """
 
     inside: float
     around: float
+    lips: float
 
     @classmethod
     def of(cls, classes: ColourClasses, image: Image, seen: Landmarks) -> MouthLook | None:
@@ -60,7 +63,8 @@ class MouthLook:
         skin = maps[CLASSES.index("skin")]
         mouth = maps.sum(axis=0) - skin
         within, near, far = (_filled(window, ring, centre, k) for k in (1.0, _NEAR, _FAR))
-        return cls(float(mouth[within].mean()), float(skin[far & ~near].mean()))
+        lips = maps[CLASSES.index("lips")][within].mean()
+        return cls(float(mouth[within].mean()), float(skin[far & ~near].mean()), float(lips))
 
 
 def _filled(
@@ -80,6 +84,7 @@ class UsualLook:
 
     inside: float
     around: float
+    lips: float
 
     @classmethod
     def of(cls, looks: Sequence[MouthLook | None]) -> UsualLook | None:
@@ -87,10 +92,11 @@ class UsualLook:
         there = [look for look in looks if look is not None]
         if not there:
             return None
-        inside, around = np.median([(look.inside, look.around) for look in there], axis=0)
-        return cls(float(inside), float(around))
+        each = [(look.inside, look.around, look.lips) for look in there]
+        inside, around, lips = np.median(each, axis=0)
+        return cls(float(inside), float(around), float(lips))
 
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth."""
-        within = now.inside < _LEAST_INSIDE * self.inside
+        within = now.inside < _LEAST_INSIDE * self.inside or now.lips < _LEAST_LIPS * self.lips
         return within or now.around < _LEAST_AROUND * self.around

@@ -15,12 +15,9 @@ from abs_engine.track.pose import PoseFrame
 FloatArray = NDArray[np.float64]
 
 _BETWEEN_LIPS = 0.02  # mouth widths, over which one lip's colours go over into the other's
-_MARGIN, _SOFT = (
-    2.0,
-    0.7,
-)  # mm from the outline, where a pixel is surely on its side, and how softly
+_MARGIN, _SOFT = 2.0, 0.7  # mm from the outline, where a side is sure, and how softly it begins
 _SURE_WITHIN, _SURE_BEYOND = 0.998, 0.95
-"""Most that a place alone says. Within the lips no skin is seen, but teeth in shade have its colour;
+"""Most that a place alone says. Within the lips no skin is seen, but teeth in shade may look so;
 beyond them, lips may still be where landmarks are wrong, and colours twenty times likelier win."""
 
 

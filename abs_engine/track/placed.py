@@ -44,6 +44,9 @@ ROUNDS = (3.0, 2.0)
 """How unsure a class's place is in each round, mm: the landmarks' noise, then that of fits."""
 OPENING = 2.5  # mm from where lips meet, how far a mouth may be open that is drawn closed
 INSIDE = 0.6  # of where lips are drawn: how much may be the mouth's inside, as the posture may err
+LEAST_MOTION = (
+    1.0  # mm, standard deviation of apertures from which on colours can be judged by them
+)
 _PERSON_LIMIT, _POSTURE_LIMIT = 250, 150  # evaluations of the person's fit, and of a posture's
 
 
@@ -154,7 +157,31 @@ def calibrate_placed(
         placed = head.frames(shape, seen)
         found = _round(head, placed, person, blur, known)
         person, shape = found.person, head.known(placed, found)
-    return replace(found, shift=np.zeros(6)), shape
+    agreement = _agreement(head, head.frames(shape, seen), found)
+    classes = replace(found.classes, agreement=agreement)
+    return replace(found, shift=np.zeros(6), classes=classes), shape
+
+
+def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
+    """By how much apertures by colours alone grow with those by landmarks: a slope, about 1.
+
+    1 where the mouth hardly moves by the landmarks: then nothing is told.
+    """
+    model = head.model
+    stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), found.person)
+    starts = np.stack([f.start(model.n_expression) for f in placed])
+    classes = replace(found.classes, agreement=1.0, separability={})
+    terms = stand.terms(classes, starts)
+    alone = np.stack(
+        [stand.fitted(k, term, starts[k], landmarks=False) for k, term in enumerate(terms)]
+    )
+    told, seen = (
+        np.array([model.aperture(found.person, v[6:]) for v in vectors])
+        for vectors in (starts, alone)
+    )
+    if told.std() < LEAST_MOTION:
+        return 1.0
+    return float(np.cov(told, seen, bias=True)[0, 1] / told.var())
 
 
 def _round(
@@ -252,9 +279,12 @@ class _Stand:
         """Pose and posture of every frame, (N, 6 + P), each from where it was."""
         return np.stack([self.fitted(k, term, vectors[k]) for k, term in enumerate(terms)])
 
-    def fitted(self, k: int, term: FacetLikelihood, last: FloatArray) -> FloatArray:
-        """Pose and posture (6 + P,) of a frame by its colours and landmarks."""
-        more = (self.placed[k].face.fit.evidence(self.model.n_expression),)
+    def fitted(
+        self, k: int, term: FacetLikelihood, last: FloatArray, landmarks: bool = True
+    ) -> FloatArray:
+        """Pose and posture (6 + P,) of a frame by its colours, and by its landmarks, too."""
+        told = self.placed[k].face.fit.evidence(self.model.n_expression)
+        more = (told,) if landmarks else ()
         return fit_posture(
             self.model, term, self.base(k), self.person, last, _POSTURE_LIMIT, more
         ).x

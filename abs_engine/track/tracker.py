@@ -21,7 +21,7 @@ from abs_engine.track.covered import (
 from abs_engine.track.fit import best_start
 from abs_engine.track.frame_work import FrameWork, frame_work, solve
 from abs_engine.track.landmark_motion import HeadFrame
-from abs_engine.track.model import MouthModel
+from abs_engine.track.model import INNER, MouthModel
 from abs_engine.track.mouth_look import MouthLook
 from abs_engine.track.place import CalibrationFrame, shifted
 from abs_engine.track.setting import EVIDENCE, NO_FACE, FrameResult, TrackerSetting
@@ -32,7 +32,6 @@ HELD = "held to the landmarks"
 """Status of a frame whose colours led off the landmarks, twice: these alone are reported."""
 MOST_OFF = 1.75
 """Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks."""
-INNER = 12  # the inner contour's first among the 20 reported points
 
 
 def track(

@@ -1,0 +1,156 @@
+"""`abs-engine track` from landmarks, from a film to the run's folder, and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import cv2
+import numpy as np
+import pytest
+from drawn import lit
+from heads import seen_at
+from runs import write_kind
+
+from abs_engine.cli import main
+from abs_engine.track.record import load_run
+
+OPEN = (0.0, 0.1, 0.25, 0.35, 0.15)
+
+
+def film(path, frames=5, grey=False, factor=1.0):
+    """Some frames of a drawn head that opens its mouth and turns a little."""
+    pictures = []
+    for k, amount in enumerate(OPEN[:frames]):
+        pose = seen_at([0, 0.05 * k - 0.1, 0], [0, 0, 700])
+        picture = lit("amara", pose, jawOpen=amount)
+        if factor != 1:
+            picture = cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+            picture = cv2.copyMakeBorder(
+                picture, 20, 20, 30, 30, cv2.BORDER_CONSTANT, value=(100, 100, 100)
+            )
+            picture = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
+        if grey:
+            picture = np.repeat(picture.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
+        pictures.append(picture)
+    return write_kind(path, "libx264", pictures)
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    return film(tmp_path_factory.mktemp("film") / "head.mp4")
+
+
+def track(video, folder, *more):
+    """Exit status of the command."""
+    words = ["track", video, "-o", folder, "--renderer", "cpu", *more]
+    try:
+        return main([str(w) for w in words])
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.fixture
+def refused(capsys, tmp_path):
+    """The one line with which a command is refused, nothing written."""
+
+    def run(video, *more):
+        before = sorted(tmp_path.rglob("*"))
+        assert track(video, tmp_path / "run", *more) == 2
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == 1, lines
+        assert lines[0].startswith("abs-engine: error: ")
+        assert sorted(tmp_path.rglob("*")) == before
+        return lines[0]
+
+    return run
+
+
+@pytest.mark.slow
+def test_a_film_of_a_head_becomes_a_run(video, tmp_path, capsys):
+    folder = tmp_path / "run"
+    assert track(video, folder, "--pupil-distance", "62.5") == 0
+    said = capsys.readouterr().out
+    assert "scale: pupil distance, pupils 62.5 mm apart, give or take 1%" in said
+    with (folder / "results.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["found"] for row in rows] == ["1"] * len(OPEN)
+    for row in rows:
+        assert 0 <= float(row["landmark_distance"]) < 4.0  # mm
+        assert float(row["landmark_aperture"]) >= 0
+    told = json.loads((folder / "run.json").read_text())
+    assert told["settings"]["start"] == "landmarks"
+    assert told["settings"]["scale"]["source"] == "pupil distance"
+    assert told["settings"]["scale"]["pupils"] == 62.5
+    assert isinstance(told["summary"]["warnings"], list)
+    assert set(told["summary"]["separability"]) == {"upper_lip", "lower_lip"}
+    found = load_run(folder)
+    assert np.corrcoef(found["aperture"], OPEN)[0, 1] > 0.9
+    turn = found["rotation"][-1] - found["rotation"][0]
+    assert np.linalg.norm(turn) > 0.1
+    for name in ("head.png", "contact_sheet.png", "overlay.mp4", "colours.npz", "mesh.npz"):
+        assert (folder / name).stat().st_size > 0
+
+
+@pytest.mark.slow
+def test_a_black_and_white_film_runs(tmp_path):
+    folder = tmp_path / "run"
+    assert track(film(tmp_path / "grey.mp4", 3, grey=True), folder) == 0
+    found = load_run(folder)
+    assert found["found"].all()
+    assert np.isfinite(found["lip_points"]).all()
+    told = json.loads((folder / "run.json").read_text())
+    assert told["settings"]["scale"]["source"] == "usual pupil distance"
+
+
+@pytest.mark.slow
+def test_a_mouth_of_a_dozen_pixels_runs_or_is_refused_in_a_line(tmp_path, capsys):
+    small = film(tmp_path / "small.mp4", 3, factor=0.3)
+    folder = tmp_path / "run"
+    status = track(small, folder)
+    errors = capsys.readouterr().err.splitlines()
+    if status == 0:
+        found = load_run(folder)
+        seen = found["found"]
+        assert np.isfinite(found["lip_points"][seen]).all()
+        assert (found["aperture"][seen] < 40).all()
+    else:
+        assert status == 2
+        assert len([line for line in errors if line.startswith("abs-engine: error")]) == 1
+        assert not folder.exists()
+
+
+def test_a_film_that_shows_nobody(refused, tmp_path):
+    blank = write_kind(
+        tmp_path / "blank.mp4", "libx264", [np.full((240, 320, 3), 120, np.uint8)] * 5
+    )
+    assert "no face was found" in refused(blank)
+
+
+def test_a_third_face_where_there_is_one(refused, video):
+    line = refused(video, "--face", "3")
+    assert "there is no face 3: the first frame with a face shows 1 face;" in line
+
+
+def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video, monkeypatch):
+    def never(*_all, **_more):
+        raise AssertionError("work was begun")
+
+    monkeypatch.setattr("abs_engine.systems.run.prepare_lips", never)
+    monkeypatch.setattr("abs_engine.systems.lips.load_speaker", never)
+    assert "5 mm is no distance of pupils; give millimetres, 30 to 90" in refused(
+        video, "--pupil-distance", "5"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--face", "1", "--person", "mei"), "leave out --face, or --person"),
+        (("--pupil-distance", "60", "--start", "blobs"), "out --pupil-distance, or --start blobs"),
+        (("--evidence", "landmarks", "--person", "mei"), "leave out --evidence, or --person"),
+        (("--face", "1", "--mouth", "10", "10", "30", "20"), "leave out --face, or --mouth"),
+    ],
+)
+def test_what_landmarks_alone_can_do_is_refused_elsewhere(refused, video, words, said):
+    assert said in refused(video, *words)
