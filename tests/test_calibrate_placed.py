@@ -114,6 +114,13 @@ def test_colours_are_those_that_were_painted():
     assert min(classes.separability.values()) > 0.9
 
 
+def test_apertures_by_colours_follow_the_landmarks():
+    """So that these colours count in full."""
+    classes = calibrated()[0].classes
+    assert classes.agreement > 0.6
+    assert classes.weight > 0.6
+
+
 def test_the_mouth_is_fitted_and_no_shift_is_left():
     found, _ = calibrated()
     assert np.abs(found.shift).max() == 0.0
@@ -143,4 +150,5 @@ def test_apertures_are_told_apart():
 def test_known_colours_are_kept():
     classes = calibrated()[0].classes
     again, _ = calibrate_placed(placed(), clip()[:1], classes)
-    assert again.classes is classes
+    assert again.classes.mixtures is classes.mixtures
+    assert again.classes.separability is classes.separability

@@ -53,7 +53,9 @@ def test_the_usual_one_says_how_far_people_differ():
 
 @pytest.mark.parametrize("given", [5.0, 29.9, 90.1, -60.0, 6.3, np.nan, np.inf])
 def test_what_is_no_pupil_distance_is_refused(given):
-    with pytest.raises(ParameterError, match="is no distance of pupils; give millimetres") as told:
+    with pytest.raises(
+        ParameterError, match="is not a plausible pupil distance; give millimetres"
+    ) as told:
         pupil_scale(given)
     assert "\n" not in str(told.value)
 
@@ -65,9 +67,9 @@ def test_the_ends_are_taken(given):
 
 def test_the_scale_is_said_in_a_line():
     usual = scale_line(asdict(pupil_scale(None)))
-    assert usual == "scale: usual pupil distance, pupils 63.4 mm apart, give or take 6%"
+    assert usual == "scale: usual pupil distance, pupils 63.4 mm apart, ± 6%"
     given = scale_line(asdict(pupil_scale(61.0)))
-    assert given == "scale: pupil distance, pupils 61.0 mm apart, give or take 1%"
+    assert given == "scale: pupil distance, pupils 61.0 mm apart, ± 1%"
     known = scale_line(asdict(known_scale(62.25, person=True, poses=False)))
     assert known == "scale: known head, pupils 62.2 mm apart"
 

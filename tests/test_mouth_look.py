@@ -110,12 +110,26 @@ def test_a_tiny_mouth_has_a_look():
     assert np.isfinite([now.inside, now.around]).all()
 
 
+def test_a_mouth_without_lips_is_hidden():
+    """What covers a mouth of dark or teeth may have their colour, not the lips' too."""
+    image, seen = clip()[2]
+    ring = seen.pixels[OUTER_RING]
+    covered = image.copy()
+    cv2.fillPoly(covered, [np.rint(ring).astype(np.int32)], (30, 15, 14))
+    now = look(covered, seen)
+    assert now.inside > 0.45 * usual().inside
+    assert now.around > 0.45 * usual().around
+    assert now.lips < 0.2 * usual().lips
+    assert usual().hidden(now)
+
+
 def test_what_is_usual_is_the_median():
-    looks = [MouthLook(0.2, 0.9), None, MouthLook(0.6, 0.7), MouthLook(0.5, 0.1)]
+    looks = [MouthLook(0.2, 0.9, 0.4), None, MouthLook(0.6, 0.7, 0.1), MouthLook(0.5, 0.1, 0.3)]
     found = UsualLook.of(looks)
-    assert (found.inside, found.around) == (0.5, 0.7)
+    assert (found.inside, found.around, found.lips) == (0.5, 0.7, 0.3)
     assert UsualLook.of([None, None]) is None
     assert UsualLook.of([]) is None
-    assert not found.hidden(MouthLook(0.3, 0.4))
-    assert found.hidden(MouthLook(0.2, 0.4))
-    assert found.hidden(MouthLook(0.3, 0.3))
+    assert not found.hidden(MouthLook(0.3, 0.4, 0.1))
+    assert found.hidden(MouthLook(0.2, 0.4, 0.1))
+    assert found.hidden(MouthLook(0.3, 0.3, 0.1))
+    assert found.hidden(MouthLook(0.3, 0.4, 0.05))

@@ -37,7 +37,7 @@ def shown(drawn, *names):
     return np.isin(drawn, [CLASSES.index(n) for n in names])
 
 
-ROLLS = pytest.mark.parametrize("roll", [0.0, 0.5, -0.9])
+ROLLS = pytest.mark.parametrize("roll", [0.0, 0.5, -0.9, 1.7, 3.1])
 
 
 @ROLLS

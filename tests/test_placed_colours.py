@@ -108,6 +108,16 @@ def test_separability_grows_with_the_difference():
     assert told[-1] > told[0] + 0.2
 
 
+@pytest.mark.parametrize("which", EACH_LIP)
+def test_each_lip_is_measured_by_itself(which):
+    """A lower lip in bright light may look like skin where the upper one does not."""
+    other = EACH_LIP[1 - EACH_LIP.index(which)]
+    colour = {which: LIPS, other: SKIN}
+    told = learned(*(colour[name] for name in EACH_LIP)).separability
+    assert told[which] > 0.85
+    assert told[other] < 0.7
+
+
 def test_each_lip_gets_its_own_colour():
     upper, lower = (150, 70, 100), (190, 95, 75)
     classes = learned(upper, lower)
@@ -132,7 +142,7 @@ def test_a_few_pixels_of_lip_are_enough(large):
     assert wide > narrow
 
 
-@pytest.mark.parametrize("lost", [SKIN_ID, UPPER, LOWER])
+@pytest.mark.parametrize("lost", [[SKIN_ID], [UPPER, LOWER]])
 def test_a_mouth_outside_of_the_picture_is_an_error(lost):
     given = places()
     given[lost] = 0.0
@@ -140,6 +150,14 @@ def test_a_mouth_outside_of_the_picture_is_an_error(lost):
         learn_placed([painted()], [given])
     with pytest.raises(FaceNotFoundError, match="outside of the picture"):
         learn_placed([painted()], [np.zeros((4, *SHAPE))])
+
+
+@pytest.mark.parametrize("lost", [UPPER, LOWER])
+def test_a_lip_that_is_seen_nowhere_is_anybodys(lost):
+    given = places()
+    given[lost] = 0.0
+    classes = learn_placed([painted()], [given])
+    assert all(np.isfinite(m.means).all() for m in classes.mixtures.values())
 
 
 def test_a_black_and_white_picture_is_learned_from():
@@ -156,7 +174,7 @@ def test_it_learns_the_same_each_time():
 
 
 def test_saved_classes_keep_each_lip_and_what_was_measured(tmp_path):
-    red().save(tmp_path / "colours.npz")
+    replace(red(), agreement=0.7).save(tmp_path / "colours.npz")
     again = ColourClasses.load(tmp_path / "colours.npz")
     assert set(again.mixtures) == set(CLASSES) | set(EACH_LIP)
     for name, mixture in red().mixtures.items():
@@ -165,7 +183,7 @@ def test_saved_classes_keep_each_lip_and_what_was_measured(tmp_path):
                 getattr(mixture, part), getattr(again.mixtures[name], part)
             )
     assert again.separability == red().separability
-    assert again.weight == red().weight
+    assert again.agreement == 0.7
     np.testing.assert_array_equal(again.priors, red().priors)
 
 
@@ -182,6 +200,14 @@ def test_classes_without_lips_of_their_own_still_load(tmp_path):
 def test_the_weight_of_colours_by_their_separability(told, weight):
     classes = replace(red(), separability=dict.fromkeys(EACH_LIP, told))
     assert classes.weight == pytest.approx(weight)
+
+
+@pytest.mark.parametrize(("told", "weight"), [(-0.5, 0.2), (0.3, 0.2), (0.55, 0.5), (1.2, 1.0)])
+def test_the_weight_of_colours_by_how_apertures_follow(told, weight):
+    classes = replace(red(), agreement=told)
+    assert classes.weight == pytest.approx(weight)
+    both = replace(classes, separability=dict.fromkeys(EACH_LIP, 0.75))
+    assert both.weight == pytest.approx(0.5 * weight)
 
 
 def test_skin_coloured_teeth_within_the_lips_are_no_skin():

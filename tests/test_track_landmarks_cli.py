@@ -71,7 +71,7 @@ def test_a_film_of_a_head_becomes_a_run(video, tmp_path, capsys):
     folder = tmp_path / "run"
     assert track(video, folder, "--pupil-distance", "62.5") == 0
     said = capsys.readouterr().out
-    assert "scale: pupil distance, pupils 62.5 mm apart, give or take 1%" in said
+    assert "scale: pupil distance, pupils 62.5 mm apart, ± 1%" in said
     with (folder / "results.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["found"] for row in rows] == ["1"] * len(OPEN)
@@ -138,7 +138,7 @@ def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video
 
     monkeypatch.setattr("abs_engine.systems.run.prepare_lips", never)
     monkeypatch.setattr("abs_engine.systems.lips.load_speaker", never)
-    assert "5 mm is no distance of pupils; give millimetres, 30 to 90" in refused(
+    assert "5 mm is not a plausible pupil distance; give millimetres, 30 to 90" in refused(
         video, "--pupil-distance", "5"
     )
 

@@ -216,6 +216,7 @@ class ColourClasses:
             agreement = float(data.get("agreement", np.array(1.0)))
             found = cls(mixtures, priors, reference, told, agreement)
             sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
+            sound = sound and bool(np.isfinite([agreement, *told.values()]).all())
             sound = sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())
         except (KeyError, TypeError, ValueError) as error:
             raise _unsound(path) from error

@@ -209,7 +209,7 @@ def _enough(name: str, weight: FloatArray) -> None:
     if count < LEAST_PIXELS:
         raise TooFewPixelsError(
             f"only {count:.0f} pixels show {name}, {LEAST_PIXELS} are needed to learn their colour",
-            "give a video with a larger face, or the colours of another run with --colours FILE",
+            "leave out --start blobs, or give the colours of another run with --colours FILE",
         )
 
 

@@ -100,7 +100,10 @@ def _separated(
 ) -> tuple[Mixture, Mixture, list[Mixture], FloatArray]:
     """Skin, inside, the two lips, and the probability (4, N) of each place's class."""
     anchor = inside = inside_guess(skin)
-    lips = [_drawn(_guess(samples, prior[k] * _core(prior[k])), skin) for k in (1, 2)]
+    lips = [
+        _drawn(_guess(samples, prior[k] * _core(prior[k]), typical_lips(skin)), skin)
+        for k in (1, 2)
+    ]
     strength = 0.25 * prior[1:3].sum()
     share = prior
     for _ in range(_ROUNDS):
@@ -118,8 +121,13 @@ def _separated(
     return skin, inside, lips, share
 
 
-def _guess(samples: FloatArray, weight: FloatArray) -> Mixture:
-    """A lip by the median of where it is expected: what else shows there is the lesser part."""
+def _guess(samples: FloatArray, weight: FloatArray, usual: Mixture) -> Mixture:
+    """A lip by the median of where it is expected: what else shows there is the lesser part.
+
+    One that is seen nowhere is taken for anybody's.
+    """
+    if not weight.any():
+        return usual
     order = np.argsort(samples, axis=0)
     share = np.cumsum(weight[order], axis=0) / max(float(weight.sum()), 1e-9)
     middle = [samples[order[np.searchsorted(share[:, d], 0.5), d], d] for d in range(3)]
@@ -181,7 +189,7 @@ def _chosen(
     keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
     keep = keep[:: max(1, -(-len(keep) // _MOST))]
     prior, pixels = prior[:, keep], pixels[keep]
-    if not (prior.size and prior[:3].max(axis=1).min() > 0.2):
+    if not (prior.size and min(prior[0].max(), prior[1:3].max()) > 0.2):
         raise FaceNotFoundError(
             "the mouth lies outside of the picture in the frames that were looked at",
             "give a video that shows the mouth",

@@ -98,6 +98,8 @@ def track(chosen: Namespace) -> int:
             progress.announce,
         )
     _print_summary(told["summary"])
+    if told["settings"]["faces"]:
+        print(told["settings"]["faces"])
     print(scale_line(told["settings"]["scale"]))
     print(f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}")
     return 0
@@ -231,7 +233,7 @@ def _print_summary(summary: dict[str, Any]) -> None:
     if summary["mean_score"] < _DOUBTFUL:
         print(
             f"warning: the drawn mouth explains only {summary['mean_score']:.0%} of the picture "
-            "around it: look at the overlay, or give the mouth with --mouth X Y WIDTH HEIGHT"
+            "around it: look at the overlay"
         )
     for line in summary.get("warnings", ()):
         print(f"warning: {line}")

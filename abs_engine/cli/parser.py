@@ -176,11 +176,11 @@ def _track(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "--pupil-distance", type=float, metavar="MM",
-        help="between the person's pupils; it sets the scale (default: 63.4, adults' mean)",
+        help="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)",
     )  # fmt: skip
     command.add_argument(
         "--evidence", choices=("both", "rendering", "landmarks"), default="both",
-        help="what counts in each frame; either alone shows what it adds (default: both)",
+        help="evidence used in each frame (default: both)",
     )  # fmt: skip
     command.add_argument(
         "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"

@@ -94,6 +94,8 @@ class FacetLikelihood:
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log f(O|p) of each candidate, (B,) float64, up to a constant."""
+        if self.observations == 0:
+            return np.zeros(len(candidates.weights))
         terms, free = self._terms
         given = self.scene, candidates, self.camera, self.window
         if self.rule == "exact":

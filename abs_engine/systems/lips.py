@@ -25,6 +25,7 @@ from abs_engine.shape.physics_head import physics_shape
 from abs_engine.systems.physics.training import check_speaker
 from abs_engine.systems.poses import read_poses
 from abs_engine.track.correspondence import (
+    USUAL_DEVIATION,
     Correspondence,
     learn_correspondence,
     load_correspondence,
@@ -131,6 +132,8 @@ class LipTracker:
     motion : LandmarkMotion, HeadMotion or GivenMotion
     scale : Scale
         What millimetres rest on.
+    faces : str
+        What is said of several faces; empty where there is one.
     """
 
     video: Path
@@ -138,6 +141,7 @@ class LipTracker:
     setting: TrackerSetting
     motion: LandmarkMotion | HeadMotion | GivenMotion
     scale: Scale
+    faces: str = ""
 
     def results(self) -> Iterator[tuple[Image, FrameResult]]:
         """Each frame with what was found in it."""
@@ -182,9 +186,9 @@ def prepare_lips(
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, tell)
         except FaceNotFoundError:
-            if options.mouth is None:
+            if options.mouth is None or options.pupil_distance or options.evidence != EVIDENCE[0]:
                 raise
-        tell("no face is seen about the mouth; starting from its colours")
+        tell("no landmarks are seen about the mouth; starting from its colours")
     return _by_blobs(clip, speaker, renderer, options, tell)
 
 
@@ -204,8 +208,8 @@ def by_landmarks(
     follower = FaceFollower(choice)
     found = ((image, follower.step(image)) for image in read_frames(clip.video))
     chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
-    if len(follower.faces) > 1:
-        tell(face_lines(follower.faces, options.face or 1))
+    several = len(follower.faces) > 1
+    faces = face_lines(follower.faces, options.face or 1) if several else ""
     tell("fitting the head")
     expression = None
     if options.physics is not None:
@@ -227,7 +231,7 @@ def by_landmarks(
     )  # fmt: skip
     look = UsualLook.of([MouthLook.of(calibration.classes, i, s) for i, s in chosen])
     motion = LandmarkMotion(shape, clip.camera, choice)
-    return LipTracker(clip.video, clip.info, replace(setting, look=look), motion, scale)
+    return LipTracker(clip.video, clip.info, replace(setting, look=look), motion, scale, faces)
 
 
 def _by_blobs(
@@ -276,7 +280,8 @@ def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
         return beside
     texture = speaker.texture(next(iter(speaker.people)))
     vertices = speaker.vertices.astype(np.float64)
-    return learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
+    found = learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
+    return replace(found, deviation=np.maximum(found.deviation, USUAL_DEVIATION))
 
 
 def _frames_of_poses(

@@ -11,9 +11,10 @@ from typing import Any
 from abs_engine.errors import ParameterError
 from abs_engine.files import NewFolder
 from abs_engine.scene import Renderer
-from abs_engine.systems.lips import BLOBS, LipOptions, LipTracker, prepare_lips
+from abs_engine.systems.lips import BLOBS, STARTS, LipOptions, LipTracker, prepare_lips
 from abs_engine.track.head_fit import pupil_scale
 from abs_engine.track.output import Progress, RunFacts, write_run
+from abs_engine.track.setting import EVIDENCE
 from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe
 
@@ -106,6 +107,14 @@ def check_options(options: LipOptions, info: VideoInfo) -> None:
 def _check_start(options: LipOptions) -> None:
     """Raise `ParameterError` for what only a start by landmarks can do, beside another start."""
     pupil_scale(options.pupil_distance)
+    for name, value, known in (
+        ("start", options.start, STARTS),
+        ("evidence", options.evidence, EVIDENCE),
+    ):
+        if value not in known:
+            raise ParameterError(f"there is no {name} '{value}'", f"choose {' or '.join(known)}")
+    if options.face is not None and options.face < 1:
+        raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
     placed = {
         "--person": options.person is not None,
         "--poses": options.poses is not None,
@@ -120,7 +129,7 @@ def _check_start(options: LipOptions) -> None:
     for name, given in asked.items():
         if given and other is not None:
             raise ParameterError(
-                f"{name} is for a head that landmarks place, and {other} places it otherwise",
+                f"{name} needs a start from landmarks, which {other} replaces",
                 f"leave out {name}, or {other}",
             )
     if options.face is not None and options.mouth is not None:
@@ -143,8 +152,9 @@ def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
         "physics": None if options.physics is None else options.physics.name,
         "colours": "learned" if options.colours is None else options.colours.name,
         "start": options.start if tracker.setting.lips is not None else BLOBS,
-        "evidence": options.evidence,
+        "evidence": options.evidence if tracker.setting.lips is not None else None,
         "face": options.face,
+        "faces": tracker.faces,
         "scale": asdict(tracker.scale),
         "solver": solver,
     }

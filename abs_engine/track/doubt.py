@@ -11,6 +11,7 @@ FloatArray = NDArray[np.float64]
 
 LEAST_SEPARABILITY = 0.75
 """How probably a pixel of skin or lips is told right, below which colours say little of lips."""
+_LITTLE = 0.3  # what colours are worth
 _MOST_HELD = 0.1  # of the frames
 _MOST_APART, _MOST_APART_MM = 0.9, 1.0
 """How far apertures by colours and by landmarks may differ (RMS), as a share of how much those by
@@ -23,6 +24,7 @@ def doubts(
     by_landmarks: FloatArray,
     held: Sequence[bool],
     separability: Mapping[str, float],
+    weight: float = 1.0,
 ) -> list[str]:
     """What a user should know of a run before believing it, a line each.
 
@@ -34,13 +36,20 @@ def doubts(
         Which frames were held to the landmarks.
     separability : mapping of str to float
         See `ColourClasses`.
+    weight : float
+        What the colours are worth; see `ColourClasses`.
     """
     lines = []
     if separability and np.mean(list(separability.values())) < LEAST_SEPARABILITY:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
         lines.append(
-            f"lips and skin have nearly the same colour here (told apart: {told}); landmarks and "
-            "prior decide more than the picture does"
+            f"lips and skin have nearly the same colour here (told apart: {told}); the "
+            "result rests more on landmarks and the prior"
+        )
+    if weight < _LITTLE:
+        lines.append(
+            f"colours count for {weight:.0%} here: apertures by them alone do not follow the "
+            "landmarks"
         )
     both = np.isfinite(aperture) & np.isfinite(by_landmarks)
     if both.sum() >= _FEWEST:

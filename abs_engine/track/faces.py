@@ -16,6 +16,8 @@ from abs_engine.track.locate import FaceBox
 Image = NDArray[np.uint8]
 
 _APART, _SIZE = 0.6, 1.5  # face widths, and times the size: farther off, a face is another one
+_WIDENING, _MOST_SIZE = 0.03, 3.0  # by how much more with each frame that it is lost; at most
+_OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square
 _PATIENCE = 50  # frames without the face that is followed, after which any face is taken
 
 
@@ -112,14 +114,13 @@ class FaceFollower:
         """The face near where it was; after a while without it, the largest one."""
         faces = by_size(find_faces(image))
         centre, size = last.pixels.mean(axis=0), last.size
-        reach = _APART * size * (1 + self._lost)
+        slack = 1 + _WIDENING * min(self._lost, _PATIENCE)
+        reach, ratio = _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
         near = [
             f
             for f in faces
             if np.linalg.norm(f.centre - centre) < reach
-            and size / _SIZE ** (1 + self._lost)
-            < _OF_BOX * f.size
-            < size * _SIZE ** (1 + self._lost)
+            and size / ratio < _OF_BOX * f.size < size * ratio
         ]
         near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
         for face in near or (faces if self._lost > _PATIENCE else []):
@@ -127,6 +128,3 @@ class FaceFollower:
             if found is not None:
                 return found
         return None
-
-
-_OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square

@@ -66,7 +66,7 @@ def pupil_scale(given: float | None) -> Scale:
         return Scale("usual pupil distance", USUAL_PUPILS, PUPILS_SPREAD / USUAL_PUPILS)
     if not _LEAST_PUPILS <= given <= _MOST_PUPILS:
         raise ParameterError(
-            f"{given:g} mm is no distance of pupils",
+            f"{given:g} mm is not a plausible pupil distance",
             f"give millimetres, {_LEAST_PUPILS:g} to {_MOST_PUPILS:g}",
         )
     return Scale("pupil distance", given, _GIVEN_SPREAD / given)
@@ -82,7 +82,7 @@ def known_scale(pupils: float, person: bool, poses: bool) -> Scale:
 
 def scale_line(told: Mapping[str, Any]) -> str:
     """What a run's millimetres rest on, in a line, by its `Scale` as a mapping."""
-    spread = f", give or take {told['uncertainty']:.0%}" if told["uncertainty"] else ""
+    spread = f", ± {told['uncertainty']:.0%}" if told["uncertainty"] else ""
     return f"scale: {told['source']}, pupils {told['pupils']:.1f} mm apart{spread}"
 
 

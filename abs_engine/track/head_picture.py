@@ -73,7 +73,7 @@ def _inks(setting: TrackerSetting) -> NDArray[np.float64]:
 
 
 class HeadKeeper:
-    """Keeps the frame that the picture is drawn on: half-way through the clip, or the last one.
+    """Keeps the frame for the picture: the first found from half-way on, else the last before.
 
     Parameters
     ----------

@@ -29,6 +29,9 @@ in common moves with the head's pose; 4 rather than 12 were chosen on p01 to p06
 clips, where apertures by landmarks then correlate by 0.79 to 0.92 with another network's (0.62)."""
 IDENTITY_TOGETHER = 6.0
 """The same where the identity is fitted, to which what is common to many landmarks belongs."""
+MOST_MISFIT, NEAREST = 6.0, 50.0
+"""Misfit from which on landmarks are no face's, and least distance from the camera, mm. Of faces it
+is about 1 to 2; of points strewn over a picture, 25."""
 _STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
 _HIDDEN = 0.15  # cosine between surface and line of sight, below which a landmark is guessed
 _GUESSED = 0.05  # weight of such a landmark
@@ -60,6 +63,11 @@ class FrameLandmarks:
     information: FloatArray
     gradient: FloatArray
     misfit: float
+
+    def sound(self, shape: LandmarkShape) -> bool:
+        """Whether the landmarks are a face's that lies before the camera."""
+        near = float(self.pose.apply(shape.pivot)[2]) < NEAREST
+        return bool(np.isfinite(self.misfit) and self.misfit < MOST_MISFIT and not near)
 
     def evidence(self, modes: int) -> InformationPrior:
         """What the landmarks alone say of pose (about `pose`) and the first `modes` of posture.
@@ -153,6 +161,20 @@ def fit_person(
         return _fitted(shape, [SeenRays.of(one, camera) for one in landmarks], starts)
 
 
+def sound_fit(
+    shape: LandmarkShape, landmarks: Landmarks, camera: Camera, last: FrameLandmarks | None
+) -> FrameLandmarks | None:
+    """`fit_frame` from the frame before, or afresh if that leads astray; None where both do."""
+    for start in [None] if last is None else [last, None]:
+        try:
+            found = fit_frame(shape, landmarks, camera, start)
+        except np.linalg.LinAlgError:
+            continue
+        if found.sound(shape):
+            return found
+    return None
+
+
 @cache
 def _threads() -> ThreadpoolController:
     """Of BLAS: on matrices as small as these its threads only wait for each other."""
@@ -185,7 +207,9 @@ def _fitted(
         FrameLandmarks(p, x, e.information[np.ix_(held, held)], e.gradient[held], e.misfit)
         for p, x, e in zip(poses, postures, final, strict=True)
     )
-    covariance = np.asarray(np.linalg.inv(_marginal(final, k)[0]), np.float64)
+    covariance = np.zeros((0, 0))
+    if k:
+        covariance = np.asarray(np.linalg.inv(_marginal(final, k)[0]), np.float64)
     return PersonLandmarks(identity, covariance, found)
 
 

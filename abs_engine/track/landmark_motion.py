@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.track.faces import FaceChoice, FaceFollower
-from abs_engine.track.landmark_fit import FrameLandmarks, fit_frame
+from abs_engine.track.landmark_fit import FrameLandmarks, sound_fit
 from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import Landmarks
 
@@ -71,9 +71,8 @@ class LandmarkMotion:
         follower, last = FaceFollower(self.choice), None
         for image in images:
             seen = follower.step(image)
-            if seen is None:
-                last = None
+            last = None if seen is None else sound_fit(self.shape, seen, self.camera, last)
+            if seen is None or last is None:
                 yield HeadFrame(image, None)
                 continue
-            last = fit_frame(self.shape, seen, self.camera, last)
             yield HeadFrame(image, last.pose, SeenFace(seen, last))

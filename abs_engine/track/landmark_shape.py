@@ -116,7 +116,9 @@ class LandmarkShape:
         off : sequence of (468, 2) float64, mm
             See `off`; of each frame, the one with the mouth least open first.
         """
-        bias = BIAS_SHARE * np.median(off, axis=0)
-        bias[INNER_RING] = BIAS_SHARE * np.median(off[:CLOSEST], axis=0)[INNER_RING]
-        deviation = self.deviation * np.array([WITHIN, WITHIN, 1.0])
+        share = BIAS_SHARE * min(1.0, len(off) / CLOSEST)
+        bias = share * np.median(off, axis=0)
+        bias[INNER_RING] = share * np.median(off[:CLOSEST], axis=0)[INNER_RING]
+        within = WITHIN if len(off) >= CLOSEST else 1.0
+        deviation = self.deviation * np.array([within, within, 1.0])
         return replace(self, mean=self.mean + moved, bias=bias, deviation=deviation)

@@ -63,8 +63,11 @@ class MouthLook:
         skin = maps[CLASSES.index("skin")]
         mouth = maps.sum(axis=0) - skin
         within, near, far = (_filled(window, ring, centre, k) for k in (1.0, _NEAR, _FAR))
+        ring_around = far & ~near
+        if not (within.any() and ring_around.any()):
+            return None
         lips = maps[CLASSES.index("lips")][within].mean()
-        return cls(float(mouth[within].mean()), float(skin[far & ~near].mean()), float(lips))
+        return cls(float(mouth[within].mean()), float(skin[ring_around].mean()), float(lips))
 
 
 def _filled(

@@ -88,8 +88,7 @@ def _upper_share(window: Window, line: FloatArray) -> FloatArray:
     drawn = window.to_drawn(line)
     ends = drawn[-1] - drawn[0]
     along = ends / max(float(np.linalg.norm(ends)), 1e-9)
-    down = np.array([-along[1], along[0]]) * np.sign(along[0] or 1.0)
-    along = along * np.sign(along[0] or 1.0)
+    down = np.array([-along[1], along[0]])
     order = np.argsort(drawn @ along)
     width, height = window.drawn
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)

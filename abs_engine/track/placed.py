@@ -19,12 +19,13 @@ from abs_engine.appearance.colour import ColourClasses
 from abs_engine.appearance.placed import PLACES, learn_placed
 from abs_engine.camera import Camera, Window
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.errors import FaceNotFoundError
 from abs_engine.geometry import Pose
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import Renderer
 from abs_engine.track.correspondence import Correspondence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
-from abs_engine.track.landmark_fit import LIPS_TOGETHER, fit_frame
+from abs_engine.track.landmark_fit import LIPS_TOGETHER, sound_fit
 from abs_engine.track.landmark_motion import SeenFace
 from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import LIPS, Landmarks
@@ -101,10 +102,8 @@ class PlacedHead:
         self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
     ) -> list[PlacedFrame]:
         """The frames with the head placed by a person's landmarks as they are known so far."""
-        return [
-            PlacedFrame(image, SeenFace(marks, fit_frame(shape, marks, self.camera)))
-            for image, marks in seen
-        ]
+        fits = [(i, m, sound_fit(shape, m, self.camera, None)) for i, m in seen]
+        return [PlacedFrame(i, SeenFace(m, fit)) for i, m, fit in fits if fit is not None]
 
     @cached_property
     def lips(self) -> LipLandmarks:
@@ -155,6 +154,10 @@ def calibrate_placed(
     person, shape = np.zeros(head.model.n_person), head.shape
     for blur in ROUNDS:
         placed = head.frames(shape, seen)
+        if not placed:
+            raise FaceNotFoundError(
+                "the landmarks that were seen are no face's", "give a video with a face"
+            )
         found = _round(head, placed, person, blur, known)
         person, shape = found.person, head.known(placed, found)
     agreement = _agreement(head, head.frames(shape, seen), found)
@@ -171,16 +174,14 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), found.person)
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
+    told = _apertures(model, found.person, starts)
+    if told.std() < LEAST_MOTION:
+        return 1.0
     terms = stand.terms(classes, starts)
     alone = np.stack(
         [stand.fitted(k, term, starts[k], landmarks=False) for k, term in enumerate(terms)]
     )
-    told, seen = (
-        np.array([model.aperture(found.person, v[6:]) for v in vectors])
-        for vectors in (starts, alone)
-    )
-    if told.std() < LEAST_MOTION:
-        return 1.0
+    seen = _apertures(model, found.person, alone)
     return float(np.cov(told, seen, bias=True)[0, 1] / told.var())
 
 
@@ -214,6 +215,11 @@ def _round(
     stand = replace(stand, shift=found[:6], person=found[6:])
     vectors = stand.postures(terms, vectors)
     return Calibration(found[6:], found[:6], classes, vectors)
+
+
+def _apertures(model: MouthModel, person: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Apertures (N,), mm, of a person in some poses and postures (N, 6 + P)."""
+    return np.array([model.aperture(person, v[6:]) for v in vectors], np.float64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
 each frame), ``mesh.npz`` (the whole head, see `RunMesh`), ``run.json`` (settings and a summary),
-``overlay.mp4`` and ``contact_sheet.png``; and the colour classes, ``colours.npz``.
+``overlay.mp4``, ``contact_sheet.png`` and ``head.png``; and the colour classes, ``colours.npz``.
 """
 
 from __future__ import annotations
@@ -184,7 +184,9 @@ class Recorder:
             "landmark_distance_mm": float(np.median(off)),
             "aperture_difference_mm": float(np.sqrt(np.mean((aperture - told) ** 2))),
             "separability": dict(apart),
-            "warnings": doubts(aperture, told, held, apart),
+            "colour_agreement": self._setting.classes.agreement,
+            "colour_weight": self._setting.classes.weight,
+            "warnings": doubts(aperture, told, held, apart, self._setting.classes.weight),
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:

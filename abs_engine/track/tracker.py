@@ -30,8 +30,9 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 HELD = "held to the landmarks"
 """Status of a frame whose colours led off the landmarks, twice: these alone are reported."""
-MOST_OFF = 1.75
-"""Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks."""
+MOST_OFF, ASTRAY = 1.75, 6.0
+"""Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks, and from
+which on these are no mouth's."""
 
 
 def track(
@@ -116,6 +117,8 @@ def _fit(
         if work.off(again.x)[1] > MOST_OFF:
             solution, status = solve(setting, work.without_colours, told), HELD
             count += solution.n_evaluations
+            if work.off(solution.x)[1] > ASTRAY:
+                return replace(_lost(setting, index), status=setting.why_lost)
     return _result(setting, index, work, replace(solution, n_evaluations=count, status=status))
 
 
