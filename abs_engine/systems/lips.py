@@ -43,7 +43,7 @@ from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.placed import PlacedHead, calibrate_placed
 from abs_engine.track.prepare import HeadMotion, choose_frames, spread_frames
 from abs_engine.track.restart import calibrate_well
-from abs_engine.track.setting import EVIDENCE, FrameResult, TrackerSetting
+from abs_engine.track.setting import BOTH, FrameResult, TrackerSetting
 from abs_engine.track.sightings import sightings_of
 from abs_engine.track.tracker import Image, track, usual_mouth
 from abs_engine.video import VideoInfo, probe, read_frames
@@ -98,7 +98,7 @@ class LipOptions:
     start: str = LANDMARKS
     face: int | None = None
     pupil_distance: float | None = None
-    evidence: str = EVIDENCE[0]
+    evidence: str = BOTH
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +186,7 @@ def prepare_lips(
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, tell)
         except FaceNotFoundError:
-            if options.mouth is None or options.pupil_distance or options.evidence != EVIDENCE[0]:
+            if options.mouth is None or options.pupil_distance or options.evidence != BOTH:
                 raise
         tell("no landmarks are seen about the mouth; starting from its colours")
     return _by_blobs(clip, speaker, renderer, options, tell)

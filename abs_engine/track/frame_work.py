@@ -25,7 +25,7 @@ from abs_engine.track.mouth_place import mouth_place
 from abs_engine.track.person import POSE_DEVIATION
 from abs_engine.track.place import shifted
 from abs_engine.track.pose import PoseFrame, pose_spec
-from abs_engine.track.setting import EVIDENCE, TrackerSetting
+from abs_engine.track.setting import RENDERING, TrackerSetting
 
 FloatArray = NDArray[np.float64]
 STEP_DEVIATION = 0.8
@@ -63,13 +63,13 @@ def frame_work(
     priors = with_landmarks = _priors(setting, last, thick=face is not None)
     if face is not None:
         told = np.r_[np.zeros(6), face.fit.posture[: model.n_expression]]
-        if setting.evidence != EVIDENCE[1]:
+        if setting.evidence != RENDERING:
             place = mouth_place(model, base, setting.camera, window, person, told)
         with_landmarks = (*priors, face.fit.evidence(model.n_expression))
     maps = class_maps(setting.classes, model.colour_classes, window, frame.image, place)
     drawn = setting.renderer, setting.scene, setting.camera
     likelihood = likelihood_of(*drawn, window, maps, setting.classes.weight)
-    both = setting.evidence != EVIDENCE[1]
+    both = setting.evidence != RENDERING
     alone = FramePosterior(replace(likelihood, observations=0.0), base, with_landmarks)
     posterior = FramePosterior(likelihood, base, with_landmarks if both else priors)
     apart = None

@@ -33,14 +33,6 @@ INNER_RING = np.array(
 LIPS = np.concatenate([OUTER_RING, INNER_RING])
 EYES = (np.array([33, 133]), np.array([263, 362]))
 """Corners of the subject's right and left eye, the outer one first."""
-OVAL = np.array(
-    [
-        *(10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377),
-        *(152, 148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109),
-    ]
-)
-"""The face's outline: forehead, the subject's left side, chin, and back."""
-
 _SIDE = 192  # pixels, of the picture that the network looks at
 _AROUND = 1.5  # times a face's size: what it looks at (as MediaPipe does)
 _PRESENT = 0.5  # least probability that it looks at a face

@@ -149,7 +149,11 @@ class MouthModel:
 
     def aperture(self, person: FloatArray, posture: FloatArray) -> float:
         """Height, mm, between the inner lips' middles of a person (Q,) in a posture (P,), or 0."""
-        points = self.held(person).vertices(posture)[self.rings["points"]]
+        return self.opening(self.held(person).vertices(posture))
+
+    def opening(self, vertices: FloatArray) -> float:
+        """Height, mm, between the inner lips' middles of `scene`'s vertices (V', 3), or 0."""
+        points = vertices[self.rings["points"]]
         return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
 
     def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -20,7 +20,7 @@ from abs_engine.track.person import Calibration
 
 FloatArray = NDArray[np.float64]
 NO_FACE, NO_POSE = "face not found", "no pose given"
-EVIDENCE = ("both", "rendering", "landmarks")
+BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
 FRAME_SOLVER = Simplex(tolerance=0.03, limit=400)
 
 
@@ -115,7 +115,7 @@ class TrackerSetting:
     poses_given: bool = False
     look: UsualLook | None = None
     lips: LipLandmarks | None = None
-    evidence: str = EVIDENCE[0]
+    evidence: str = BOTH
 
     @property
     def pose_held(self) -> bool:

@@ -21,10 +21,10 @@ from abs_engine.track.covered import (
 from abs_engine.track.fit import best_start
 from abs_engine.track.frame_work import FrameWork, frame_work, solve
 from abs_engine.track.landmark_motion import HeadFrame
-from abs_engine.track.model import INNER, MouthModel
+from abs_engine.track.model import MouthModel
 from abs_engine.track.mouth_look import MouthLook
 from abs_engine.track.place import CalibrationFrame, shifted
-from abs_engine.track.setting import EVIDENCE, NO_FACE, FrameResult, TrackerSetting
+from abs_engine.track.setting import BOTH, LANDMARKS, NO_FACE, FrameResult, TrackerSetting
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -102,15 +102,14 @@ def _fit(
     """The most probable pose and posture; once more from the landmarks where it lies off them."""
     model, work = setting.model, frame_work(setting, frame, pose, last)
     posterior, told = work.posterior, work.told
-    starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
-    if setting.evidence == EVIDENCE[2] and told is not None:
+    if setting.evidence == LANDMARKS and told is not None:
         solution = solve(setting, work.without_colours, told)
         return _result(setting, index, work, solution)
-    known = [x for x in (last, told) if x is not None]
-    starts = np.vstack([*known, starts])
+    usual = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
+    starts = np.vstack([*(x for x in (last, told) if x is not None), usual])
     solution = solve(setting, posterior, best_start(posterior, starts))
     count, status = solution.n_evaluations + len(starts), solution.status
-    both = setting.evidence == EVIDENCE[0]
+    both = setting.evidence == BOTH
     if both and told is not None and work.off(solution.x)[1] > MOST_OFF:
         again = solve(setting, posterior, told)
         count, solution, status = count + again.n_evaluations, again, again.status
@@ -155,12 +154,7 @@ def lip_measures(
         [vertices[ring["outer"]], vertices[ring["upper"]], vertices[ring["lower"]]]
     )
     corners = vertices[ring["corners"]]
-    return lips, float(np.linalg.norm(corners[1] - corners[0])), _aperture(model, vertices)
-
-
-def _aperture(model: MouthModel, vertices: FloatArray) -> float:
-    points = vertices[model.rings["points"]]
-    return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
+    return lips, float(np.linalg.norm(corners[1] - corners[0])), model.opening(vertices)
 
 
 def _lost(setting: TrackerSetting, index: int) -> FrameResult:
