@@ -31,7 +31,9 @@ def test_the_frame_stands_beside_the_head_drawn_over_it():
     assert picture.dtype == np.uint8
     assert picture.shape[0] == 480
     plain, _ = halves(picture)
-    assert (plain == WALL[0, 0]).all()
+    shown = (plain == WALL[0, 0]).all(axis=2)
+    assert shown.mean() > 0.5
+    assert (plain[~shown] == 0).all()  # beyond the picture's edge
     head = changed(picture)
     assert 0.1 < head.mean() < 0.7
     rows, columns = np.nonzero(head)

@@ -30,7 +30,8 @@ from abs_engine.track.correspondence import (
     learn_correspondence,
     load_correspondence,
 )
-from abs_engine.track.faces import FaceChoice, FaceFollower, face_lines
+from abs_engine.track.detect import find_faces
+from abs_engine.track.faces import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.track.given import GivenMotion
 from abs_engine.track.head_fit import Scale, fit_head, known_scale, pupil_distance, pupil_scale
 from abs_engine.track.landmark_motion import LandmarkMotion
@@ -133,7 +134,7 @@ class LipTracker:
     scale : Scale
         What millimetres rest on.
     faces : str
-        What is said of several faces; empty where there is one.
+        What is said of several faces, or of a box in which none was seen; empty without either.
     """
 
     video: Path
@@ -188,8 +189,21 @@ def prepare_lips(
         except FaceNotFoundError:
             if options.mouth is None or options.pupil_distance or options.evidence != BOTH:
                 raise
-        tell("no landmarks are seen about the mouth; starting from its colours")
+        _check_box(video, FaceBox.around_mouth(*options.mouth))
+        remark = "no face was seen about the mouth that was given: started from its colours"
+        return replace(_by_blobs(clip, speaker, renderer, options, tell), faces=remark)
     return _by_blobs(clip, speaker, renderer, options, tell)
+
+
+def _check_box(video: Path, box: FaceBox) -> None:
+    """Raise `FaceNotFoundError` if the first frame shows a face whose mouth lies elsewhere."""
+    faces = find_faces(next(iter(read_frames(video))))
+    if faces and box.shown(faces) is None:
+        x, y = by_size(faces)[0].mouth
+        raise FaceNotFoundError(
+            f"no face has its mouth in that box; the largest face has it at {x:.0f} {y:.0f}",
+            "give the box of its mouth in the first frame, or leave out --mouth",
+        )
 
 
 def by_landmarks(

@@ -16,6 +16,7 @@ _MOST_HELD = 0.1  # of the frames
 _MOST_APART, _MOST_APART_MM = 0.9, 1.0
 """How far apertures by colours and by landmarks may differ (RMS), as a share of how much those by
 landmarks vary (standard deviation), and in any case, mm."""
+_MOVES = 0.8  # mm, by which apertures vary in a clip that can be judged by them
 _FEWEST = 10  # frames, for any of it
 
 
@@ -55,7 +56,7 @@ def doubts(
     if both.sum() >= _FEWEST:
         apart = float(np.sqrt(np.mean((aperture - by_landmarks)[both] ** 2)))
         varies = float(by_landmarks[both].std())
-        if apart > max(_MOST_APART * varies, _MOST_APART_MM):
+        if varies >= _MOVES and apart > max(_MOST_APART * varies, _MOST_APART_MM):
             lines.append(
                 f"the aperture differs by {apart:.1f} mm (RMS) from what landmarks say, about as "
                 "much as it varies: look at the overlay before you use it"

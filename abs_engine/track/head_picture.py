@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from abs_engine.camera import Camera, Window
 from abs_engine.geometry import Pose, vertex_normals
 from abs_engine.scene import Candidates, Scene
+from abs_engine.track.placed import in_picture
 from abs_engine.track.setting import FrameResult, TrackerSetting
 
 Image = NDArray[np.uint8]
@@ -40,6 +41,7 @@ def head_picture(setting: TrackerSetting, image: Image, result: FrameResult) -> 
     one = Candidates.one(np.zeros(0), pose)
     buffers = setting.renderer.draw(scene, one, setting.camera, window)[0]
     plain = np.asarray(window.sample(image), np.uint8)
+    plain = np.where(in_picture(window, image.shape)[..., None], plain, 0).astype(np.uint8)
     normals = vertex_normals(scene.mean.astype(np.float64), scene.faces)[scene.faces]
     facing = np.einsum("hwc,hwcd->hwd", buffers.barycentrics, normals[buffers.facet_id - 1])
     shade = np.clip(-(facing @ pose.rotation.T)[..., 2], 0.15, 1.0)[..., None]

@@ -25,7 +25,7 @@ Image = NDArray[np.uint8]
 _ACROSS = 48.0  # pixels that the mouth is looked at in
 _NEAR, _FAR = 1.25, 1.75  # times the lips' outline: what lies around it
 _LEAST_INSIDE, _LEAST_AROUND, _LEAST_LIPS = 0.45, 0.45, 0.2  # of what is usual in the clip
-_LEAST_SEEN = 0.5  # of a mouth's outline that lies in the picture
+_LEAST_SEEN = 0.7  # of a mouth's outline that lies in the picture
 
 
 @dataclass(frozen=True)

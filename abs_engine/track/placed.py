@@ -265,7 +265,7 @@ class _Stand:
         places = np.stack(planes)
         opening = _opening(drawn.class_id, names, sigma * OPENING / blur)
         places[3] = np.maximum(places[3], INSIDE * opening * places[1:].sum(axis=0))
-        inside = _picture(window, self.placed[k].image.shape)
+        inside = in_picture(window, self.placed[k].image.shape)
         return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0) * inside)
 
     def terms(self, classes: ColourClasses, vectors: FloatArray) -> list[FacetLikelihood]:
@@ -313,7 +313,7 @@ def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -
 _SHOWN = {"inside": ("inner_mouth", "tongue", "upper_teeth", "lower_teeth")}
 
 
-def _picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def in_picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Which drawn pixels (H, W) of a window lie in the picture."""
     width, height = window.drawn
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
