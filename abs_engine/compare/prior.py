@@ -132,10 +132,6 @@ class InformationPrior:
         away = x - self.mean
         return float(0.5 * away @ self.information @ away)
 
-    def weighted(self, share: float) -> InformationPrior:
-        """The same with a share of its information."""
-        return InformationPrior(self.mean, share * self.information)
-
 
 @dataclass(frozen=True, eq=False)
 class ContactPrior:

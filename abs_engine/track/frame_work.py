@@ -28,8 +28,6 @@ from abs_engine.track.pose import PoseFrame, pose_spec
 from abs_engine.track.setting import RENDERING, TrackerSetting
 
 FloatArray = NDArray[np.float64]
-BESIDE_COLOURS = 2.0
-"""Colours that are plain are worth so many times what landmarks add."""
 STEP_DEVIATION = 0.8
 """How far a posture moves in 40 ms, in standard deviations of a mode: in speech by 0.3 (RMS of
 authored and of tracked motion), but in one step of a hundred by 1.1."""
@@ -54,15 +52,6 @@ class FrameWork:
         return self.apart(self.posterior.frame.pose(x), x[6:])
 
 
-def landmark_weight(colours: float) -> float:
-    """What landmarks count for beside colours that are worth `colours`, 0 to 1.
-
-    Where colours are plain, landmarks err by more: they follow an aperture less than it changes,
-    and part lips that just meet.
-    """
-    return 1 / (1 + BESIDE_COLOURS * colours)
-
-
 def frame_work(
     setting: TrackerSetting, frame: HeadFrame, pose: Pose, last: FloatArray | None
 ) -> FrameWork:
@@ -76,8 +65,7 @@ def frame_work(
         told = np.r_[np.zeros(6), face.fit.posture[: model.n_expression]]
         if setting.evidence != RENDERING:
             place = mouth_place(model, base, setting.camera, window, person, told)
-        evidence = face.fit.evidence(model.n_expression)
-        with_landmarks = (*priors, evidence.weighted(landmark_weight(setting.classes.weight)))
+        with_landmarks = (*priors, face.fit.evidence(model.n_expression))
     maps = class_maps(setting.classes, model.colour_classes, window, frame.image, place)
     drawn = setting.renderer, setting.scene, setting.camera
     likelihood = likelihood_of(*drawn, window, maps, setting.classes.weight)
