@@ -128,7 +128,7 @@ def _separated(
     strength, count = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
     for turn in range(rounds):
         whole = lips if held is None else with_shade(lips)
-        share = _posterior((skin, whole, inside), samples, prior)
+        share = posterior((skin, whole, inside), samples, prior)
         bare = share[0] * around
         own = share[1] * core * (1.0 if held is None else lit_share(whole, samples))
         if held is not None and 2 * turn < rounds:
@@ -229,8 +229,8 @@ def shaded(mixture: Mixture, amount: float) -> Mixture:
     return Mixture(mixture.weights, mixture.means, covariances)
 
 
-def _posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArray) -> FloatArray:
-    """Probability (3, N) of skin, lips and the mouth's inside."""
+def posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArray) -> FloatArray:
+    """Probability (K, N) of K classes, given their priors (K, N) by place; the rest is none."""
     joint = np.stack([m.density(samples) for m in mixtures]) * prior
     rest = np.maximum(1 - prior.sum(axis=0), 0.02)  # a flat density over the colour cube
     return np.asarray(joint / (joint.sum(axis=0) + rest))

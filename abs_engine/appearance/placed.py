@@ -20,12 +20,13 @@ from abs_engine.appearance.anybody import (
     typical_lips,
     with_shade,
 )
-from abs_engine.appearance.colour import ColourClasses, FloatArray, features, luminance
+from abs_engine.appearance.colour import EACH_LIP, ColourClasses, FloatArray, features, luminance
 from abs_engine.appearance.learn import (
     LIP_SHADING,
     assembled,
     border_axis,
     bordered,
+    posterior,
     shaded,
     skin_of,
     sound,
@@ -33,8 +34,7 @@ from abs_engine.appearance.learn import (
 from abs_engine.appearance.mixture import Mixture, fit_mixture
 from abs_engine.errors import FaceNotFoundError
 
-PLACES = ("skin", "upper_lip", "lower_lip", "inside")
-LIPS = ("upper_lip", "lower_lip")
+PLACES = ("skin", *EACH_LIP, "inside")
 WIDTH = np.array([0.012, 0.008, 0.05])
 """Standard deviations, in `features`, of a lip of which nothing is known but a rough colour: those
 of a pixel about its own person's lips (see `anybody`), widened by a fifth."""
@@ -78,12 +78,12 @@ def learn_placed(
     skin = sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
     each = {
         name: _finished(samples, share[k] * _core(prior[k]), lip)
-        for k, (name, lip) in enumerate(zip(LIPS, lips, strict=True), 1)
+        for k, (name, lip) in enumerate(zip(EACH_LIP, lips, strict=True), 1)
     }
     both = _joined(list(each.values()))
     whole = assembled(skin, both, inside, reference)
     axis = border_axis(skin, both)
-    told = {n: _told_apart(samples, prior, k, skin, each[n]) for k, n in enumerate(LIPS, 1)}
+    told = {n: _told_apart(samples, prior, k, skin, each[n]) for k, n in enumerate(EACH_LIP, 1)}
     return replace(
         whole,
         mixtures=whole.mixtures | {n: bordered(m, axis) for n, m in each.items()},
@@ -107,7 +107,7 @@ def _separated(
     strength = 0.25 * prior[1:3].sum()
     share = prior
     for _ in range(_ROUNDS):
-        share = _posterior([skin, *(with_shade(m) for m in lips), inside], samples, prior)
+        share = posterior([skin, *(with_shade(m) for m in lips), inside], samples, prior)
         own = [
             share[k] * _core(prior[k]) * lit_share(with_shade(m), samples)
             for k, m in zip((1, 2), lips, strict=True)
@@ -161,12 +161,6 @@ def _joined(mixtures: Sequence[Mixture]) -> Mixture:
         np.vstack([m.means for m in mixtures]),
         np.concatenate([m.covariances for m in mixtures]),
     )
-
-
-def _posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArray) -> FloatArray:
-    joint = np.stack([m.density(samples) for m in mixtures]) * prior
-    rest = np.maximum(1 - prior.sum(axis=0), 0.02)  # a flat density over the colour cube
-    return np.asarray(joint / (joint.sum(axis=0) + rest))
 
 
 def _told_apart(
