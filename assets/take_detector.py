@@ -1,4 +1,6 @@
-"""Take the face detector and the landmark network out of MediaPipe's wheel, with their licence.
+"""Take the face detector and the landmark and iris networks out of MediaPipe's wheel.
+
+Their licence comes with them.
 
 Usage: ``python assets/take_detector.py WHEEL [OUTPUT_FOLDER]``
 """
@@ -14,15 +16,18 @@ from pathlib import Path
 FETCH = "pip download mediapipe==0.10.14 --no-deps --python-version 3.11 --only-binary :all:"
 NETWORK = "mediapipe/modules/face_detection/face_detection_short_range.tflite"
 LANDMARKS = "mediapipe/modules/face_landmark/face_landmark.tflite"
+IRIS = "mediapipe/modules/iris_landmark/iris_landmark.tflite"
 LICENCE = "mediapipe-0.10.14.dist-info/LICENSE"
 SHA256 = {  # the wheels of all platforms hold these same files
     NETWORK: "bbff11cebd1eb27a1e004cae0b0e63ec8c551cbf34a4451148b4908b8db3eca8",
     LANDMARKS: "1055cb9d4a9ca8b8c688902a3a5194311138ba256bcc94e336d8373a5f30c814",
+    IRIS: "d1744d2a09c25f501d39eba4faff47e53ecca8852c5ce19bce8eeac39357521f",
     LICENCE: "8707eef0533987efc5b155d64761eeb6e20793f50b9bd1a68dad1cf4719d0ed8",
 }
 NAMES = {
     NETWORK: Path(NETWORK).name,
     LANDMARKS: Path(LANDMARKS).name,
+    IRIS: Path(IRIS).name,
     LICENCE: "LICENSE.txt",
 }
 
@@ -47,7 +52,7 @@ def members(wheel: Path) -> dict[str, bytes]:
 
 
 def main() -> int:
-    """Write the three files; 2 if the wheel is missing or another one."""
+    """Write the four files; 2 if the wheel is missing or another one."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("wheel", nargs="?", type=Path, help="mediapipe-0.10.14-...whl")
     parser.add_argument(

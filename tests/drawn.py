@@ -11,7 +11,7 @@ from abs_engine.assets import Speaker, load_speaker
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.scene import Scene
-from abs_engine.shape.identity import identity_shape
+from abs_engine.shape.identity import head_modes
 from abs_engine.shape.linear import LinearShape
 from abs_engine.shape.mouth import mouth_shape
 from abs_engine.track.correspondence import Correspondence, load_correspondence
@@ -81,8 +81,7 @@ def average_shape() -> LinearShape:
 def anybody() -> LandmarkShape:
     """The landmarks of anybody's head."""
     one = speaker()
-    people = identity_shape(one)
-    return landmark_shape(one, correspondence(), average_shape(), one.vertices, people)
+    return landmark_shape(one, correspondence(), average_shape(), one.vertices, head_modes(one))
 
 
 def network_sees(image: np.ndarray) -> Landmarks:

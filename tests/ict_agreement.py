@@ -7,8 +7,10 @@ and left out.
 Our head frame differs from ICT's by a convention that no run knows of. It is taken from the two
 average heads, once for all films: the rotation of the similarity that lays 52 of the 68 usual
 landmarks (all but the jaw line, of which only the chin) on each other. What it leaves of a
-rotation's error is partly a constant of each person's; `motion` is the error less each film's own
-mean. Sizes and depths are compared in mm: those of a film whose camera was not given to the
+rotation's error is partly a constant of each person's: people's own faces differ from the average
+one by 1 to 4 degrees of nodding. `laid` is the error where the convention is the rotation that lays
+the fitted head's landmarks on the true head's; `motion` is the error less each film's own mean.
+Sizes and depths are compared in mm: those of a film whose camera was not given to the
 tracker tell of its guessed focal length.
 """
 
@@ -50,6 +52,8 @@ class Agreement:
         The same less the film's mean offset.
     offset : float
         That offset, degrees.
+    laid : float
+        Median of the rotation's error, the fitted head laid on the true one.
     size : float
         Tracked distance of the outer eye corners over the true one.
     depth : float
@@ -76,6 +80,7 @@ class Agreement:
     motion_rms: float
     motion_95: float
     offset: float
+    laid: float
     size: float
     depth: float
     place: float
@@ -89,10 +94,14 @@ class Agreement:
     score: float
 
 
-def convention(average: FloatArray) -> FloatArray:
-    """Rotation (3, 3) from ICT's head frame to ours, of ICT's average landmarks (68, 3)."""
+def convention(average: FloatArray, head: NDArray[np.floating] | None = None) -> FloatArray:
+    """Rotation (3, 3) from ICT's head frame to ours, of ICT's average landmarks (68, 3).
+
+    With a fitted head (V, 3), of the landmarks of one person.
+    """
     speaker = load_speaker()
-    ours = speaker.vertices[speaker.points["landmark_68"]].astype(np.float64)[COMMON]
+    own = speaker.vertices if head is None else head
+    ours = own[speaker.points["landmark_68"]].astype(np.float64)[COMMON]
     theirs = average[COMMON]
     turn, _ = Rotation.align_vectors(ours - ours.mean(axis=0), theirs - theirs.mean(axis=0))
     return np.asarray(turn.as_matrix())
@@ -203,14 +212,16 @@ def agreement(folder: Path, film: Path) -> Agreement:
     theirs["camera_matrix"] = true["camera_matrix"]
     between = convention(true["average_landmarks"])
     error, left, offset = turns(ours["rotation"], theirs["rotation"], between)
-    marks = load_speaker().points["landmark_68"]
+    marks, head = load_speaker().points["landmark_68"], load_mesh(folder).mean
+    own = convention(true["neutral"][true["landmarks"]].astype(np.float64), head)
+    laid = spread(turns(ours["rotation"], theirs["rotation"], own)[0])[0]
     eyes = (
-        eye_corners(load_mesh(folder).mean, marks),
+        eye_corners(head, marks),
         eye_corners(true["neutral"], true["landmarks"]),
     )
     lengths = [np.linalg.norm(np.diff(e, axis=0)) for e in eyes]
     return Agreement(
-        len(at), frames, *spread(error), *spread(left), offset,
+        len(at), frames, *spread(error), *spread(left), offset, laid,
         float(lengths[0] / lengths[1]), *places(ours, theirs, eyes),
         *apertures(ours["aperture"], theirs["aperture"]),
         correlation(ours["width"], theirs["width"]), float(ours["score"].mean()),
@@ -223,7 +234,8 @@ def line(name: str, a: Agreement) -> str:
         f"{name:8} found {a.found:.0f} of {a.frames:.0f}  "
         f"rotation {a.turn:.1f} deg (rms {a.turn_rms:.1f}, 95 % {a.turn_95:.1f}), "
         f"motion {a.motion:.1f} (rms {a.motion_rms:.1f}, 95 % {a.motion_95:.1f}), "
-        f"offset {a.offset:.1f}  size x{a.size:.3f}  depth x{a.depth:.3f}  eyes {a.place:.1f} px\n"
+        f"offset {a.offset:.1f}, laid {a.laid:.1f}  "
+        f"size x{a.size:.3f}  depth x{a.depth:.3f}  eyes {a.place:.1f} px\n"
         f"{'':8} aperture r {a.r_aperture:.3f}, {a.aperture:.2f} mm rms (scaled {a.scaled:.2f})  "
         f"closures precision {a.precision:.2f}, recall {a.recall:.2f} of {a.closed:.0f}  "
         f"width r {a.r_width:.3f}  score {a.score:.3f}"

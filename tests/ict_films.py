@@ -69,6 +69,7 @@ REST_GAP = 0.2
 LIP_UNITS = ("mouth", "jaw")
 RESTING = 20.0
 """Percentile of a lip unit's weight that counts as the recorded person's rest, %."""
+PUPIL = 2.4  # mm, radius of a painted pupil
 TRIES = 40  # stretches of the recording among which each film takes the liveliest
 
 
@@ -222,6 +223,19 @@ def eye_centres(person: FloatArray) -> FloatArray:
         system = np.c_[2 * back, np.ones(len(back))]
         centres.append(np.linalg.lstsq(system, (back**2).sum(axis=1), rcond=None)[0][:3])
     return np.array(centres)
+
+
+def drawn_pupils(head: Head, person: FloatArray) -> FloatArray:
+    """Middles (2, 3) of the painted pupils of a person who looks ahead, mm; the left eye first.
+
+    Eyes are painted on the average head, and go with its vertices to each person.
+    """
+    found = []
+    for centre, (first, end) in zip(eye_centres(head.neutral), EYES, strict=True):
+        away = head.neutral[first:end] - centre
+        own = (np.hypot(away[:, 0], away[:, 1]) < PUPIL) & (away[:, 2] > 0)
+        found.append(person[first:end][own].mean(axis=0))
+    return np.array(found)
 
 
 # How it moves.
@@ -522,7 +536,7 @@ def _eye(from_centre: FloatArray, iris: FloatArray) -> FloatArray:
     away = np.where(from_centre[:, 2] > 0, away, 99.0)[:, None]
     colour = np.where(away < 6.0, iris, np.array([0.84, 0.81, 0.79]))
     colour = np.where((away > 5.0) & (away < 6.0), 0.5 * iris, colour)
-    return np.asarray(np.where(away < 2.4, np.full(3, 0.015), colour))
+    return np.asarray(np.where(away < PUPIL, np.full(3, 0.015), colour))
 
 
 # How it is filmed.
@@ -747,8 +761,9 @@ def truth(head: Head, film: Film, rings: dict[str, IntArray]) -> dict[str, Any]:
     OpenCV has it; `expressions` (T, E) and `expression_names`, `identity`; `neutral` (V, 3) mm;
     `outer`, `upper`, `lower`, `corners` (T, N, 3) mm, head frame, and the vertices they are,
     `outer_vertex` and so on (`outer` is smoothed along the ring); `aperture` and `width` (T,) mm;
-    `eye_centres` (2, 3), `pupil_distance`, `landmarks` (68,) and where they are on the average
-    head, `average_landmarks` (68, 3); `tone`, `contrast`, `rate`, `recorded_from`.
+    `eye_centres` (2, 3), `pupil_distance` between the painted pupils, `landmarks` (68,) and where
+    they are on the average head, `average_landmarks` (68, 3); `tone`, `contrast`, `rate` and
+    `recorded_from`.
     """
     profiles = middle_profiles(head)
     needed = np.unique(np.concatenate([*rings.values(), *profiles]))
@@ -757,7 +772,7 @@ def truth(head: Head, film: Film, rings: dict[str, IntArray]) -> dict[str, Any]:
         film.weights, head.expressions[:, needed].astype(np.float64), 1
     )
     corners = path[:, rings["corners"]]
-    eyes = eye_centres(film.person)
+    eyes, pupils = eye_centres(film.person), drawn_pupils(head, film.person)
     return {
         "camera_matrix": film.place.camera.matrix,
         "size": np.array(film.place.camera.size),
@@ -773,7 +788,7 @@ def truth(head: Head, film: Film, rings: dict[str, IntArray]) -> dict[str, Any]:
         "aperture": aperture_of(path, profiles),
         "width": np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1),
         "eye_centres": eyes,
-        "pupil_distance": np.linalg.norm(eyes[0] - eyes[1]),
+        "pupil_distance": np.linalg.norm(pupils[0] - pupils[1]),
         "landmarks": head.landmarks,
         "average_landmarks": head.neutral[head.landmarks],
         "tone": film.look.tone,

@@ -69,8 +69,8 @@ def track(chosen: Namespace) -> int:
 
     from abs_engine.systems.lips import LipOptions
     from abs_engine.systems.run import track_video
-    from abs_engine.track.head_fit import scale_line
     from abs_engine.track.output import OVERLAY, SHEET
+    from abs_engine.track.scale import scale_line
     from abs_engine.truth import load_camera
 
     options = LipOptions(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
+from abs_engine.shape.smooth import smooth_modes
 
 FloatArray = NDArray[np.float64]
 
@@ -16,6 +17,9 @@ _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 _PAIR, _ALONE, _MACRO = 0.3, 0.2, 0.13
 """Standard deviations of the weights of targets that come in pairs, alone, and of whole people:
 with them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
+
+_KEPT = 96
+"""Directions of targets and smooth fields together: they hold 98 % of the variance of both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +56,22 @@ def identity_shape(speaker: Speaker) -> IdentityShape:
         names.append(name)
         rows.append(row)
     return IdentityShape(tuple(names), np.array(rows, np.float32).reshape(len(rows), len(index)))
+
+
+def head_modes(speaker: Speaker) -> NDArray[np.float32]:
+    """How heads differ: by the speaker's targets, and smoothly where these leave something over.
+
+    Returns
+    -------
+    (K, V, 3) float32
+        Principal directions, mm per standard deviation, the widest first.
+    """
+    targets = identity_shape(speaker).modes(speaker)
+    modes = np.concatenate([targets, smooth_modes(speaker.vertices.astype(np.float64))])
+    flat = modes.reshape(len(modes), -1)
+    values, vectors = np.linalg.eigh(flat @ flat.T)
+    kept = vectors[:, np.argsort(-values)[:_KEPT]].T
+    return np.asarray((kept @ flat).reshape(-1, *modes.shape[1:]), np.float32)
 
 
 def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:

@@ -33,7 +33,7 @@ from abs_engine.track.correspondence import (
 from abs_engine.track.detect import find_faces
 from abs_engine.track.faces import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.track.given import GivenMotion
-from abs_engine.track.head_fit import Scale, fit_head, known_scale, pupil_distance, pupil_scale
+from abs_engine.track.head_fit import fit_head, seen_in
 from abs_engine.track.landmark_motion import LandmarkMotion
 from abs_engine.track.lip_landmarks import LipLandmarks
 from abs_engine.track.locate import FaceBox
@@ -44,6 +44,7 @@ from abs_engine.track.place import CalibrationFrame
 from abs_engine.track.placed import PlacedHead, calibrate_placed
 from abs_engine.track.prepare import HeadMotion, choose_frames, spread_frames
 from abs_engine.track.restart import calibrate_well
+from abs_engine.track.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.track.setting import BOTH, FrameResult, TrackerSetting
 from abs_engine.track.sightings import sightings_of
 from abs_engine.track.tracker import Image, track, usual_mouth
@@ -228,15 +229,17 @@ def by_landmarks(
     expression = None
     if options.physics is not None:
         expression = _physics_shape(speaker, speaker.vertices, options.physics)
-    seen = [landmarks for _, landmarks in chosen]
-    head = fit_head(speaker, correspondence, seen, clip.camera, scale, expression)
+    seen = [seen_in(image, landmarks) for image, landmarks in chosen]
+    head = fit_head(speaker, correspondence, seen, clip.camera, scale, renderer, expression)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         expression=head.expression, person_spread=PERSON_SPREAD,
     )  # fmt: skip
     tell("fitting the mouth" if clip.colours else "learning the clip's colours, fitting the mouth")
-    placed = PlacedHead(model, head.shape, correspondence, clip.camera, renderer)
+    placed = PlacedHead(model, head.shape, head.textured, correspondence, clip.camera, renderer)
     calibration, shape = calibrate_placed(placed, chosen, clip.colours)
+    textured = replace(head.textured, shift=calibration.shift)
+    calibration = replace(calibration, shift=np.zeros(6))  # the poses have it
     noisy = replace(shape, deviation=head.shape.deviation)
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     setting = TrackerSetting(
@@ -244,7 +247,7 @@ def by_landmarks(
         times=clip.info.times, lips=lips, evidence=options.evidence,
     )  # fmt: skip
     look = UsualLook.of([MouthLook.of(calibration.classes, i, s) for i, s in chosen])
-    motion = LandmarkMotion(shape, clip.camera, choice)
+    motion = LandmarkMotion(shape, textured, choice)
     return LipTracker(clip.video, clip.info, replace(setting, look=look), motion, scale, faces)
 
 
@@ -295,7 +298,10 @@ def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
     texture = speaker.texture(next(iter(speaker.people)))
     vertices = speaker.vertices.astype(np.float64)
     found = learn_correspondence(speaker, list(sightings_of(speaker, vertices, texture, renderer)))
-    return replace(found, deviation=np.maximum(found.deviation, USUAL_DEVIATION))
+    usual = load_correspondence(load_speaker())
+    noise = found.noise if usual is None else replace(usual.noise, bias=found.noise.bias)
+    deviation = np.maximum(found.deviation, USUAL_DEVIATION)
+    return replace(found, deviation=deviation, noise=noise)
 
 
 def _frames_of_poses(

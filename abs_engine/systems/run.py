@@ -12,8 +12,8 @@ from abs_engine.errors import ParameterError
 from abs_engine.files import NewFolder
 from abs_engine.scene import Renderer
 from abs_engine.systems.lips import BLOBS, STARTS, LipOptions, LipTracker, prepare_lips
-from abs_engine.track.head_fit import pupil_scale
 from abs_engine.track.output import Progress, RunFacts, write_run
+from abs_engine.track.scale import pupil_scale
 from abs_engine.track.setting import EVIDENCE
 from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +22,14 @@ from abs_engine.camera import Camera
 from abs_engine.errors import FaceNotFoundError, ModelFormatError
 from abs_engine.geometry import Pose, vertex_normals
 from abs_engine.npz import read_npz
+from abs_engine.track.landmark_noise import LandmarkNoise, learn_noise, seen_off
 from abs_engine.track.landmarks import COUNT, INNER_RING, Landmarks
+from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 
 FILE = "landmarks.npz"
-FORMAT, VERSION = "abs_engine.landmarks", 1
+FORMAT, VERSION = "abs_engine.landmarks", 2
 _LOWER, _UPPER = INNER_RING[1:10], INNER_RING[11:20]
 _TRIED = 96  # points of the surface about the triangulated one
 _STRAY_MM = 6.0  # a sighting that is farther off counts as this far
@@ -52,11 +55,14 @@ class Correspondence:
         Barycentric.
     deviation : (468, 3) float64, mm
         Standard deviation of the network along the line of the eyes, down the face, and in depth.
+    noise : LandmarkNoise
+        The same error taken apart.
     """
 
     corners: NDArray[np.int32]
     weights: FloatArray
     deviation: FloatArray
+    noise: LandmarkNoise
 
     def of(self, vertices: NDArray[np.floating]) -> FloatArray:
         """The points (..., 468, 3) of vertices (..., V, 3), which may be displacements."""
@@ -68,6 +74,7 @@ class Correspondence:
         np.savez_compressed(
             path, format=FORMAT, version=VERSION, corners=self.corners,
             weights=self.weights.astype(np.float32), deviation=self.deviation.astype(np.float32),
+            **cast("dict[str, Any]", self.noise.arrays()),
         )  # fmt: skip
 
 
@@ -86,13 +93,16 @@ def load_correspondence(speaker: Speaker) -> Correspondence | None:
     try:
         corners = np.asarray(data["corners"], np.int32)
         weights, deviation = (np.asarray(data[k], np.float64) for k in ("weights", "deviation"))
+        noise = LandmarkNoise.of_arrays(data)
     except KeyError as error:
         raise ModelFormatError(f"{path} lacks {error}", _AGAIN) from error
+    except ValueError as error:
+        raise ModelFormatError(f"{path}: {error}", _AGAIN) from error
     shapes = {a.shape for a in (corners, weights, deviation)} == {(COUNT, 3)}
     whole = shapes and bool(np.isfinite(weights).all() and (deviation > 0).all())
     if not (whole and corners.min() >= 0 and corners.max() < len(speaker.vertices)):
         raise ModelFormatError(f"{path} belongs to another mesh", _AGAIN)
-    return Correspondence(corners, weights, deviation)
+    return Correspondence(corners, weights, deviation, noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +155,17 @@ def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Cor
         best, left = _best(views, speaker.faces[facets], bary, k)
         corners[k], weights[k] = speaker.faces[facets[best]], bary[best]
         deviation[k] = left
-    return Correspondence(corners, weights, np.maximum(deviation, LEAST_DEVIATION))
+    off = np.stack([off_of(corners, weights, s) for s in sightings])
+    people = [id(s.vertices) for s in sightings]
+    noise = learn_noise(off, np.array(people))
+    return Correspondence(corners, weights, np.maximum(deviation, LEAST_DEVIATION), noise)
+
+
+def off_of(corners: NDArray[np.int32], weights: FloatArray, sighting: Sighting) -> FloatArray:
+    """By how much (468, 3), mm, the network sees points of a head's surface off."""
+    s = sighting
+    points = np.einsum("lk,lkd->ld", weights, s.vertices[corners])
+    return seen_off(s.pose.apply(points), SeenRays.of(s.landmarks, s.camera))
 
 
 _BARYCENTRIC = np.vstack([np.eye(3), 0.5 * (1 - np.eye(3)), np.full((1, 3), 1 / 3)])

@@ -1,4 +1,4 @@
-"""Head pose, identity and posture by the landmarks alone: Gauss-Newton on their places.
+"""Head pose and posture by the landmarks alone: Gauss-Newton on their places.
 
 Landmarks are where fits start, and one soft piece of evidence: what they say of a frame is kept as
 a Gaussian over its pose and posture (`FrameLandmarks`), which costs nothing to evaluate.
@@ -6,7 +6,7 @@ a Gaussian over its pose and posture (`FrameLandmarks`), which costs nothing to 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache
 
@@ -17,8 +17,9 @@ from threadpoolctl import ThreadpoolController
 from abs_engine.camera import Camera
 from abs_engine.compare.prior import InformationPrior
 from abs_engine.geometry import FACING, Pose, rotations
-from abs_engine.track.landmark_shape import LandmarkShape, SeenRays
+from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import COUNT, EYES, LIPS, Landmarks
+from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 
@@ -27,8 +28,6 @@ LIPS_TOGETHER, OTHERS_TOGETHER = 4.0, 100.0
 the 936 numbers of all landmarks move like 9 independent ones. Of the lips, most of what they have
 in common moves with the head's pose; 4 rather than 12 were chosen on p01 to p06 of the strangers'
 clips, where apertures by landmarks then correlate by 0.79 to 0.92 with another network's (0.62)."""
-IDENTITY_TOGETHER = 6.0
-"""The same where the identity is fitted, to which what is common to many landmarks belongs."""
 MOST_MISFIT, NEAREST = 6.0, 50.0
 """Misfit from which on landmarks are no face's, and least distance from the camera, mm. Of faces it
 is about 1 to 2; of points strewn over a picture, 25."""
@@ -92,25 +91,23 @@ class FrameLandmarks:
 
 
 @dataclass(frozen=True, eq=False)
-class PersonLandmarks:
-    """Who somebody is, by the landmarks of several frames.
+class HeldPose:
+    """A pose that other evidence tells.
 
     Parameters
     ----------
-    identity : (K,) float64
-        In standard deviations.
-    covariance : (K, K) float64
-    frames : tuple of FrameLandmarks
+    pose : Pose
+    information : (6, 6) float64
+        About rotation (camera axes, about the pivot; rad) and the pivot's place (mm).
     """
 
-    identity: FloatArray
-    covariance: FloatArray
-    frames: tuple[FrameLandmarks, ...]
+    pose: Pose
+    information: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class _Normal:
-    """Normal equations of a frame: information and gradient over (6 + K + M), and its value."""
+    """Normal equations of a frame: information and gradient over (6 + M), and its value."""
 
     information: FloatArray
     gradient: FloatArray
@@ -122,7 +119,11 @@ _TOGETHER[LIPS] = LIPS_TOGETHER
 
 
 def fit_frame(
-    shape: LandmarkShape, landmarks: Landmarks, camera: Camera, start: FrameLandmarks | None = None
+    shape: LandmarkShape,
+    landmarks: Landmarks,
+    camera: Camera,
+    start: FrameLandmarks | None = None,
+    held: HeldPose | None = None,
 ) -> FrameLandmarks:
     """Pose and posture of a known person by the landmarks of a frame.
 
@@ -133,32 +134,43 @@ def fit_frame(
     landmarks : Landmarks
     camera : Camera
     start : FrameLandmarks, optional
-        The frame before; by default the face is taken to look ahead.
+        Where to begin, as the frame before; by default the face is taken to look ahead.
+    held : HeldPose, optional
+        What other evidence tells of the pose. It is part of the result's information.
     """
-    return fit_person(shape, [landmarks], camera, None if start is None else [start]).frames[0]
+    with one_thread():
+        seen = SeenRays.of(landmarks, camera)
+        pose = looking_ahead(shape, seen) if start is None else start.pose
+        posture = np.zeros(len(shape.posture)) if start is None else start.posture
+        moved = np.zeros(6)  # from the held pose
+        if held is not None:
+            pose = held.pose
+        for _ in range(_STEPS):
+            step = _step(_normal(shape, seen, pose, posture), held, moved, posture)
+            moved, posture = moved + step[:6], posture + step[6:]
+            base, way = (pose, step[:6]) if held is None else (held.pose, moved)
+            pose = turned(shape, base, way)
+            if np.abs(np.r_[step[:3], step[6:]]).max() < _SETTLED:
+                break
+        found = _normal(shape, seen, pose, posture)
+    information, gradient = found.information.copy(), found.gradient.copy()
+    if held is not None:
+        information[:6, :6] += held.information
+        gradient[:6] += held.information @ moved
+    return FrameLandmarks(pose, posture, information, gradient, found.misfit)
 
 
-def fit_person(
-    shape: LandmarkShape,
-    landmarks: Sequence[Landmarks],
-    camera: Camera,
-    starts: Sequence[FrameLandmarks] | None = None,
-) -> PersonLandmarks:
-    """One person, and a pose and posture for each frame, most probable by the landmarks.
-
-    The network errs alike in all frames of a person: all together say as much of the identity as
-    one of them.
-
-    Parameters
-    ----------
-    shape : LandmarkShape
-    landmarks : sequence of Landmarks, N
-    camera : Camera
-    starts : sequence of FrameLandmarks, optional
-        Where to begin; by default the faces look ahead.
-    """
-    with _threads().limit(limits=1):
-        return _fitted(shape, [SeenRays.of(one, camera) for one in landmarks], starts)
+def _step(
+    found: _Normal, held: HeldPose | None, moved: FloatArray, posture: FloatArray
+) -> FloatArray:
+    """Newton's step (6 + M,); the prior of a posture is a unit Gaussian, a pose has none."""
+    own = found.information + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
+    pull = found.gradient + np.r_[np.zeros(6), posture]
+    if held is not None:
+        own[:6, :6] += held.information
+        pull[:6] += held.information @ moved
+    own = own + _DAMPING * np.diag(np.diag(own))
+    return -np.asarray(np.linalg.solve(own, pull), np.float64)
 
 
 def sound_fit(
@@ -175,45 +187,18 @@ def sound_fit(
     return None
 
 
+def one_thread() -> AbstractContextManager[object]:
+    """Keep BLAS to one thread: on matrices as small as these its threads wait for each other."""
+    context: AbstractContextManager[object] = _threads().limit(limits=1)
+    return context
+
+
 @cache
 def _threads() -> ThreadpoolController:
-    """Of BLAS: on matrices as small as these its threads only wait for each other."""
     return ThreadpoolController()
 
 
-def _fitted(
-    shape: LandmarkShape, seen: Sequence[SeenRays], starts: Sequence[FrameLandmarks] | None
-) -> PersonLandmarks:
-    k, m, n = len(shape.identity), len(shape.posture), len(seen)
-    poses = [s.pose for s in starts] if starts else [_ahead(shape, s) for s in seen]
-    postures = np.array([s.posture for s in starts]) if starts else np.zeros((n, m))
-    identity = np.zeros(k)
-    for _ in range(_STEPS):
-        equations = [
-            _normal(shape, s, p, identity, x) for s, p, x in zip(seen, poses, postures, strict=True)
-        ]
-        step, frames = _solved(equations, identity, postures, k)
-        identity = identity + step
-        poses = [_turned(shape, p, f[:6]) for p, f in zip(poses, frames, strict=True)]
-        postures = postures + frames[:, 6:]
-        moved = np.abs(np.r_[step, frames[:, :3].ravel(), frames[:, 6:].ravel()])
-        if moved.max(initial=0.0) < _SETTLED:
-            break
-    final = [
-        _normal(shape, s, p, identity, x) for s, p, x in zip(seen, poses, postures, strict=True)
-    ]
-    held = np.r_[0:6, 6 + k : 6 + k + m]
-    found = tuple(
-        FrameLandmarks(p, x, e.information[np.ix_(held, held)], e.gradient[held], e.misfit)
-        for p, x, e in zip(poses, postures, final, strict=True)
-    )
-    covariance = np.zeros((0, 0))
-    if k:
-        covariance = np.asarray(np.linalg.inv(_marginal(final, k)[0]), np.float64)
-    return PersonLandmarks(identity, covariance, found)
-
-
-def _ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
+def looking_ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
     """A head that looks ahead, as large as the eyes are apart, or the face is high."""
     right, left = (seen.rays[pair].mean(axis=0) for pair in EYES)
     apart = np.linalg.norm(shape.mean[EYES[0]].mean(axis=0) - shape.mean[EYES[1]].mean(axis=0))
@@ -226,37 +211,34 @@ def _ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
     return Pose(rotation, middle - rotation @ shape.mean.mean(axis=0))
 
 
-def _turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
+def turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
+    """A pose after a step (6,) of it: radians about the camera's axes, and mm of the pivot."""
     turned = rotations(step[None, :3])[0] @ pose.rotation
     return Pose(turned, pose.apply(shape.pivot) + step[3:] - turned @ shape.pivot)
 
 
-def _normal(
-    shape: LandmarkShape, seen: SeenRays, pose: Pose, identity: FloatArray, posture: FloatArray
-) -> _Normal:
+def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArray) -> _Normal:
     """Linearise the landmarks' residuals, mm at the head, in their standard deviations."""
-    modes = np.concatenate([shape.identity, shape.posture])
-    weights = np.concatenate([identity, posture])
-    points = shape.mean + np.tensordot(weights, modes, 1)
+    points = shape.mean + np.tensordot(posture, shape.posture, 1)
     there = pose.apply(points)
     z, depth = there[:, 2], float(pose.apply(shape.pivot)[2])
     ray = there[:, :2] / z[:, None]
     off = (ray - seen.rays) * depth @ seen.axes.T + shape.bias
     sunk = seen.depth * depth - z
     residual = np.column_stack([off, sunk.mean() - sunk]) / shape.deviation
-    motion = _motions(shape, pose, there, modes)  # (6 + K + M, 468, 3), camera frame
+    motion = motions(shape, pose, there, shape.posture)  # (6 + M, 468, 3), camera frame
     across = (motion[..., :2] - ray * motion[..., 2:]) * (depth / z)[:, None] @ seen.axes.T
     deep = motion[..., 2] - motion[..., 2].mean(axis=1, keepdims=True)
     slope = np.concatenate([across, deep[..., None]], axis=-1) / shape.deviation
-    together = _TOGETHER if len(shape.identity) == 0 else IDENTITY_TOGETHER
-    trust = _trust(shape, pose, there, residual) / together
+    trust = _trust(shape, pose, there, residual) / _TOGETHER
     flat = (slope * trust[:, None]).reshape(len(slope), -1)
     information = flat @ slope.reshape(len(slope), -1).T
     misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))
     return _Normal(information, flat @ residual.ravel(), misfit)
 
 
-def _motions(shape: LandmarkShape, pose: Pose, there: FloatArray, modes: FloatArray) -> FloatArray:
+def motions(shape: LandmarkShape, pose: Pose, there: FloatArray, modes: FloatArray) -> FloatArray:
+    """How points (468, 3), camera frame, move for a step of pose and modes (D), (6 + D, 468, 3)."""
     arm = there - pose.apply(shape.pivot)
     turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)])
     moves = np.broadcast_to(np.eye(3)[:, None], (3, *there.shape))
@@ -269,47 +251,3 @@ def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatA
     facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
     shown = np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0)
     return np.asarray(shown / (1 + (residual[:, :2] ** 2).sum(axis=1) / _STRAY**2))
-
-
-def _marginal(
-    equations: Sequence[_Normal], k: int
-) -> tuple[FloatArray, list[tuple[FloatArray, FloatArray]]]:
-    """Information (K, K) about the identity with the frames integrated out, prior included.
-
-    And of each frame the inverse of its own part, and that times the part shared with identity.
-    """
-    information, parts = np.eye(k), []
-    for e in equations:
-        own, shared = _own(e, k)
-        inverse = np.asarray(np.linalg.inv(own), np.float64)
-        gain = inverse @ shared
-        parts.append((inverse, gain))
-        information += (e.information[6 : 6 + k, 6 : 6 + k] - shared.T @ gain) / len(equations)
-    return information, parts
-
-
-def _own(e: _Normal, k: int) -> tuple[FloatArray, FloatArray]:
-    """A frame's information about its own pose and posture, with their prior, and what it shares.
-
-    The prior of a posture is a Gaussian of unit variance; a pose has none.
-    """
-    held = np.r_[0:6, 6 + k : len(e.gradient)]
-    own = e.information[np.ix_(held, held)] + np.diag(np.r_[np.zeros(6), np.ones(len(held) - 6)])
-    return own + _DAMPING * np.diag(np.diag(own)), e.information[held, 6 : 6 + k]
-
-
-def _solved(
-    equations: Sequence[_Normal], identity: FloatArray, postures: FloatArray, k: int
-) -> tuple[FloatArray, FloatArray]:
-    """The step of the identity (K,), and of each frame's pose and posture (N, 6 + M)."""
-    information, parts = _marginal(equations, k)
-    gradient, frames = identity.copy(), []
-    for e, (_, gain), posture in zip(equations, parts, postures, strict=True):
-        own = np.r_[e.gradient[:6], e.gradient[6 + k :] + posture]
-        gradient += (e.gradient[6 : 6 + k] - gain.T @ own) / len(equations)
-        frames.append(own)
-    step = -np.asarray(np.linalg.solve(information, gradient), np.float64)
-    each = [
-        -inverse @ own - gain @ step for (inverse, gain), own in zip(parts, frames, strict=True)
-    ]
-    return step, np.array(each)

@@ -1,4 +1,4 @@
-"""A person's head followed by its landmarks, each frame on its own."""
+"""A person's head followed by its landmarks and its texture, each frame on its own."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.track.faces import FaceChoice, FaceFollower
-from abs_engine.track.landmark_fit import FrameLandmarks, sound_fit
+from abs_engine.track.head_pose import TexturedHead, placed_fit
+from abs_engine.track.landmark_fit import FrameLandmarks
 from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import Landmarks
 
@@ -58,20 +58,22 @@ class LandmarkMotion:
     ----------
     shape : LandmarkShape
         Of the person.
-    camera : Camera
+    textured : TexturedHead
     choice : FaceChoice
     """
 
     shape: LandmarkShape
-    camera: Camera
+    textured: TexturedHead
     choice: FaceChoice = field(default_factory=FaceChoice)
 
     def frames(self, images: Iterable[Image]) -> Iterator[HeadFrame]:
-        """Each frame with the head's pose and posture by its landmarks."""
+        """Each frame with the head's pose and posture."""
         follower, last = FaceFollower(self.choice), None
         for image in images:
             seen = follower.step(image)
-            last = None if seen is None else sound_fit(self.shape, seen, self.camera, last)
+            last = (
+                None if seen is None else placed_fit(self.textured, self.shape, image, seen, last)
+            )
             if seen is None or last is None:
                 yield HeadFrame(image, None)
                 continue

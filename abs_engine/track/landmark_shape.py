@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +12,7 @@ from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.track.correspondence import Correspondence
 from abs_engine.track.landmarks import INNER_RING, Landmarks
+from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 
@@ -23,22 +23,6 @@ measured on, 0.5 to 0.8 of 1.7 to 2.0 mm; the rest moves with the view, as a pos
 CLOSEST = 3
 """Frames, the least open ones, that say by how much the network sees inner lips apart that meet:
 there other evidence is surest, and an error of it, teeth taken for lips, the smallest."""
-
-
-@dataclass(frozen=True, eq=False)
-class SeenRays:
-    """Landmarks as rays (468, 2) at depth 1, their depth in pixels, and the face's axes."""
-
-    rays: FloatArray
-    depth: FloatArray
-    axes: FloatArray
-
-    @classmethod
-    def of(cls, landmarks: Landmarks, camera: Camera) -> SeenRays:
-        """The rays of landmarks in a camera's picture."""
-        flat = cv2.undistortPoints(landmarks.pixels[:, None], camera.matrix, camera.distortion)
-        depth = landmarks.points[:, 2] / camera.matrix[0, 0]
-        return cls(np.asarray(flat[:, 0], np.float64), depth, np.stack(landmarks.axes))
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,8 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.scene import Renderer
 from abs_engine.track.correspondence import Correspondence
 from abs_engine.track.fit import class_maps, likelihood_of, mouth_window
-from abs_engine.track.landmark_fit import LIPS_TOGETHER, sound_fit
+from abs_engine.track.head_pose import TexturedHead, placed_fit
+from abs_engine.track.landmark_fit import LIPS_TOGETHER
 from abs_engine.track.landmark_motion import SeenFace
 from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import LIPS, Landmarks
@@ -39,7 +40,7 @@ from abs_engine.track.pose import PoseFrame
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-SHIFT_DEVIATION = np.array([0.01, 0.01, 0.01, 0.8, 1.0, 0.01])
+SHIFT_DEVIATION = np.array([0.002, 0.002, 0.002, 0.8, 1.0, 0.003])
 """How far the landmarks put a whole clip's poses off: radians, mm, and a share of the depth."""
 ROUNDS = (3.0, 2.0)
 """How unsure a class's place is in each round, mm: the landmarks' noise, then that of fits."""
@@ -87,6 +88,7 @@ class PlacedHead:
     ----------
     model : MouthModel
     shape : LandmarkShape
+    textured : TexturedHead
     correspondence : Correspondence
     camera : Camera
     renderer : Renderer
@@ -94,6 +96,7 @@ class PlacedHead:
 
     model: MouthModel
     shape: LandmarkShape
+    textured: TexturedHead
     correspondence: Correspondence
     camera: Camera
     renderer: Renderer
@@ -102,7 +105,7 @@ class PlacedHead:
         self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
     ) -> list[PlacedFrame]:
         """The frames with the head placed by a person's landmarks as they are known so far."""
-        fits = [(i, m, sound_fit(shape, m, self.camera, None)) for i, m in seen]
+        fits = [(i, m, placed_fit(self.textured, shape, i, m)) for i, m in seen]
         return [PlacedFrame(i, SeenFace(m, fit)) for i, m, fit in fits if fit is not None]
 
     @cached_property
@@ -142,7 +145,6 @@ def calibrate_placed(
     Returns
     -------
     Calibration
-        Without a shift of the poses: it is in the landmarks' bias.
     LandmarkShape
         The person's landmarks, and what the network is biased by.
 
@@ -162,7 +164,7 @@ def calibrate_placed(
         person, shape = found.person, head.known(placed, found)
     agreement = _agreement(head, head.frames(shape, seen), found)
     classes = replace(found.classes, agreement=agreement)
-    return replace(found, shift=np.zeros(6), classes=classes), shape
+    return replace(found, classes=classes), shape
 
 
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
@@ -171,7 +173,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     1 where the mouth hardly moves by the landmarks: then nothing is told.
     """
     model = head.model
-    stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), found.person)
+    stand = _Stand(model, placed, head.camera, head.renderer, found.shift, found.person)
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
     told = _apertures(model, found.person, starts)

@@ -1,0 +1,53 @@
+"""Smooth displacements of a surface: a Gaussian process in place of what no shape target knows.
+
+Lüthi, Gerig, Jud and Vetter, "Gaussian Process Morphable Models", IEEE TPAMI 40(8), 2018: a sum of
+Gaussian kernels, its eigenfunctions by Nyström's method (section 4.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SCALES = ((3.0, 60.0), (1.5, 25.0))
+"""Standard deviation and reach, both mm, of what the targets of a head leave of other people's
+heads: of its whole proportions, and of single features."""
+_SAMPLES = 400  # points that the kernel's eigenfunctions are found on
+_RANK = 60  # of a coordinate
+
+
+def smooth_modes(
+    vertices: FloatArray, scales: Sequence[tuple[float, float]] = SCALES
+) -> FloatArray:
+    """Displacements (K, V, 3), mm per standard deviation, of vertices (V, 3), mm.
+
+    The same for each coordinate, so K is three times the kernel's rank.
+    """
+    samples = vertices[_spread(vertices, min(_SAMPLES, len(vertices)))]
+    kernel = _kernel(samples, samples, scales) + 1e-6 * np.eye(len(samples))
+    values, vectors = np.linalg.eigh(kernel)
+    order = np.argsort(-values)[:_RANK]
+    fields = _kernel(vertices, samples, scales) @ vectors[:, order] / np.sqrt(values[order])
+    return np.asarray(np.einsum("vr,cd->rcvd", fields, np.eye(3)).reshape(-1, len(vertices), 3))
+
+
+def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
+    """Vertices that lie far from each other: each the farthest from those before."""
+    chosen, away = [0], np.full(len(vertices), np.inf)
+    for _ in range(count - 1):
+        away = np.minimum(away, ((vertices - vertices[chosen[-1]]) ** 2).sum(axis=1))
+        chosen.append(int(away.argmax()))
+    return np.array(chosen)
+
+
+def _kernel(
+    one: FloatArray, other: FloatArray, scales: Sequence[tuple[float, float]]
+) -> FloatArray:
+    """Covariance (N, M) of the displacements at points, mm^2."""
+    apart = (one**2).sum(1)[:, None] + (other**2).sum(1) - 2 * one @ other.T
+    terms = [sd**2 * np.exp(-0.5 * np.maximum(apart, 0) / reach**2) for sd, reach in scales]
+    return np.asarray(np.sum(terms, axis=0))
