@@ -23,7 +23,7 @@ from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 
-LIPS_TOGETHER, OTHERS_TOGETHER = 4.0, 100.0
+LIPS_TOGETHER, OTHERS_TOGETHER = 2.0, 100.0
 """Landmarks that err together: so many count as one. Of what the network is off by within a person,
 the 936 numbers of all landmarks move like 9 independent ones. Of the lips, most of what they have
 in common moves with the head's pose; 4 rather than 12 were chosen on p01 to p06 of the strangers'
@@ -230,6 +230,7 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
     across = (motion[..., :2] - ray * motion[..., 2:]) * (depth / z)[:, None] @ seen.axes.T
     deep = motion[..., 2] - motion[..., 2].mean(axis=1, keepdims=True)
     slope = np.concatenate([across, deep[..., None]], axis=-1) / shape.deviation
+    residual[LIPS, 2], slope[:, LIPS, 2] = 0.0, 0.0  # depths of lips say nothing of their opening
     trust = _trust(shape, pose, there, residual) / _TOGETHER
     flat = (slope * trust[:, None]).reshape(len(slope), -1)
     information = flat @ slope.reshape(len(slope), -1).T
