@@ -2,29 +2,43 @@
 
 Usage: ``python assets/make_landmarks.py [OUTPUT_FOLDER]``: draws the six people in several postures
 from several sides (the CPU rasteriser, a lamp above the camera), lets the network look, and finds
-the points of the mesh that its landmarks show. Then it draws people who do not exist, under other
-lights and from other sides, and learns from them what errors have in common. It writes
-``landmarks.npz``. Nothing but this repository is needed; it takes about five minutes.
+which landmarks are each other's mirror images and the points of the mesh that they show. Then it
+draws people who do not exist, under other lights and from other sides, and learns from them what
+errors have in common. It writes ``landmarks.npz``, and ``landmark_mirror.json`` in ``detector``
+beside that folder. Nothing but this repository is needed; it takes about five minutes.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.scene import Scene
 from abs_engine.shape.identity import head_modes
 from abs_engine.shape.mouth import mouth_shape
 from abs_engine.shape.upper_face import upper_face_modes
 from abs_engine.track.correspondence import FILE, Sighting, learn_correspondence, off_of
+from abs_engine.track.detect import find_face
 from abs_engine.track.landmark_noise import learn_noise
-from abs_engine.track.sightings import Light, pose_of, sighting_of, sightings_of
+from abs_engine.track.landmarks import landmarks_of
+from abs_engine.track.sightings import (
+    USUAL_LIGHT,
+    Light,
+    lit_picture,
+    pose_of,
+    sighting_of,
+    sightings_of,
+)
 
 POSTURES: tuple[dict[str, float], ...] = (
     {},
@@ -84,14 +98,46 @@ def strangers(speaker: Speaker) -> Iterator[tuple[int, Sighting]]:
                 yield person, seen
 
 
+def learn_mirror(speaker: Speaker) -> list[int]:
+    """Which landmark each one is in a mirror image, by drawings and their mirror images."""
+    renderer, camera = CpuRenderer(), Camera.ideal((400, 400))
+    none = np.zeros((0, *speaker.vertices.shape), np.float32)
+    classes, away = speaker.facet_class.astype(np.int32), []
+    for name, yaw in product(speaker.people, (-0.3, 0.0, 0.3)):
+        vertices = speaker.named(name).astype(np.float64)
+        scene = Scene(
+            vertices.astype(np.float32), none, speaker.faces, speaker.uv, classes,
+            speaker.texture(name),
+        )  # fmt: skip
+        pose = pose_of(speaker, vertices, (0.0, 0.0, yaw), np.array([0.0, 0.0, 700.0]))
+        picture = lit_picture(scene, pose, camera, renderer, USUAL_LIGHT)
+        looks = [_plain_look(p) for p in (picture, np.ascontiguousarray(picture[:, ::-1]))]
+        looks[1][:, 0] = picture.shape[1] - 1 - looks[1][:, 0]
+        away.append(np.linalg.norm(looks[0][:, None] - looks[1][None], axis=2))
+    return [int(k) for k in linear_sum_assignment(np.mean(away, axis=0))[1]]
+
+
+def _plain_look(picture: np.ndarray) -> np.ndarray:
+    """Landmarks (468, 2) by one look; the drawings show a face for sure."""
+    face = find_face(picture)
+    seen = None if face is None else landmarks_of(picture, face, both=False)
+    if seen is None:
+        raise RuntimeError("the network sees no face in a drawing")
+    return seen.pixels.copy()
+
+
 def main() -> int:
-    """Learn from the drawings and write the file."""
+    """Learn from the drawings and write the files."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "output", nargs="?", type=Path, default=Path(__file__).resolve().parent / "speaker"
     )
     folder = parser.parse_args().output
     speaker = load_speaker()
+    mirror = learn_mirror(speaker)
+    (folder.parent / "detector" / "landmark_mirror.json").write_text(
+        json.dumps(mirror, separators=(",", ":")) + "\n"
+    )
     found = learn_correspondence(speaker, list(all_sightings(speaker)))
     people, seen = zip(*strangers(speaker), strict=True)
     off = np.stack([off_of(found.corners, found.weights, s) for s in seen])

@@ -231,6 +231,7 @@ def test_information_is_the_curvature_of_the_landmarks_misfit():
     trust /= np.where(np.isin(np.arange(COUNT), LIPS), LIPS_TOGETHER, OTHERS_TOGETHER)
     steps = np.diag(np.r_[np.full(3, 1e-4), np.full(3 + m, 1e-2)])
     slope = np.stack([(off(s) - off(-s)) / (2 * s.max()) for s in steps])
+    slope[:, LIPS, 2] = 0.0  # depths of lips are left out
     expected = np.einsum("ikd,jkd,k->ij", slope, slope, trust)
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.abs((again.information - expected) / size).max() < 0.02

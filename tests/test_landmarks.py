@@ -12,7 +12,7 @@ from runs import noise
 
 from abs_engine.assets import shipped
 from abs_engine.camera import Camera
-from abs_engine.track.detect import Face
+from abs_engine.track.detect import Face, find_face
 from abs_engine.track.landmarks import (
     EYES,
     INNER_RING,
@@ -21,6 +21,7 @@ from abs_engine.track.landmarks import (
     Landmarks,
     landmarks_again,
     landmarks_of,
+    mirrored,
 )
 
 PEOPLE = ["clara", "kofi", "walter", "mei", "amara", "ravi"]
@@ -55,6 +56,41 @@ def test_landmarks_lie_where_the_correspondence_puts_them(person, yaw):
     assert rms(off[LIPS]) < 5.0
     assert np.percentile(off, 95) < 9.0
     assert seen.presence > 0.9
+
+
+def test_a_mirror_image_swaps_the_sides():
+    other = mirrored()
+    np.testing.assert_array_equal(other[other], np.arange(len(other)))
+    assert {int(other[k]) for k in EYES[0]} == set(EYES[1].tolist())
+    points = correspondence().of(speaker().vertices.astype(float))
+    away = points[other] * [-1, 1, 1] - points
+    assert rms(np.linalg.norm(away, axis=1)) < 3.0  # the bundled head is symmetric
+
+
+@pytest.mark.parametrize("person", PEOPLE[:3])
+def test_a_mirror_image_is_seen_alike(person):
+    image = drawn(person, seen_at([0.1, 0.3, 0.05], [0, 0, 700]))
+    seen, other = (network_sees(np.ascontiguousarray(i)) for i in (image, image[:, ::-1]))
+    back = other.points[mirrored()] * [-1, 1, 1] + [image.shape[1] - 1, 0, 0]
+    assert rms(back[:, :2] - seen.pixels) < 1.0
+
+
+def test_two_looks_err_less_than_one():
+    """Over people and sides, by how the landmarks of one person lie to each other."""
+    errors = []
+    for person in PEOPLE:
+        for yaw in (-0.4, 0.0, 0.4):
+            pose = seen_at([0, yaw, 0], [0, 0, 700])
+            image, off = drawn(person, pose), []
+            face = find_face(image)
+            assert face is not None
+            for both in (False, True):
+                seen = landmarks_of(image, face, both)
+                assert seen is not None
+                off.append(rms(off_by(seen, person, pose)))
+            errors.append(off)
+    one, two = np.mean(errors, axis=0)
+    assert two < 0.99 * one
 
 
 def test_the_places_say_more_than_the_average_face():

@@ -8,6 +8,7 @@ rendering and comparing. A process has one network, not to be used from several 
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from functools import cache
 
@@ -76,25 +77,27 @@ class Landmarks:
         return float(np.linalg.norm(upper - lower)) / max(across, 1e-9)
 
 
-def landmarks_of(image: Image, face: Face) -> Landmarks | None:
+def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | None:
     """The points of a face that was detected; None where the network sees no face there.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
     face : Face
+    both : bool
+        Whether the network looks at the mirrored face, too.
     """
     right, left = (face.points[MARKS.index(name)] for name in ("right_eye", "left_eye"))
-    first = _looked_at(image, face.centre, face.size, right, left)
-    return None if first is None else landmarks_again(image, first)
+    first = _looked_at(image, face.centre, face.size, right, left, both=False)
+    return None if first is None else landmarks_again(image, first, both)
 
 
-def landmarks_again(image: Image, last: Landmarks) -> Landmarks | None:
+def landmarks_again(image: Image, last: Landmarks, both: bool = True) -> Landmarks | None:
     """The points of a face that was at `last`, in the frame before or by a first look."""
     right, left = (last.pixels[pair].mean(axis=0) for pair in EYES)
     along, down = last.axes
     ends = [0.5 * (v.min() + v.max()) for v in (last.pixels @ along, last.pixels @ down)]
-    return _looked_at(image, ends[0] * along + ends[1] * down, last.size, right, left)
+    return _looked_at(image, ends[0] * along + ends[1] * down, last.size, right, left, both)
 
 
 def _axes(right: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -104,9 +107,17 @@ def _axes(right: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _looked_at(
-    image: Image, centre: FloatArray, size: float, right: FloatArray, left: FloatArray
+    image: Image,
+    centre: FloatArray,
+    size: float,
+    right: FloatArray,
+    left: FloatArray,
+    both: bool,
 ) -> Landmarks | None:
-    """What the network sees in an upright square about a face; black lies around the picture."""
+    """What the network sees in an upright square about a face; black lies around the picture.
+
+    In `both` the square and its mirror image it errs in different ways: the mean errs less.
+    """
     along, across = _axes(right, left)
     if not (np.isfinite(centre).all() and size > 1.0):
         return None
@@ -114,15 +125,29 @@ def _looked_at(
     matrix = np.column_stack([step * along, step * across, np.zeros(2)])
     matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (_SIDE - 1))
     patch = _cut(image, matrix, step)
+    found, presence = _seen(patch)
+    if presence < _PRESENT:
+        return None
+    if both:
+        other = _seen(patch[:, ::-1])[0][mirrored()]
+        found = 0.5 * (found + np.column_stack([_SIDE - other[:, 0], other[:, 1:]]))
+    there = (found[:, :2] - 0.5) @ matrix[:, :2].T + matrix[:, 2]
+    return Landmarks(np.column_stack([there, step * found[:, 2]]), presence)
+
+
+def _seen(patch: Image) -> tuple[FloatArray, float]:
+    """The points (468, 3) in a square of `_SIDE` pixels, and how probably it shows a face."""
     network = _network()
     network.setInput((patch.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
     logit = float(np.ravel(network.forward("conv2d_31"))[0])
     presence = float(1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0))))
-    if presence < _PRESENT:
-        return None
-    found = network.forward("conv2d_21").reshape(COUNT, 3).astype(np.float64)
-    there = (found[:, :2] - 0.5) @ matrix[:, :2].T + matrix[:, 2]
-    return Landmarks(np.column_stack([there, step * found[:, 2]]), presence)
+    return network.forward("conv2d_21").reshape(COUNT, 3).astype(np.float64), presence
+
+
+@cache
+def mirrored() -> NDArray[np.int_]:
+    """Which landmark (468,) each one is in a mirror image (`assets/make_landmarks.py`)."""
+    return np.array(json.loads(shipped("detector/landmark_mirror.json").read_text()), np.int_)
 
 
 def _cut(image: Image, matrix: FloatArray, step: float) -> Image:

@@ -99,7 +99,7 @@ def sighting_of(
     none = np.zeros((0, *vertices.shape), np.float32)
     classes = speaker.facet_class.astype(np.int32)
     scene = Scene(vertices.astype(np.float32), none, speaker.faces, speaker.uv, classes, texture)
-    picture = _lit(scene, pose, camera, renderer, light)
+    picture = lit_picture(scene, pose, camera, renderer, light)
     if coarse > 1:
         small = cv2.resize(
             picture, None, fx=1 / coarse, fy=1 / coarse, interpolation=cv2.INTER_AREA
@@ -110,7 +110,9 @@ def sighting_of(
     return None if seen is None else Sighting(vertices, pose, camera, seen)
 
 
-def _lit(scene: Scene, pose: Pose, camera: Camera, renderer: Renderer, light: Light) -> Image:
+def lit_picture(
+    scene: Scene, pose: Pose, camera: Camera, renderer: Renderer, light: Light
+) -> Image:
     """A picture of a head under a lamp before a grey wall, drawn twice as fine and averaged."""
     window = Window(0, 0, *camera.size, 2.0)
     one = Candidates.one(np.zeros(scene.n_modes), pose)
