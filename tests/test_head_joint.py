@@ -218,8 +218,15 @@ def test_a_picture_without_texture_leaves_the_pose_to_landmarks():
 
 def test_normals_go_with_the_posture():
     one = body()
-    seen = view(0, one)
-    np.testing.assert_allclose(seen.normals, vertex_normals(one.mean, speaker().faces))
+    moved = one.vertices(np.zeros(len(one.identity)), np.full(len(one.posture), 1.5))
+    seen = view(0, one, vertices=moved)
+    np.testing.assert_allclose(seen.normals, vertex_normals(moved, speaker().faces))
+    assert np.abs(seen.normals - view(0, one).normals).max() > 0.1
+
+
+def test_a_head_without_skin_is_placed_by_landmarks_alone():
+    one = replace(true_body(), skull=np.zeros_like(body().skull))
+    assert match(one, view(0, one), view(1, one), CAMERA, CpuRenderer()) is None
 
 
 PICTURES = (

@@ -60,7 +60,15 @@ def test_it_is_kept_in_a_file():
         np.testing.assert_allclose(getattr(again, name), value, atol=2e-2, err_msg=name)
 
 
-@pytest.mark.parametrize("change", [{"noise_bias": np.zeros((3, 3))}, {"noise_within": [[np.nan]]}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"noise_bias": np.zeros((3, 3))},
+        {"noise_bias": np.full((468, 3), np.nan)},
+        {"noise_between": np.zeros((468, 3))},
+        {"noise_deviation": np.zeros((468, 3))},
+    ],
+)
 def test_what_is_of_other_landmarks_is_refused(change):
     with pytest.raises(ValueError, match="468"):
         LandmarkNoise.of_arrays(correspondence().noise.arrays() | change)

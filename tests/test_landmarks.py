@@ -202,9 +202,10 @@ def test_a_face_that_has_left_is_none():
     assert landmarks_again(np.full((240, 320, 3), 90, np.uint8), seen) is None
 
 
-def test_the_network_is_the_one_that_the_provenance_names():
+@pytest.mark.parametrize("name", ["face_landmark", "iris_landmark"])
+def test_the_network_is_the_one_that_the_provenance_names(name):
     folder = shipped("detector")
-    content = (folder / "face_landmark.tflite").read_bytes()
+    content = (folder / f"{name}.tflite").read_bytes()
     told = (folder / "PROVENANCE.md").read_text("utf-8")
     assert hashlib.sha256(content).hexdigest() in told
     assert f"{len(content):,} bytes" in told

@@ -1,7 +1,7 @@
 """What landmarks and pupils say of a head, linearised: of its pose, who it is, and its posture.
 
-The landmarks' errors are those of `LandmarkNoise`: what a person's landmarks err alike is unknown
-beside the person, and what a frame's err in common is integrated out.
+The landmarks' errors are those of `LandmarkNoise`: the error that all frames of a person share is
+estimated with the person, and the error that a frame's landmarks share is integrated out.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ FloatArray = NDArray[np.float64]
 _STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
 _HIDDEN, _GUESSED = 0.15, 0.05  # as in `landmark_fit`
 _GAZE = np.array([3.0, 2.0])
-"""How far eyes that look elsewhere take both pupils along, mm, across and down."""
-_PUPIL = 0.6  # mm, what each pupil is off by itself
+"""How far eyes that look elsewhere take both pupils along, mm, across and down the face."""
+_PUPIL, _PIXEL = 0.6, 0.5  # mm and px, what each pupil is off by itself
 
 
 class Equations(NamedTuple):
@@ -67,7 +67,8 @@ def landmark_equations(
     off = off - noise.bias - np.tensordot(guess.error, noise.between, 1)
     moved = motions(shape, guess.pose, there, modes)
     across = (moved[..., :2] - ray * moved[..., 2:]) * (reach / z)[:, None] @ seen.axes.T
-    sunk = moved[..., 2] - moved[..., 2].mean(axis=1, keepdims=True)
+    sunk = moved[..., 2] - seen.depth * moved[..., 2].mean(axis=1, keepdims=True)
+    sunk = sunk - sunk.mean(axis=1, keepdims=True)
     slope = np.concatenate([across, sunk[..., None]], axis=-1)
     parts = [slope[: 6 + k], noise.between, slope[6 + k :], noise.within]
     flat = np.concatenate(parts).reshape(-1, off.size)
@@ -110,6 +111,7 @@ def _without(whole: Equations, kept: int) -> Equations:
 def pupil_equations(
     pupils: FloatArray, modes: FloatArray, pivot: FloatArray, seen: FloatArray, camera: Camera,
     pose: Pose,
+    axes: FloatArray,
 ) -> Equations:  # fmt: skip
     """What the pupils (2, 2), px, say of pose (6) and identity (K).
 
@@ -123,17 +125,20 @@ def pupil_equations(
     seen : (2, 2) float64, px
     camera : Camera
     pose : Pose
+    axes : (2, 2) float64
+        Of the face in the picture, as in `Landmarks.axes`.
     """
     there = pose.apply(pupils)
     pixel = there[:, 2].mean() / camera.matrix[0, 0]
-    off = ((seen - camera.project(there)) * pixel).ravel()
+    off = ((seen - camera.project(there)) * pixel @ axes.T).ravel()
     arm = there - pose.apply(pivot)
     turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)])
     shifts = np.broadcast_to(np.eye(3)[:, None], (3, 2, 3))
     moved = np.concatenate([turns, shifts, modes @ pose.rotation.T])
     depth = there[:, 2:]
     scale = np.diag(camera.matrix)[:2] * pixel / depth
-    slope = ((moved[..., :2] - there[:, :2] / depth * moved[..., 2:]) * scale).reshape(-1, 4)
+    across = (moved[..., :2] - there[:, :2] / depth * moved[..., 2:]) * scale
+    slope = (across @ axes.T).reshape(-1, 4)
     common = np.tile(np.diag(_GAZE**2), (2, 2))
-    precision = np.linalg.inv(common + _PUPIL**2 * np.eye(4))
+    precision = np.linalg.inv(common + (_PUPIL**2 + (_PIXEL * pixel) ** 2) * np.eye(4))
     return Equations(slope @ precision @ slope.T, -slope @ precision @ off)

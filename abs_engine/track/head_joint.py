@@ -216,7 +216,9 @@ class _System:
         self._add(np.r_[at[:6], np.arange(k + q), at[6:]], *told)
         if pupils is not None:
             own, modes = p.eyes(self.head.identity)
-            told = pupil_equations(own, modes, p.body.pivot, pupils, p.camera, guess.pose)
+            told = pupil_equations(
+                own, modes, p.body.pivot, pupils, p.camera, guess.pose, seen.axes
+            )
             self._add(np.r_[at[:6], np.arange(k)], *told)
 
     def add_matches(

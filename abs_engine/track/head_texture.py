@@ -68,7 +68,8 @@ class HeadBody:
         whole, lips = mean.astype(np.float64), speaker.vertices[speaker.lip_ring]
         moved = np.sqrt((mouth.astype(np.float64) ** 2).sum(axis=(0, 2)))[speaker.faces].mean(1)
         middle = speaker.vertices[speaker.faces].astype(np.float64).mean(axis=1)
-        skin = speaker.facet_class == speaker.class_id("skin")
+        names = speaker.class_names
+        skin = speaker.facet_class == (names.index("skin") if "skin" in names else -1)
         above = middle[:, 1] > lips[:, 1].mean() + _ABOVE_MM
         skull = skin & (moved < _STILL_MM) & above & (middle[:, 2] > _FRONT_MM)
         posture = np.concatenate([mouth, upper]).astype(np.float64)
@@ -140,6 +141,8 @@ def match(
     body: HeadBody, first: HeadView, second: HeadView, camera: Camera, renderer: Renderer
 ) -> Matches | None:
     """Points of the skin in both frames; None where there are too few."""
+    if not body.skull.any():
+        return None
     window = _window(body, second, camera)
     none = np.zeros((0, *second.vertices.shape), np.float32)
     one = body.speaker

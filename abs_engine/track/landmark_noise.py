@@ -1,4 +1,4 @@
-"""By how much the landmark network errs: alike for all, by the person, and from frame to frame.
+"""The landmark network's errors: common to all, of each person, and of each frame.
 
 Its errors are not independent: a whole jaw is seen too low, or a face too wide. What they have in
 common is a factor analysis of drawn heads whose landmarks are known; where it is left out, a fit
@@ -32,7 +32,7 @@ class LandmarkNoise:
     Parameters
     ----------
     bias : (468, 3) float64
-        What it errs on the average.
+        Its mean error.
     between : (Q, 468, 3) float64
         Factors of a person's own error: one standard deviation each.
     within : (R, 468, 3) float64
@@ -68,7 +68,13 @@ class LandmarkNoise:
     def of_arrays(cls, data: Mapping[str, Any]) -> LandmarkNoise:
         """From a file's arrays. Raises `KeyError` or `ValueError` where they do not fit."""
         found = {k: np.asarray(data[f"noise_{k}"], np.float64) for k in cls.__annotations__}
-        if any(a.shape[-2:] != (COUNT, 3) or not np.isfinite(a).all() for a in found.values()):
+        factors = ("between", "within")
+        shaped = all(
+            a.shape[-2:] == (COUNT, 3) and a.ndim == (3 if k in factors else 2)
+            for k, a in found.items()
+        )
+        sound = shaped and all(np.isfinite(a).all() for a in found.values())
+        if not (sound and (found["deviation"] > 0).all()):
             raise ValueError("the noise is not of 468 landmarks")
         return cls(**found)
 

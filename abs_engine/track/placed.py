@@ -46,9 +46,7 @@ ROUNDS = (3.0, 2.0)
 """How unsure a class's place is in each round, mm: the landmarks' noise, then that of fits."""
 OPENING = 2.5  # mm from where lips meet, how far a mouth may be open that is drawn closed
 INSIDE = 0.6  # of where lips are drawn: how much may be the mouth's inside, as the posture may err
-LEAST_MOTION = (
-    1.0  # mm, standard deviation of apertures from which on colours can be judged by them
-)
+LEAST_MOTION = 0.7  # mm, standard deviation of apertures from which on colours are judged by them
 _PERSON_LIMIT, _POSTURE_LIMIT = 250, 150  # evaluations of the person's fit, and of a posture's
 
 
@@ -145,6 +143,7 @@ def calibrate_placed(
     Returns
     -------
     Calibration
+        Its shift is of the poses by texture and landmarks.
     LandmarkShape
         The person's landmarks, and what the network is biased by.
 
@@ -153,7 +152,7 @@ def calibrate_placed(
     FaceNotFoundError
         If the mouth lies outside of the picture in all of them.
     """
-    person, shape = np.zeros(head.model.n_person), head.shape
+    person, shape, shift = np.zeros(head.model.n_person), head.shape, np.zeros(6)
     for blur in ROUNDS:
         placed = head.frames(shape, seen)
         if not placed:
@@ -161,10 +160,11 @@ def calibrate_placed(
                 "the landmarks that were seen are no face's", "give a video with a face"
             )
         found = _round(head, placed, person, blur, known)
-        person, shape = found.person, head.known(placed, found)
+        person, shape, shift = found.person, head.known(placed, found), shift + found.shift
+        head = replace(head, textured=replace(head.textured, shift=shift))
     agreement = _agreement(head, head.frames(shape, seen), found)
     classes = replace(found.classes, agreement=agreement)
-    return replace(found, classes=classes), shape
+    return replace(found, shift=shift, classes=classes), shape
 
 
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
@@ -173,7 +173,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     1 where the mouth hardly moves by the landmarks: then nothing is told.
     """
     model = head.model
-    stand = _Stand(model, placed, head.camera, head.renderer, found.shift, found.person)
+    stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), found.person)
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
     told = _apertures(model, found.person, starts)

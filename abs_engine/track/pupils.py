@@ -23,29 +23,40 @@ _EYES = ((33, 133, 159, 145), (362, 263, 386, 374))
 """Left and right end in an upright picture, upper and lower lid, of the right and the left eye."""
 _SIDE = 64  # pixels that the network looks at
 _AROUND = 2.3  # times an eye's width (as MediaPipe does)
+_TURNED = 0.5  # width of an eye over the other's, below which the head is turned too far
 _SHUT = 0.12  # height of an eye over its width, below which its iris is guessed
 
 
 def pupils_of(image: Image, landmarks: Landmarks) -> FloatArray | None:
-    """The pupils (2, 2) of the subject's right and left eye, pixels; None where an eye is shut.
+    """The pupils (2, 2) of the subject's right and left eye, pixels.
+
+    None where an eye is not seen well: shut, outside of the picture, or turned away.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
     landmarks : Landmarks
     """
-    found = []
-    for mirrored, marks in zip((True, False), _EYES, strict=True):
+    found: list[FloatArray] = []
+    size = np.array(image.shape[1::-1])
+    widths = [float(np.linalg.norm(np.subtract(*landmarks.pixels[list(e[:2])]))) for e in _EYES]
+    if min(widths) < _TURNED * max(widths):
+        return None
+    for mirrored, marks in zip((False, True), _EYES, strict=True):
         start, end, upper, lower = landmarks.pixels[list(marks)]
         width = float(np.linalg.norm(end - start))
-        if width < 2.0 or np.linalg.norm(upper - lower) < _SHUT * width:
+        outside = (np.minimum(start, end) < 0).any() or (np.maximum(start, end) > size - 1).any()
+        if width < 2.0 or outside or np.linalg.norm(upper - lower) < _SHUT * width:
             return None
         found.append(_pupil(image, start, end, mirrored))
     return np.stack(found)
 
 
 def _pupil(image: Image, start: FloatArray, end: FloatArray, mirrored: bool) -> FloatArray:
-    """The middle (2,) of an iris between the ends of an eye; the network knows left eyes only."""
+    """The middle (2,) of an iris between the ends of an eye.
+
+    The network knows eyes on the left of a picture only; others are mirrored.
+    """
     along = (end - start) / np.linalg.norm(end - start)
     step = _AROUND * float(np.linalg.norm(end - start)) / _SIDE
     axes = step * np.stack([along, [-along[1], along[0]]], axis=1)
@@ -54,7 +65,7 @@ def _pupil(image: Image, start: FloatArray, end: FloatArray, mirrored: bool) -> 
     network = _network()
     look = patch[:, ::-1] if mirrored else patch
     network.setInput((look.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
-    seen = network.forward("output_iris").reshape(5, 3)[0, :2].astype(np.float64)
+    seen = network.forward("output_iris").reshape(5, 3)[0, :2].astype(np.float64) - 0.5
     if mirrored:
         seen[0] = _SIDE - 1 - seen[0]
     return np.asarray(matrix[:, :2] @ seen + matrix[:, 2])

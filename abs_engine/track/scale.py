@@ -80,15 +80,17 @@ def pupil_vertices(speaker: Speaker) -> tuple[NDArray[np.intp], NDArray[np.intp]
 
     Of a head without eyes, the corners of the eyelids.
     """
-    if "eyes" not in speaker.class_names:
+    names = speaker.class_names
+    painted = speaker.facet_class == (names.index("eyes") if "eyes" in names else -1)
+    eyes = np.unique(speaker.faces[painted])
+    sides = [eyes[side * speaker.vertices[eyes, 0] > 0] for side in (-1.0, 1.0)]
+    if not all(len(side) for side in sides):
         right, left = np.split(np.asarray(speaker.landmarks["eye_corners"], np.intp), 2)
         return right, left
-    eyes = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("eyes")])
     found = []
-    for side in (-1.0, 1.0):
-        own = eyes[side * speaker.vertices[eyes, 0] > 0]
+    for own in sides:
         front = speaker.vertices[own, 2]
-        found.append(own[front > front.max() - _POLE * np.ptp(front)])
+        found.append(own[front >= front.max() - _POLE * np.ptp(front)])
     return found[0], found[1]
 
 
