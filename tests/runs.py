@@ -111,7 +111,8 @@ def write_kind(
         stream = container.add_stream(codec, rate=Fraction(25))
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else pixels
-        stream.codec_context.thread_count = 1  # with several, x264 writes other bytes each time
+        if codec == "libx264":  # with several threads it writes other bytes each time
+            stream.options = {"x264-params": "threads=1:lookahead-threads=1:asm=sse4.2"}
         if gop is not None:
             stream.codec_context.gop_size = gop
         if stamps is not None:
