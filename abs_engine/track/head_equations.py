@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
-from abs_engine.track.landmark_fit import motions
+from abs_engine.track.landmark_fit import STRAY, motions, shown
 from abs_engine.track.landmark_noise import LandmarkNoise
 from abs_engine.track.landmark_shape import LandmarkShape
+from abs_engine.track.pose import pose_moves
 from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 
-_STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
-_HIDDEN, _GUESSED = 0.15, 0.05  # as in `landmark_fit`
 _GAZE = np.array([3.0, 2.0])
 """How far eyes that look elsewhere take both pupils along, mm, across and down the face."""
 _PUPIL, _PIXEL = 0.6, 0.5  # mm and px, what each pupil is off by itself
@@ -91,12 +90,9 @@ def _weights(
     shape: LandmarkShape, noise: LandmarkNoise, pose: Pose, there: FloatArray, off: FloatArray
 ) -> FloatArray:
     """Inverse variances (468, 3): less where a landmark is hidden, or far off (Cauchy)."""
-    sight = there / np.linalg.norm(there, axis=1, keepdims=True)
-    facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
-    shown = np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0)
     whole = noise.variance + (noise.within**2).sum(axis=0)
-    away = (off[:, :2] ** 2 / whole[:, :2]).sum(axis=1) / _STRAY**2
-    return np.asarray((shown / (1 + away))[:, None] / noise.variance)
+    away = (off[:, :2] ** 2 / whole[:, :2]).sum(axis=1) / STRAY**2
+    return np.asarray((shown(shape, pose, there) / (1 + away))[:, None] / noise.variance)
 
 
 def _without(whole: Equations, kept: int) -> Equations:
@@ -131,10 +127,7 @@ def pupil_equations(
     there = pose.apply(pupils)
     pixel = there[:, 2].mean() / camera.matrix[0, 0]
     off = ((seen - camera.project(there)) * pixel @ axes.T).ravel()
-    arm = there - pose.apply(pivot)
-    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)])
-    shifts = np.broadcast_to(np.eye(3)[:, None], (3, 2, 3))
-    moved = np.concatenate([turns, shifts, modes @ pose.rotation.T])
+    moved = np.concatenate([pose_moves(there - pose.apply(pivot)), modes @ pose.rotation.T])
     depth = there[:, 2:]
     scale = np.diag(camera.matrix)[:2] * pixel / depth
     across = (moved[..., :2] - there[:, :2] / depth * moved[..., 2:]) * scale

@@ -18,6 +18,8 @@ from abs_engine.assets import Speaker
 from abs_engine.camera import Camera, Window
 from abs_engine.geometry import Pose, vertex_normals
 from abs_engine.scene import Candidates, Renderer, Scene
+from abs_engine.track.pose import pose_moves
+from abs_engine.track.rigid import flow
 
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
@@ -25,6 +27,7 @@ Gray = NDArray[np.uint8]
 _SIDE = 220  # pixels, most of the longer side of what is compared
 _MOST, _LEAST = 120, 8  # points
 _FACING = 0.25  # least cosine between the surface and the line of sight
+_LEVELS = 2  # of the pyramid that flow is sought in
 _RETURNS, _REACH = 0.7, 12.0  # drawn pixels: flow there and back, and farthest that it leads
 _STILL_MM, _ABOVE_MM, _FRONT_MM = 1.0, 12.0, 20.0  # of skin that moves with the skull
 _SLIDE_MM, _GRAZING = 8.0, -0.15
@@ -163,7 +166,7 @@ def match(
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
     seen = _sampled(second.gray, window.to_image(grid), window.scale)
     carried = np.where(shown, _sampled(first.gray, there, window.scale), seen).astype(np.uint8)
-    pixels, found = _flow(carried, seen, shown & body.skull[facet])
+    pixels, found = _matched(carried, seen, shown & body.skull[facet])
     if len(pixels) < _LEAST:
         return None
     column, row = pixels.T
@@ -191,7 +194,7 @@ def _sampled(gray: Gray, pixels: FloatArray, scale: float) -> Gray:
     return np.asarray(cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=edge), np.uint8)
 
 
-def _flow(
+def _matched(
     before: Gray, after: Gray, where: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int_], FloatArray]:
     """Whole pixels (N, 2) of corners in one picture, and where they are in another (N, 2)."""
@@ -205,22 +208,12 @@ def _flow(
     if found is None:
         return np.zeros((0, 2), np.int_), np.zeros((0, 2))
     start = found.reshape(-1, 2)
-    there, ok = _followed(before, after, start)
-    back, ok_back = _followed(after, before, there)
+    there, ok = flow(before, after, start, start, _LEVELS)
+    back, ok_back = flow(after, before, there, there, _LEVELS)
     good = ok & ok_back & (np.linalg.norm(back - start, axis=1) < _RETURNS)
     good &= np.linalg.norm(there - start, axis=1) < _REACH
     whole = np.rint(start[good]).astype(np.int_)
     return whole, np.asarray(there[good] - start[good] + whole, np.float64)
-
-
-def _followed(
-    before: Gray, after: Gray, pixels: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    there, ok, _ = cv2.calcOpticalFlowPyrLK(
-        before, after, pixels, pixels.copy(), winSize=(15, 15), maxLevel=2,
-        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
-    )  # fmt: skip
-    return np.asarray(there, np.float32).reshape(-1, 2), np.asarray(ok).ravel() == 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,6 +284,4 @@ def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
 
 def _moves(pose: Pose, points: FloatArray, pivot: FloatArray) -> FloatArray:
     """How points (N, 3) of the head move, camera frame, for a step of the pose, (6, N, 3)."""
-    arm = pose.apply(points) - pose.apply(pivot)
-    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)])
-    return np.concatenate([turns, np.broadcast_to(np.eye(3)[:, None], (3, *arm.shape))])
+    return pose_moves(pose.apply(points) - pose.apply(pivot))

@@ -19,6 +19,7 @@ from abs_engine.compare.prior import InformationPrior
 from abs_engine.geometry import FACING, Pose, rotations
 from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import COUNT, EYES, LIPS, Landmarks
+from abs_engine.track.pose import pose_moves
 from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
@@ -31,7 +32,7 @@ clips, where apertures by landmarks then correlate by 0.79 to 0.92 with another 
 MOST_MISFIT, NEAREST = 6.0, 50.0
 """Misfit from which on landmarks are no face's, and least distance from the camera, mm. Of faces it
 is about 1 to 2; of points strewn over a picture, 25."""
-_STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
+STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
 _HIDDEN = 0.15  # cosine between surface and line of sight, below which a landmark is guessed
 _GUESSED = 0.05  # weight of such a landmark
 _STEPS, _SETTLED = 12, 1e-3  # of Gauss-Newton; radians or standard deviations
@@ -240,15 +241,18 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
 
 def motions(shape: LandmarkShape, pose: Pose, there: FloatArray, modes: FloatArray) -> FloatArray:
     """How points (468, 3), camera frame, move for a step of pose and modes (D), (6 + D, 468, 3)."""
-    arm = there - pose.apply(shape.pivot)
-    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)])
-    moves = np.broadcast_to(np.eye(3)[:, None], (3, *there.shape))
-    return np.concatenate([turns, moves, modes @ pose.rotation.T])
+    moves = pose_moves(there - pose.apply(shape.pivot))
+    return np.concatenate([moves, modes @ pose.rotation.T])
 
 
 def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatArray) -> FloatArray:
     """Weight (468,) of each landmark: less where it is hidden, or far off (Cauchy)."""
+    away = (residual[:, :2] ** 2).sum(axis=1) / STRAY**2
+    return np.asarray(shown(shape, pose, there) / (1 + away))
+
+
+def shown(shape: LandmarkShape, pose: Pose, there: FloatArray) -> FloatArray:
+    """How well each landmark (468,) shows, by which way its surface faces; `there` (468, 3)."""
     sight = there / np.linalg.norm(there, axis=1, keepdims=True)
     facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
-    shown = np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0)
-    return np.asarray(shown / (1 + (residual[:, :2] ** 2).sum(axis=1) / _STRAY**2))
+    return np.asarray(np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0))

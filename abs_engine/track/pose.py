@@ -52,6 +52,18 @@ class PoseFrame:
         return Pose(one.rotations[0], one.translations[0])
 
 
+def pose_moves(arms: FloatArray) -> FloatArray:
+    """How points move for a step of the pose, rotation then translation, camera axes, (6, N, 3).
+
+    Parameters
+    ----------
+    arms : (N, 3) float64, mm
+        From the point that the pose turns about, camera axes.
+    """
+    turns = np.stack([np.cross(axis, arms) for axis in np.eye(3)])
+    return np.concatenate([turns, np.broadcast_to(np.eye(3)[:, None], (3, *arms.shape))])
+
+
 def pose_spec(n_modes: int, mode_limit: float = 3.5) -> ParamSpec:
     """Names, units, first steps and bounds of six pose parameters and `n_modes` shape modes."""
     modes = tuple(f"shape{k + 1}" for k in range(n_modes))

@@ -117,8 +117,8 @@ def follow(
         return None
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
     guess = reference.pixels if last is None else last.pixels
-    there, ok = _flow(reference.gray, gray, reference.pixels, guess)
-    back, ok_back = _flow(gray, reference.gray, there, reference.pixels)
+    there, ok = flow(reference.gray, gray, reference.pixels, guess)
+    back, ok_back = flow(gray, reference.gray, there, reference.pixels)
     returns = np.linalg.norm(back - reference.pixels, axis=1) < 0.7
     good = ok & ok_back & returns
     if good.sum() < LEAST_POINTS:
@@ -135,8 +135,12 @@ def follow(
     )
 
 
-def _flow(
-    before: Gray, after: Gray, pixels: NDArray[np.float32], guess: NDArray[np.float32]
+def flow(
+    before: Gray,
+    after: Gray,
+    pixels: NDArray[np.float32],
+    guess: NDArray[np.float32],
+    levels: int = 3,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Where `pixels` (N, 2) of one image lie in another, near `guess`; and which were found."""
     there, found, _ = cv2.calcOpticalFlowPyrLK(
@@ -145,7 +149,7 @@ def _flow(
         pixels,
         guess.copy(),
         winSize=(15, 15),
-        maxLevel=3,
+        maxLevel=levels,
         criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 30, 0.01),
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
