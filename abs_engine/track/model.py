@@ -17,7 +17,7 @@ from abs_engine.shape.mouth import mouth_shape, mouth_units
 FloatArray = NDArray[np.float64]
 N_EXPRESSION = 10
 INNER = 12  # the inner contour's first among the 20 points of the lips
-REACH_MM = 85.0  # facets farther than this from the mouth are never in the window
+REACH_MM = 85.0  # skin farther than this from the mouth is never in the window
 
 # Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
 PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
@@ -265,7 +265,7 @@ def build_mouth_model(
     head = Scene(neutral, none, speaker.faces, speaker.uv, classes, texture)
     mouth = neutral[speaker.lip_ring].mean(axis=0)
     near = np.linalg.norm(neutral - mouth, axis=1) < REACH_MM
-    facets = near[speaker.faces].all(axis=1)
+    facets = near[speaker.faces].all(axis=1) | _inside(speaker)  # a mouth cut open has a hole
     kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
     modes = np.concatenate([expression.modes, person])[:, kept]
     scene = Scene(
@@ -277,6 +277,12 @@ def build_mouth_model(
         _prototypes(speaker, neutral, expression), mouth.astype(np.float64), _rings(speaker, kept),
         person_spread,
     )  # fmt: skip
+
+
+def _inside(speaker: Speaker) -> NDArray[np.bool_]:
+    """Facets (F,) that an open mouth shows."""
+    names = (*COLOUR_CLASSES["teeth"], *COLOUR_CLASSES["dark"])
+    return np.isin(speaker.facet_class, [speaker.class_id(n) for n in names])
 
 
 def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
