@@ -215,8 +215,15 @@ def test_skin_coloured_teeth_within_the_lips_are_no_skin():
     assert patch(yellow)["skin"] > 0.8
     within = patch(yellow, within=1.0)
     assert within["skin"] == 0.0
+    assert within["teeth"] > 0.9 > within["lips"]
     half = patch(yellow, within=0.5)["skin"]
     assert 0 < half <= patch(yellow)["skin"]
+
+
+def test_a_lip_of_the_skins_colour_stays_a_lip_within_its_outline():
+    place = MouthPlace(*(np.full((1, 1), v) for v in (0.5, 1.0, 0.0)))
+    shown = pale().probabilities(flat(SKIN), 0.0, place)[:, 0, 0]
+    assert CLASSES[int(shown.argmax())] == "lips"
 
 
 def test_a_lip_coloured_beard_beyond_is_no_lip():
