@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,7 +12,7 @@ from heads import SIZE, seen_at
 
 from abs_engine.errors import FaceNotFoundError
 from abs_engine.track.faces import FaceChoice, FaceFollower, by_size, face_lines
-from abs_engine.track.landmarks import OUTER_RING
+from abs_engine.track.landmarks import OUTER_RING, landmarks_again
 from abs_engine.track.locate import FaceBox
 
 BLANK = np.full((SIZE[1], 2 * SIZE[0], 3), 100, np.uint8)
@@ -125,3 +126,24 @@ def test_faces_are_told_by_where_they_are():
     assert line.endswith("following face 1 (the largest), --face N chooses another")
     assert "following face 2, --face" in face_lines(faces, 2)
     assert by_size(faces[::-1]) == faces
+
+
+@pytest.mark.parametrize("move", [40.0, 80.0, 120.0, -100.0])
+def test_landmarks_do_not_stay_beside_a_face_that_moves_fast(move):
+    """The network is as sure of points beside a face."""
+    follower = FaceFollower(FaceChoice())
+    before, after = (drawn("clara", seen_at([0, 0, 0], [x, 0, 700])) for x in (-move / 2, move / 2))
+    follower.step(before)
+    for _ in range(2):
+        seen, fresh = follower.step(after), FaceChoice().first(after)[0]
+        if seen is not None:
+            assert np.linalg.norm(seen.pixels - fresh.pixels, axis=1).mean() < 0.02 * fresh.size
+    assert seen is not None
+
+
+def test_points_beside_a_face_lie_elsewhere_in_the_mirror_image():
+    image = drawn("clara", seen_at([0, 0, 0], [0, 0, 700]))
+    seen = FaceChoice().first(image)[0]
+    assert seen.unlike < 0.03
+    beside = replace(seen, points=seen.points + np.array([0.6 * seen.size, 0, 0]))
+    assert landmarks_again(image, beside).unlike > 0.04

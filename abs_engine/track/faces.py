@@ -15,9 +15,14 @@ from abs_engine.track.locate import FaceBox
 
 Image = NDArray[np.uint8]
 
-_APART, _SIZE = 0.6, 1.5  # face widths, and times the size: farther off, a face is another one
+_APART, _SIZE = 0.9, 1.5  # face widths, and times the size: farther off, a face is another one
 _WIDENING, _MOST_SIZE = 0.03, 3.0  # by how much more with each frame that it is lost; at most
 _OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square
+_DOUBTFUL, _WRONG = 0.03, 0.05
+"""`Landmarks.unlike` from which on the detector is asked where the face is, and from which on there
+is none. The network is as sure of points beside a face that has moved fast; but in the mirror image
+it puts these elsewhere. On faces it is at most 0.027 (p01 to p08 of the strangers' clips; 0.045 in
+a near profile), on points beside one 0.03 to 0.11."""
 _PATIENCE = 50  # frames without the face that is followed, after which any face is taken
 
 
@@ -77,6 +82,12 @@ def face_lines(faces: Sequence[Face], chosen: int) -> str:
     return f"{len(faces)} faces: {where}; following face {chosen}{why}, --face N chooses another"
 
 
+def _likelier(one: Landmarks | None, other: Landmarks | None) -> Landmarks | None:
+    """The landmarks that are less unlike in the mirror image; None where these are no face's."""
+    there = [m for m in (one, other) if m is not None and m.unlike < _WRONG]
+    return min(there, key=lambda m: m.unlike) if there else None
+
+
 class FaceFollower:
     """Finds one face in frame after frame, by where its landmarks were last.
 
@@ -104,11 +115,10 @@ class FaceFollower:
             found, faces = self._choice.first(image)
             self.faces = faces or self.faces
             return found
-        if self._lost == 0:
-            found = landmarks_again(image, last)
-            if found is not None:
-                return found
-        return self._again(image, last)
+        found = landmarks_again(image, last) if self._lost == 0 else None
+        if found is not None and found.unlike < _DOUBTFUL:
+            return found
+        return _likelier(found, self._again(image, last))
 
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
         """The face near where it was; after a while without it, the largest one."""
