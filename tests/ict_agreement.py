@@ -9,7 +9,8 @@ average heads, once for all films: the rotation of the similarity that lays 52 o
 landmarks (all but the jaw line, of which only the chin) on each other. What it leaves of a
 rotation's error is partly a constant of each person's: people's own faces differ from the average
 one by 1 to 4 degrees of nodding. `laid` is the error where the convention is the rotation that lays
-the fitted head's landmarks on the true head's; `motion` is the error less each film's own mean.
+the fitted head's landmarks on the true head's, of brows, eyes and nose only: no posture moves these
+much, and a fitted head comes in the mean posture. `motion` is the error less each film's own mean.
 Sizes and depths are compared in mm: those of a film whose camera was not given to the
 tracker tell of its guessed focal length.
 """
@@ -34,6 +35,8 @@ FloatArray = NDArray[np.float64]
 
 COMMON = np.r_[8, 17:68]
 """The chin and all points but the jaw line's: jaw lines are chosen differently on each head."""
+RIGID = np.arange(17, 48)
+"""Brows, nose and eyes."""
 EYE_CORNERS = (36, 45)
 """The outer ones: the right eye's, the left eye's."""
 
@@ -100,9 +103,9 @@ def convention(average: FloatArray, head: NDArray[np.floating] | None = None) ->
     With a fitted head (V, 3), of the landmarks of one person.
     """
     speaker = load_speaker()
-    own = speaker.vertices if head is None else head
-    ours = own[speaker.points["landmark_68"]].astype(np.float64)[COMMON]
-    theirs = average[COMMON]
+    own, which = (speaker.vertices, COMMON) if head is None else (head, RIGID)
+    ours = own[speaker.points["landmark_68"]].astype(np.float64)[which]
+    theirs = average[which]
     turn, _ = Rotation.align_vectors(ours - ours.mean(axis=0), theirs - theirs.mean(axis=0))
     return np.asarray(turn.as_matrix())
 

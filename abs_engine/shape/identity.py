@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
+from abs_engine.shape.proportions import with_proportions
 from abs_engine.shape.smooth import smooth_modes
 
 FloatArray = NDArray[np.float64]
@@ -68,7 +69,7 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     """
     targets = identity_shape(speaker).modes(speaker)
     modes = np.concatenate([targets, smooth_modes(speaker.vertices.astype(np.float64))])
-    flat = modes.reshape(len(modes), -1)
+    flat = with_proportions(speaker, modes.reshape(len(modes), -1).astype(np.float64))
     values, vectors = np.linalg.eigh(flat @ flat.T)
     kept = vectors[:, np.argsort(-values)[:_KEPT]].T
     return np.asarray((kept @ flat).reshape(-1, *modes.shape[1:]), np.float32)

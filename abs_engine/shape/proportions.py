@@ -1,0 +1,77 @@
+"""How much the skull's proportions differ between people: where no landmark lies, this alone holds.
+
+The targets of a head and smooth fields let crown and ears differ by twice as much as people's do,
+and tie them to a forehead of which a picture shows half. Proportions are therefore taken as seen,
+once for all people, with the spread that was measured: the modes become those of the conditional
+Gaussian (Bishop, Pattern Recognition and Machine Learning, 2006, eqs. 2.81 and 2.82).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+
+FloatArray = NDArray[np.float64]
+
+_BREADTH, _LENGTH, _HEIGHT, _SIDEWAYS, _EARS = 5.4, 7.1, 7.5, 3.0, 3.0
+"""Standard deviations, mm, at an average size: the head's breadth and length (men's, Gordon et al.
+1989, ANSUR: 5.4 and 7.1); its height above the nose's root, about as much; how far the crown lies to
+a side, and how far an ear stands out, by estimate."""
+
+
+def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
+    """Modes (K, 3 V), mm per standard deviation, with skulls as alike as people's are.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    modes : (K, 3 V) float64
+
+    Returns
+    -------
+    (K, 3 V) float64
+    """
+    changes, spread = _proportions(speaker, modes.reshape(len(modes), -1, 3))
+    free = (changes**2).sum(axis=0)
+    tied = spread**2 < free  # what differs by less already is left alone
+    slopes, told, wanted = changes[:, tied], free[tied], spread[tied] ** 2
+    noise = wanted * told / (told - wanted)
+    gain = np.linalg.solve(slopes.T @ slopes + np.diag(noise), slopes.T)
+    left = np.eye(len(modes)) - slopes @ gain
+    values, axes = np.linalg.eigh(0.5 * (left + left.T))
+    root = axes * np.sqrt(np.maximum(values, 0.0))
+    return np.asarray(root.T @ modes)
+
+
+def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """By how much proportions change with each mode, (K, P), and their spreads (P,), mm."""
+    v = speaker.vertices.astype(np.float64)
+    root = speaker.points["landmark_68"][27] if "landmark_68" in speaker.points else _root(speaker)
+    skull = v[:, 1] > v[root, 1]
+    crown, back = int(v[:, 1].argmax()), int(np.where(skull, v[:, 2], np.inf).argmin())
+    middle = 0.5 * (v[crown] + v[root])
+    temples = [_nearest(v, middle + [s * 0.5 * np.ptp(v[skull, 0]), 0, 0]) for s in (1, -1)]
+    head = v[:, 1] > v[speaker.lip_ring, 1].mean()
+    ears = [int(np.where(head, s * v[:, 0], -np.inf).argmax()) for s in (1, -1)]
+    rows = [
+        (modes[:, temples[0], 0] - modes[:, temples[1], 0], _BREADTH),
+        (modes[:, root, 2] - modes[:, back, 2], _LENGTH),
+        (modes[:, crown, 1] - modes[:, root, 1], _HEIGHT),
+        (modes[:, crown, 0] - modes[:, root, 0], _SIDEWAYS),
+        *((modes[:, e, 0] - modes[:, t, 0], _EARS) for e, t in zip(ears, temples, strict=True)),
+    ]
+    return np.stack([r for r, _ in rows], axis=1), np.array([s for _, s in rows])
+
+
+def _root(speaker: Speaker) -> int:
+    """The nose's root, about: between the eyes."""
+    eyes = speaker.vertices[speaker.landmarks["eye_corners"]].astype(np.float64).mean(axis=0)
+    v = speaker.vertices.astype(np.float64)
+    beside = np.linalg.norm(v[:, :2] - eyes[:2], axis=1)
+    return int(np.where(beside < beside.min() + 3.0, v[:, 2], -np.inf).argmax())
+
+
+def _nearest(vertices: FloatArray, place: FloatArray) -> int:
+    return int(np.linalg.norm(vertices - place, axis=1).argmin())
