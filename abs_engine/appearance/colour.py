@@ -30,6 +30,7 @@ _WORTHLESS, _PLAIN, _LEAST_WEIGHT = 0.6, 0.9, 0.2
 the least weight: where classes are wrong, they are all the surer of it."""
 _DEAF, _FOLLOWING = 0.3, 0.8
 """The same of `agreement`: it is 0.8 and more in clips whose apertures are right."""
+_MOST_OUTDONE = 2.0
 _PALE_TEETH = 0.3
 """Share of the skin's density that teeth get within the lips' outline: no skin shows there, and what
 looks like it is rather teeth in shade than lips. Of 0, 0.1, 0.3 and 1 it was chosen on the labelled
@@ -125,6 +126,15 @@ class ColourClasses:
         apart = (float(np.mean(told)) - _WORTHLESS) / (_PLAIN - _WORTHLESS)
         follows = (self.agreement - _DEAF) / (_FOLLOWING - _DEAF)
         return float(np.prod([np.clip(part, _LEAST_WEIGHT, 1.0) for part in (apart, follows)]))
+
+    @property
+    def outdoing(self) -> float:
+        """How many times as far as by the landmarks the mouth opens by colours that are sound.
+
+        1 to `_MOST_OUTDONE`: in small pictures landmarks see half of a mouth's opening, and lips
+        that meet apart by the rest.
+        """
+        return 1 + self.weight * float(np.clip(self.agreement - 1, 0.0, _MOST_OUTDONE - 1))
 
     def probabilities(
         self,
