@@ -1,9 +1,10 @@
 """How much the skull's proportions differ between people: where no landmark lies, this alone holds.
 
-The targets of a head and smooth fields let crown and ears differ by twice as much as people's do,
-and tie them to a forehead of which a picture shows half. Proportions are therefore taken as seen,
-once for all people, with the spread that was measured: the modes become those of the conditional
-Gaussian (Bishop, Pattern Recognition and Machine Learning, 2006, eqs. 2.81 and 2.82).
+The targets of a head and smooth fields let crown and ears differ by up to twice as much as people's
+do, and tie them to a forehead of which a picture shows half. Each proportion is therefore taken as
+measured to be average, with as much noise as leaves it the spread of people, and the modes are
+those of the Gaussian that this leaves (Bishop, Pattern Recognition and Machine Learning, 2006, eq.
+2.117).
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ FloatArray = NDArray[np.float64]
 
 _BREADTH, _LENGTH, _HEIGHT, _SIDEWAYS, _EARS = 5.4, 7.1, 7.5, 3.0, 3.0
 """Standard deviations, mm, at an average size: the head's breadth and length (men's, Gordon et al.
-1989, ANSUR: 5.4 and 7.1); its height above the nose's root, about as much; how far the crown lies to
-a side, and how far an ear stands out, by estimate."""
+1989, ANSUR: 5.4 and 7.1); its height above the nose's root, about as much; how far the crown lies
+to a side, and how far an ear stands out, by estimate."""
 
 
 def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
@@ -52,7 +53,8 @@ def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, Float
     skull = v[:, 1] > v[root, 1]
     crown, back = int(v[:, 1].argmax()), int(np.where(skull, v[:, 2], np.inf).argmin())
     middle = 0.5 * (v[crown] + v[root])
-    temples = [_nearest(v, middle + [s * 0.5 * np.ptp(v[skull, 0]), 0, 0]) for s in (1, -1)]
+    half = np.array([0.5 * float(np.ptp(v[skull, 0])), 0.0, 0.0])
+    temples = [_nearest(v, middle + s * half) for s in (1, -1)]
     head = v[:, 1] > v[speaker.lip_ring, 1].mean()
     ears = [int(np.where(head, s * v[:, 0], -np.inf).argmax()) for s in (1, -1)]
     rows = [
