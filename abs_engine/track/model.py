@@ -281,8 +281,9 @@ def build_mouth_model(
 
 def _inside(speaker: Speaker) -> NDArray[np.bool_]:
     """Facets (F,) that an open mouth shows."""
-    names = (*COLOUR_CLASSES["teeth"], *COLOUR_CLASSES["dark"])
-    return np.isin(speaker.facet_class, [speaker.class_id(n) for n in names])
+    shown = (*COLOUR_CLASSES["teeth"], *COLOUR_CLASSES["dark"])
+    ids = [k for k, name in enumerate(speaker.class_names) if name in shown]
+    return np.isin(speaker.facet_class, ids)
 
 
 def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
