@@ -251,12 +251,3 @@ def test_lips_that_lie_off_are_that_far_off():
     biased = replace(shape, bias=np.full((COUNT, 2), 1.5))
     off = LipLandmarks.of(biased, MODES, CAMERA).apart(seen, pose, posture)[0]
     assert off == pytest.approx(1.5 * np.sqrt(2), rel=0.02)
-
-
-def test_lips_that_are_less_sure_say_less_and_other_landmarks_as_much():
-    shape = anybody()
-    unsure = shape.less_sure(2.0)
-    np.testing.assert_allclose(unsure.deviation[LIPS], 2.0 * shape.deviation[LIPS])
-    others = np.setdiff1d(np.arange(COUNT), LIPS)
-    np.testing.assert_array_equal(unsure.deviation[others], shape.deviation[others])
-    np.testing.assert_array_equal(shape.less_sure(0.3).deviation, shape.deviation)

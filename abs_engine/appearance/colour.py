@@ -33,9 +33,9 @@ _DEAF, _FOLLOWING = 0.3, 0.8
 _MOST_OUTDONE = 2.0  # the highest `agreement` on strangers' clips and GRID's is about that
 _PALE_TEETH = 0.3
 """Share of the skin's density that teeth get within the lips' outline: no skin shows there, and
-what looks like it is rather teeth in shade than lips. Chosen of 0, 0.1, 0.3 and 1 on p03, p04, p06, p07
-of the strangers' clips, where all are alike, and the labelled clips of the GRID corpus: recall of
-closures 1.00 with 0.3, 0.99 without."""
+what looks like it is rather teeth in shade than lips (or a lip that shines). Chosen of 0, 0.1, 0.3
+and 1 on p03, p04, p06, p07 of the strangers' clips, where all are alike, and the labelled clips of
+the GRID corpus: recall of closures 1.00 with 0.3, 0.99 without."""
 _OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
 
 
@@ -129,12 +129,13 @@ class ColourClasses:
 
     @property
     def outdoing(self) -> float:
-        """How many times as far as by the landmarks the mouth opens by colours that are sound.
+        """By what factor colours open the mouth farther than landmarks do; 1 where they do not.
 
-        1 to `_MOST_OUTDONE`: in small pictures landmarks see half of a mouth's opening, and lips
-        that meet apart by the rest.
+        In small pictures landmarks see half of a mouth's opening, and closed lips parted. It is 2
+        at most, less where the colours are less sound, and where they open it absurdly far.
         """
-        return 1 + self.weight * float(np.clip(self.agreement - 1, 0.0, _MOST_OUTDONE - 1))
+        more = np.clip(1 - abs(self.agreement - _MOST_OUTDONE), 0.0, 1.0)
+        return 1 + self.weight * float(more)
 
     def probabilities(
         self,

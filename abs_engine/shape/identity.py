@@ -20,7 +20,8 @@ _PAIR, _ALONE, _MACRO = 0.3, 0.2, 0.13
 with them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
 
 _KEPT = 96
-"""Directions of targets and smooth fields together: they hold 98 % of the variance of both."""
+"""Directions of targets and smooth fields together: they hold 98 % of the variance that
+proportions leave of both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     """
     targets = identity_shape(speaker).modes(speaker)
     modes = np.concatenate([targets, smooth_modes(speaker.vertices.astype(np.float64))])
-    flat = with_proportions(speaker, modes.reshape(len(modes), -1).astype(np.float64))
+    flat = with_proportions(speaker, modes.reshape(len(modes), -1))
     values, vectors = np.linalg.eigh(flat @ flat.T)
     kept = vectors[:, np.argsort(-values)[:_KEPT]].T
     return np.asarray((kept @ flat).reshape(-1, *modes.shape[1:]), np.float32)

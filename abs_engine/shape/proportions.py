@@ -17,9 +17,10 @@ from abs_engine.assets import Speaker
 FloatArray = NDArray[np.float64]
 
 _BREADTH, _LENGTH, _HEIGHT, _SIDEWAYS, _EARS = 5.4, 7.1, 7.5, 3.0, 3.0
-"""Standard deviations, mm, at an average size: the head's breadth and length (men's, Gordon et al.
-1989, ANSUR: 5.4 and 7.1); its height above the nose's root, about as much; how far the crown lies
-to a side, and how far an ear stands out, by estimate."""
+"""Standard deviations, mm: the head's breadth and length (men's, Gordon et al. 1989, ANSUR: 5.4 and
+7.1, differences of size among them); its height above the nose's root, about as much; how far the
+crown lies to a side, and how far an ear stands out, by estimate."""
+_ABOVE_EARS = 0.2  # of the way from the nose's root to the crown
 
 
 def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
@@ -34,7 +35,10 @@ def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
     -------
     (K, 3 V) float64
     """
-    changes, spread = _proportions(speaker, modes.reshape(len(modes), -1, 3))
+    found = _proportions(speaker, modes.reshape(len(modes), -1, 3))
+    if found is None:
+        return modes
+    changes, spread = found
     free = (changes**2).sum(axis=0)
     tied = spread**2 < free  # what differs by less already is left alone
     slopes, told, wanted = changes[:, tied], free[tied], spread[tied] ** 2
@@ -46,23 +50,29 @@ def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
     return np.asarray(root.T @ modes)
 
 
-def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """By how much proportions change with each mode, (K, P), and their spreads (P,), mm."""
+def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """By how much proportions change with each mode, (K, P), and their spreads (P,), mm.
+
+    None of a mask, which ends at the nose's root.
+    """
     v = speaker.vertices.astype(np.float64)
     root = speaker.points["landmark_68"][27] if "landmark_68" in speaker.points else _root(speaker)
-    skull = v[:, 1] > v[root, 1]
-    crown, back = int(v[:, 1].argmax()), int(np.where(skull, v[:, 2], np.inf).argmin())
-    middle = 0.5 * (v[crown] + v[root])
-    half = np.array([0.5 * float(np.ptp(v[skull, 0])), 0.0, 0.0])
-    temples = [_nearest(v, middle + s * half) for s in (1, -1)]
+    crown = int(v[:, 1].argmax())
+    skull = v[:, 1] > v[root, 1] + _ABOVE_EARS * (v[crown, 1] - v[root, 1])
+    if not skull.any():
+        return None
+    back = int(np.where(skull, v[:, 2], np.inf).argmin())
     head = v[:, 1] > v[speaker.lip_ring, 1].mean()
-    ears = [int(np.where(head, s * v[:, 0], -np.inf).argmax()) for s in (1, -1)]
+    sides, ears = (
+        [int(np.where(part, s * v[:, 0], -np.inf).argmax()) for s in (1, -1)]
+        for part in (skull, head)
+    )
     rows = [
-        (modes[:, temples[0], 0] - modes[:, temples[1], 0], _BREADTH),
+        (modes[:, sides[0], 0] - modes[:, sides[1], 0], _BREADTH),
         (modes[:, root, 2] - modes[:, back, 2], _LENGTH),
         (modes[:, crown, 1] - modes[:, root, 1], _HEIGHT),
         (modes[:, crown, 0] - modes[:, root, 0], _SIDEWAYS),
-        *((modes[:, e, 0] - modes[:, t, 0], _EARS) for e, t in zip(ears, temples, strict=True)),
+        *((modes[:, e, 0] - modes[:, t, 0], _EARS) for e, t in zip(ears, sides, strict=True)),
     ]
     return np.stack([r for r, _ in rows], axis=1), np.array([s for _, s in rows])
 
@@ -73,7 +83,3 @@ def _root(speaker: Speaker) -> int:
     v = speaker.vertices.astype(np.float64)
     beside = np.linalg.norm(v[:, :2] - eyes[:2], axis=1)
     return int(np.where(beside < beside.min() + 3.0, v[:, 2], -np.inf).argmax())
-
-
-def _nearest(vertices: FloatArray, place: FloatArray) -> int:
-    return int(np.linalg.norm(vertices - place, axis=1).argmin())

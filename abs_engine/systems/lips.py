@@ -240,9 +240,7 @@ def by_landmarks(
     calibration, shape = calibrate_placed(placed, chosen, clip.colours)
     textured = replace(head.textured, shift=calibration.shift)
     calibration = replace(calibration, shift=np.zeros(6))  # the poses have it
-    sure = calibration.classes.outdoing
-    noisy = replace(shape, deviation=head.shape.deviation).less_sure(sure)
-    shape = shape.less_sure(sure)
+    noisy = replace(shape, deviation=head.shape.deviation)
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     setting = TrackerSetting(
         model, model.held(calibration.person), calibration, clip.camera, renderer, clip.info.rate,

@@ -15,7 +15,8 @@ from abs_engine.track.locate import FaceBox
 
 Image = NDArray[np.uint8]
 
-_APART, _SIZE = 0.9, 1.5  # face widths, and times the size: farther off, a face is another one
+_APART, _SIZE = 0.6, 1.5  # face heights, and times the size: farther off, a face is another one
+_FAST = 1.5  # times as far, one that has moved fast may be: the network still saw part of it
 _WIDENING, _MOST_SIZE = 0.03, 3.0  # by how much more with each frame that it is lost; at most
 _OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square
 _DOUBTFUL, _WRONG = 0.03, 0.05
@@ -54,7 +55,8 @@ class FaceChoice:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
             return (None, []) if near is None else (landmarks_of(image, near), [near])
         pairs = [(f, landmarks_of(image, f)) for f in by_size(find_faces(image))]
-        seen = [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
+        # what the second network denies is none
+        seen = [(f, m) for f, m in pairs if m is not None and m.unlike < _WRONG]
         if not seen:
             return None, []
         number = self.number or 1
@@ -118,14 +120,14 @@ class FaceFollower:
         found = landmarks_again(image, last) if self._lost == 0 else None
         if found is not None and found.unlike < _DOUBTFUL:
             return found
-        return _likelier(found, self._again(image, last))
+        return _likelier(found, self._again(image, last, 1.0 if found is None else _FAST))
 
-    def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
+    def _again(self, image: Image, last: Landmarks, farther: float) -> Landmarks | None:
         """The face near where it was; after a while without it, the largest one."""
         faces = by_size(find_faces(image))
         centre, size = last.pixels.mean(axis=0), last.size
         slack = 1 + _WIDENING * min(self._lost, _PATIENCE)
-        reach, ratio = _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
+        reach, ratio = farther * _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
         near = [
             f
             for f in faces
@@ -135,6 +137,6 @@ class FaceFollower:
         near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
         for face in near or (faces if self._lost > _PATIENCE else []):
             found = landmarks_of(image, face)
-            if found is not None:
+            if found is not None and found.unlike < _WRONG:
                 return found
         return None

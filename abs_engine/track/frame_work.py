@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.prior import GaussianPrior
+from abs_engine.compare.prior import GaussianPrior, InformationPrior
 from abs_engine.geometry import Pose
 from abs_engine.optimise.base import Solution
 from abs_engine.track.fit import (
@@ -60,22 +60,30 @@ def frame_work(
     base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
     window = mouth_window(model, base.base, setting.camera, person)
     told = place = None
-    priors = with_landmarks = _priors(setting, last, thick=face is not None)
+    priors = beside = alone = _priors(setting, last, thick=face is not None)
     if face is not None:
         told = np.r_[np.zeros(6), face.fit.posture[: model.n_expression]]
         if setting.evidence != RENDERING:
             place = mouth_place(model, base, setting.camera, window, person, told)
-        with_landmarks = (*priors, face.fit.evidence(model.n_expression))
+        evidence = face.fit.evidence(model.n_expression)
+        beside = (*priors, _less_sure(evidence, setting.classes.outdoing))
+        alone = (*priors, evidence)
     maps = class_maps(setting.classes, model.colour_classes, window, frame.image, place)
     drawn = setting.renderer, setting.scene, setting.camera
     likelihood = likelihood_of(*drawn, window, maps, setting.classes.weight)
     both = setting.evidence != RENDERING
-    alone = FramePosterior(replace(likelihood, observations=0.0), base, with_landmarks)
-    posterior = FramePosterior(likelihood, base, with_landmarks if both else priors)
+    without = FramePosterior(replace(likelihood, observations=0.0), base, alone)
+    posterior = FramePosterior(likelihood, base, beside if both else priors)
     apart = None
     if setting.lips is not None and face is not None:
         apart = partial(setting.lips.apart, face.landmarks)
-    return FrameWork(posterior, alone, told, apart)
+    return FrameWork(posterior, without, told, apart)
+
+
+def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:
+    """What landmarks say, their noise in the posture this many times as large."""
+    scale = np.r_[np.ones(6), np.full(len(told.mean) - 6, 1 / factor)]
+    return replace(told, information=told.information * np.outer(scale, scale))
 
 
 def solve(setting: TrackerSetting, posterior: FramePosterior, start: FloatArray) -> Solution:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.camera import Camera
 from abs_engine.geometry import Pose
 from abs_engine.track.correspondence import Correspondence
-from abs_engine.track.landmarks import INNER_RING, LIPS, Landmarks
+from abs_engine.track.landmarks import INNER_RING, Landmarks
 from abs_engine.track.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
@@ -86,12 +86,6 @@ class LandmarkShape:
         there = pose.apply(self.mean + np.tensordot(posture, self.posture, 1))
         depth = float(pose.apply(self.pivot)[2])
         return (seen.rays - there[:, :2] / there[:, 2:]) * depth @ seen.axes.T
-
-    def less_sure(self, factor: float) -> LandmarkShape:
-        """The landmarks with the lips' noise this many times as large, 1 or more."""
-        deviation = self.deviation.copy()
-        deviation[LIPS] *= max(1.0, factor)
-        return replace(self, deviation=deviation)
 
     def known(self, moved: FloatArray, off: Sequence[FloatArray]) -> LandmarkShape:
         """The landmarks of a person whom other evidence has fitted in several frames.

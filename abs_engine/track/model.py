@@ -17,7 +17,7 @@ from abs_engine.shape.mouth import mouth_shape, mouth_units
 FloatArray = NDArray[np.float64]
 N_EXPRESSION = 10
 INNER = 12  # the inner contour's first among the 20 points of the lips
-REACH_MM = 85.0  # skin farther than this from the mouth is never in the window
+REACH_MM = 85.0  # what is farther than this from the mouth, but for its inside, is never in sight
 
 # Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
 PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
@@ -265,7 +265,7 @@ def build_mouth_model(
     head = Scene(neutral, none, speaker.faces, speaker.uv, classes, texture)
     mouth = neutral[speaker.lip_ring].mean(axis=0)
     near = np.linalg.norm(neutral - mouth, axis=1) < REACH_MM
-    facets = near[speaker.faces].all(axis=1) | _inside(speaker)  # a mouth cut open has a hole
+    facets = near[speaker.faces].all(axis=1) | _inside(speaker)  # else an open mouth shows a hole
     kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
     modes = np.concatenate([expression.modes, person])[:, kept]
     scene = Scene(
