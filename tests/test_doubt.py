@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.track.doubt import LEAST_SEPARABILITY, doubts
+from abs_engine.track.doubt import LEAST_AGREEMENT, LEAST_SEPARABILITY, doubts
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
 TALK = 6 + 5 * np.sin(np.arange(40) / 3)
@@ -27,6 +27,18 @@ def test_lips_of_the_skins_colour_are_told_each():
 def test_where_they_begin_to_be_the_same(told, lines):
     both = dict.fromkeys(GOOD, LEAST_SEPARABILITY + told)
     assert len(doubts(TALK, TALK, NONE, both)) == lines
+
+
+@pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
+def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
+    found = doubts(TALK, TALK, NONE, GOOD, LEAST_AGREEMENT + told)
+    assert len(found) == lines
+    assert all("opens 69% as far as by landmarks" in line for line in found)
+
+
+def test_colours_that_open_it_the_wrong_way_open_it_by_nothing():
+    (line,) = doubts(TALK, TALK, NONE, GOOD, -0.4)
+    assert "opens 0% as far" in line
 
 
 def test_separability_that_was_not_measured_is_no_doubt():

@@ -186,7 +186,7 @@ class Recorder:
             "separability": dict(apart),
             "colour_agreement": self._setting.classes.agreement,
             "colour_weight": self._setting.classes.weight,
-            "warnings": doubts(aperture, told, held, apart, self._setting.classes.weight),
+            "warnings": doubts(aperture, told, held, apart, self._setting.classes.agreement),
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
