@@ -260,6 +260,17 @@ def test_progress_says_how_far_it_is(capsys):
     assert capsys.readouterr().err == ""  # too quick for a line in a log
 
 
+def test_a_remark_is_part_of_the_answer_and_ends_the_line(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with Progress("tracking") as progress:
+        progress.announce("fitting")
+        progress.remark("2 faces: the first is followed")
+        told = capsys.readouterr()
+        assert told.out == "2 faces: the first is followed\n"
+        assert told.err.startswith("\rtracking: fitting")
+        assert told.err.endswith("\n")
+
+
 def test_a_log_names_each_stage_that_takes_long(capsys, monkeypatch):
     monkeypatch.setattr(progress_module, "INTERVAL", 0.02)
     with Progress("tracking") as progress:

@@ -96,10 +96,9 @@ def track(chosen: Namespace) -> int:
             progress,
             progress.restart,
             progress.announce,
+            progress.remark,
         )
     _print_summary(told["summary"])
-    if told["settings"]["faces"]:
-        print(told["settings"]["faces"])
     print(scale_line(told["settings"]["scale"]))
     print(f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}")
     return 0

@@ -69,6 +69,11 @@ class Progress:
         else:
             self._log(text)
 
+    def remark(self, line: str) -> None:
+        """Print a line that is part of the answer, between stages and frames."""
+        self.finish()
+        print(line, flush=True)
+
     def finish(self) -> None:
         """Stop the clock and end the line of a terminal."""
         self._stop_clock()

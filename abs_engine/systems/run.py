@@ -29,6 +29,7 @@ def track_video(
     progress: Progress | None = None,
     prepared: Callable[[float], None] | None = None,
     stage: Callable[[str], None] | None = None,
+    remark: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Track the lips in a video and write a run; see `abs_engine.track.record`.
 
@@ -45,6 +46,8 @@ def track_video(
         Called before the first frame with the seconds that the preparation took.
     stage : callable, optional
         Told what the preparation begins, in a few words.
+    remark : callable, optional
+        Told before the first frame what is to be said of several faces.
 
     Returns
     -------
@@ -72,6 +75,8 @@ def track_video(
         took = time.perf_counter() - start
         if prepared is not None:
             prepared(took)
+        if remark is not None and tracker.faces:
+            remark(tracker.faces)
         facts = RunFacts(settings_of(tracker, options), tracker.info.frames, took)
         told = write_run(made.work, tracker.setting, tracker.results(), facts, progress)
         made.finish()

@@ -13,7 +13,7 @@ LEAST_SEPARABILITY = 0.75
 """How probably a pixel of skin or lips is told right, below which colours say little of lips."""
 LEAST_AGREEMENT = 0.7
 """Of apertures by colours alone with those by landmarks, a slope. Of p01 to p08 of the strangers'
-clips six have 0.76 and more; the two with dark skin, which are right all the same, 0.60 and less."""
+clips six have 0.76 and more; two, which are right all the same, 0.60 and less."""
 _MOST_HELD = 0.1  # of the frames
 _MOST_APART, _MOST_APART_MM = 0.9, 1.0
 """How far apertures by colours and by landmarks may differ (RMS), as a share of how much those by
