@@ -20,6 +20,7 @@ _BREADTH, _LENGTH, _HEIGHT, _SIDEWAYS, _EARS = 5.4, 7.1, 7.5, 3.0, 3.0
 """Standard deviations, mm: the head's breadth and length (men's, Gordon et al. 1989, ANSUR: 5.4 and
 7.1, differences of size among them); its height above the nose's root, about as much; how far the
 crown lies to a side, and how far an ear stands out, by estimate."""
+_BETWEEN_EYES = 0.035  # of the way from eye to eye, about its middle
 _ABOVE_EARS = 0.2  # of the way from the nose's root to the crown
 
 
@@ -56,7 +57,7 @@ def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, Float
     None of a mask, which ends at the nose's root.
     """
     v = speaker.vertices.astype(np.float64)
-    root = speaker.points["landmark_68"][27] if "landmark_68" in speaker.points else _root(speaker)
+    root = _root(speaker)
     crown = int(v[:, 1].argmax())
     skull = v[:, 1] > v[root, 1] + _ABOVE_EARS * (v[crown, 1] - v[root, 1])
     if not skull.any():
@@ -79,7 +80,8 @@ def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, Float
 
 def _root(speaker: Speaker) -> int:
     """The nose's root, about: between the eyes."""
-    eyes = speaker.vertices[speaker.landmarks["eye_corners"]].astype(np.float64).mean(axis=0)
     v = speaker.vertices.astype(np.float64)
-    beside = np.linalg.norm(v[:, :2] - eyes[:2], axis=1)
-    return int(np.where(beside < beside.min() + 3.0, v[:, 2], -np.inf).argmax())
+    eyes = v[speaker.landmarks["eye_corners"]]
+    beside = np.linalg.norm(v[:, :2] - eyes[:, :2].mean(axis=0), axis=1)
+    near = beside < beside.min() + _BETWEEN_EYES * np.ptp(eyes[:, 0])
+    return int(np.where(near, v[:, 2], -np.inf).argmax())

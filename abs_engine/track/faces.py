@@ -53,10 +53,9 @@ class FaceChoice:
         """
         if self.box is not None:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
-            return (None, []) if near is None else (landmarks_of(image, near), [near])
-        pairs = [(f, landmarks_of(image, f)) for f in by_size(find_faces(image))]
-        # what the second network denies is none
-        seen = [(f, m) for f, m in pairs if m is not None and m.unlike < _WRONG]
+            return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
+        pairs = [(f, _believed(landmarks_of(image, f))) for f in by_size(find_faces(image))]
+        seen = [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
         if not seen:
             return None, []
         number = self.number or 1
@@ -84,10 +83,9 @@ def face_lines(faces: Sequence[Face], chosen: int) -> str:
     return f"{len(faces)} faces: {where}; following face {chosen}{why}, --face N chooses another"
 
 
-def _likelier(one: Landmarks | None, other: Landmarks | None) -> Landmarks | None:
-    """The landmarks that are less unlike in the mirror image; None where these are no face's."""
-    there = [m for m in (one, other) if m is not None and m.unlike < _WRONG]
-    return min(there, key=lambda m: m.unlike) if there else None
+def _believed(seen: Landmarks | None) -> Landmarks | None:
+    """The landmarks, unless the mirror image shows that they are no face's."""
+    return seen if seen is not None and seen.unlike < _WRONG else None
 
 
 class FaceFollower:
@@ -120,7 +118,9 @@ class FaceFollower:
         found = landmarks_again(image, last) if self._lost == 0 else None
         if found is not None and found.unlike < _DOUBTFUL:
             return found
-        return _likelier(found, self._again(image, last, 1.0 if found is None else _FAST))
+        caught = self._again(image, last, 1.0 if found is None else _FAST)
+        seen = [m for m in (_believed(found), caught) if m is not None]
+        return min(seen, key=lambda m: m.unlike, default=None)
 
     def _again(self, image: Image, last: Landmarks, farther: float) -> Landmarks | None:
         """The face near where it was; after a while without it, the largest one."""
@@ -136,7 +136,7 @@ class FaceFollower:
         ]
         near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
         for face in near or (faces if self._lost > _PATIENCE else []):
-            found = landmarks_of(image, face)
-            if found is not None and found.unlike < _WRONG:
+            found = _believed(landmarks_of(image, face))
+            if found is not None:
                 return found
         return None

@@ -60,24 +60,24 @@ def frame_work(
     base = PoseFrame(shifted(pose, setting.calibration.shift, model.pivot), model.pivot)
     window = mouth_window(model, base.base, setting.camera, person)
     told = place = None
-    priors = beside = alone = _priors(setting, last, thick=face is not None)
+    priors = beside_colours = without_colours = _priors(setting, last, thick=face is not None)
     if face is not None:
         told = np.r_[np.zeros(6), face.fit.posture[: model.n_expression]]
         if setting.evidence != RENDERING:
             place = mouth_place(model, base, setting.camera, window, person, told)
         evidence = face.fit.evidence(model.n_expression)
-        beside = (*priors, _less_sure(evidence, setting.classes.outdoing))
-        alone = (*priors, evidence)
+        beside_colours = (*priors, _less_sure(evidence, setting.classes.outdoing))
+        without_colours = (*priors, evidence)
     maps = class_maps(setting.classes, model.colour_classes, window, frame.image, place)
     drawn = setting.renderer, setting.scene, setting.camera
     likelihood = likelihood_of(*drawn, window, maps, setting.classes.weight)
     both = setting.evidence != RENDERING
-    without = FramePosterior(replace(likelihood, observations=0.0), base, alone)
-    posterior = FramePosterior(likelihood, base, beside if both else priors)
+    alone = FramePosterior(replace(likelihood, observations=0.0), base, without_colours)
+    posterior = FramePosterior(likelihood, base, beside_colours if both else priors)
     apart = None
     if setting.lips is not None and face is not None:
         apart = partial(setting.lips.apart, face.landmarks)
-    return FrameWork(posterior, without, told, apart)
+    return FrameWork(posterior, alone, told, apart)
 
 
 def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:

@@ -51,6 +51,7 @@ COLOUR_CLASSES: dict[str, tuple[str, ...]] = {
     "teeth": ("upper_teeth", "lower_teeth"),
     "dark": ("inner_mouth", "tongue"),
 }
+IN_OPEN_MOUTH = (*COLOUR_CLASSES["teeth"], *COLOUR_CLASSES["dark"])  # what it shows
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,8 +282,7 @@ def build_mouth_model(
 
 def _inside(speaker: Speaker) -> NDArray[np.bool_]:
     """Facets (F,) that an open mouth shows."""
-    shown = (*COLOUR_CLASSES["teeth"], *COLOUR_CLASSES["dark"])
-    ids = [k for k, name in enumerate(speaker.class_names) if name in shown]
+    ids = [k for k, name in enumerate(speaker.class_names) if name in IN_OPEN_MOUTH]
     return np.isin(speaker.facet_class, ids)
 
 

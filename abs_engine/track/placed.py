@@ -31,7 +31,7 @@ from abs_engine.track.landmark_motion import SeenFace
 from abs_engine.track.landmark_shape import LandmarkShape
 from abs_engine.track.landmarks import LIPS, Landmarks
 from abs_engine.track.lip_landmarks import LipLandmarks
-from abs_engine.track.model import MouthModel
+from abs_engine.track.model import IN_OPEN_MOUTH, MouthModel
 from abs_engine.track.mouth_place import mouth_place
 from abs_engine.track.person import Calibration, PersonPosterior, fit_posture, person_spec
 from abs_engine.track.place import CalibrationFrame, shifted
@@ -260,7 +260,7 @@ class _Stand:
         sigma = blur * float(self.camera.matrix[0, 0]) / depth * window.scale
         planes = []
         for place in PLACES:
-            shown = _SHOWN.get(place, (place,))
+            shown = IN_OPEN_MOUTH if place == "inside" else (place,)
             ids = [names.index(n) for n in shown if n in names]
             plane = np.isin(drawn.class_id, ids).astype(np.float64)
             planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
@@ -306,13 +306,10 @@ def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -
             (0, 0),
             sigma,
         )
-        for shown in (("upper_lip",), ("lower_lip",), _SHOWN["inside"])
+        for shown in (("upper_lip",), ("lower_lip",), IN_OPEN_MOUTH)
     )
     meet = 4 * upper * lower / np.maximum((upper + lower) ** 2, 1e-9)
     return np.asarray(np.maximum(meet, np.minimum(2 * inside, 1.0)))
-
-
-_SHOWN = {"inside": ("inner_mouth", "tongue", "upper_teeth", "lower_teeth")}
 
 
 def in_picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
