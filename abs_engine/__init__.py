@@ -11,60 +11,60 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from abs_engine.assets import Speaker, load_speaker
-    from abs_engine.buffers import Buffers
-    from abs_engine.camera import Camera, Window
-    from abs_engine.errors import AbsEngineError
+    from abs_engine.core.buffers import Buffers
+    from abs_engine.core.camera import Camera, Window
+    from abs_engine.core.errors import AbsEngineError
+    from abs_engine.core.geometry import Mesh, Pose
+    from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
     from abs_engine.evaluate.bench import run_bench
     from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
-    from abs_engine.geometry import Mesh, Pose
+    from abs_engine.face.shape.articulatory import GuidedPCA
+    from abs_engine.face.shape.articulatory_model import ArticulatoryModel, load_articulatory
+    from abs_engine.face.shape.predictors import Predictor
     from abs_engine.observe.corpus_file import read_corpus
     from abs_engine.optimise.simplex import Simplex
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
-    from abs_engine.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
-    from abs_engine.shape.articulatory import GuidedPCA
-    from abs_engine.shape.articulatory_model import ArticulatoryModel, load_articulatory
-    from abs_engine.shape.predictors import Predictor
     from abs_engine.synth.studio import film_scene
     from abs_engine.systems.demo import film_clip, run_demo
-    from abs_engine.systems.lips import LipOptions, prepare_lips
     from abs_engine.systems.reporting import write_report
-    from abs_engine.systems.run import track_video
-    from abs_engine.track.mesh import load_mesh
-    from abs_engine.track.record import load_run
-    from abs_engine.track.setting import FrameResult
+    from abs_engine.tracking.lips import LipOptions, prepare_lips
+    from abs_engine.tracking.mesh import load_mesh
+    from abs_engine.tracking.record import load_run
+    from abs_engine.tracking.run import track_video
+    from abs_engine.tracking.setting import FrameResult
     from abs_engine.truth import Dataset, Truth, load_dataset, load_truth
 
 _HOME = {
     # what is drawn, and by what
     "Speaker": "assets",
     "load_speaker": "assets",
-    "Mesh": "geometry",
-    "Pose": "geometry",
-    "Camera": "camera",
-    "Window": "camera",
-    "Scene": "scene",
-    "Candidates": "scene",
-    "ClassMaps": "scene",
-    "ColourError": "scene",
-    "Renderer": "scene",
-    "Buffers": "buffers",
+    "Mesh": "core.geometry",
+    "Pose": "core.geometry",
+    "Camera": "core.camera",
+    "Window": "core.camera",
+    "Scene": "core.scene",
+    "Candidates": "core.scene",
+    "ClassMaps": "core.scene",
+    "ColourError": "core.scene",
+    "Renderer": "core.scene",
+    "Buffers": "core.buffers",
     "open_renderer": "render.select",
     "Simplex": "optimise.simplex",
     # the lips in a video
-    "track_video": "systems.run",
-    "LipOptions": "systems.lips",
-    "prepare_lips": "systems.lips",
-    "FrameResult": "track.setting",
-    "load_run": "track.record",
-    "load_mesh": "track.mesh",
+    "track_video": "tracking.run",
+    "LipOptions": "tracking.lips",
+    "prepare_lips": "tracking.lips",
+    "FrameResult": "tracking.setting",
+    "load_run": "tracking.record",
+    "load_mesh": "tracking.mesh",
     # articulatory parameters of a speaker's own corpus
     "read_corpus": "observe.corpus_file",
-    "Predictor": "shape.predictors",
-    "GuidedPCA": "shape.articulatory",
-    "ArticulatoryModel": "shape.articulatory_model",
-    "load_articulatory": "shape.articulatory_model",
+    "Predictor": "face.shape.predictors",
+    "GuidedPCA": "face.shape.articulatory",
+    "ArticulatoryModel": "face.shape.articulatory_model",
+    "load_articulatory": "face.shape.articulatory_model",
     # clips with known truth
     "film_clip": "systems.demo",
     "run_demo": "systems.demo",
@@ -79,7 +79,7 @@ _HOME = {
     # the machine
     "diagnose": "render.diagnose",
     "run_bench": "evaluate.bench",
-    "AbsEngineError": "errors",
+    "AbsEngineError": "core.errors",
 }
 
 __all__ = [

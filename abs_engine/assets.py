@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.geometry import check_mesh
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import check_mesh
 from abs_engine.npz import read_npz
 
 FORMAT, VERSION = "abs_engine.speaker", 1

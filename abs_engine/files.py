@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import OutputError
+from abs_engine.core.errors import OutputError
 
 
 class Making(ABC):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 
 _TOO_DEEP = "lists or tables lie in each other too deep"
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.files import write_new
 from abs_engine.inputs import check_file
 

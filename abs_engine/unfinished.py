@@ -7,7 +7,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from abs_engine.errors import OutputError
+from abs_engine.core.errors import OutputError
 from abs_engine.files import Making, check_free, give_name, unwritable
 
 

@@ -21,17 +21,17 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Scene
+from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.mouth import mouth_shape
+from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Scene
-from abs_engine.shape.identity import head_modes
-from abs_engine.shape.mouth import mouth_shape
-from abs_engine.shape.upper_face import upper_face_modes
-from abs_engine.track.correspondence import FILE, Sighting, learn_correspondence, off_of
-from abs_engine.track.detect import find_face
-from abs_engine.track.landmark_noise import learn_noise
-from abs_engine.track.landmarks import landmarks_of
-from abs_engine.track.sightings import (
+from abs_engine.tracking.correspondence import FILE, Sighting, learn_correspondence, off_of
+from abs_engine.tracking.detect import find_face
+from abs_engine.tracking.landmark_noise import learn_noise
+from abs_engine.tracking.landmarks import landmarks_of
+from abs_engine.tracking.sightings import (
     USUAL_LIGHT,
     Light,
     lit_picture,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import shapes
 
-from abs_engine.appearance.sight import Sighting
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Scene
+from abs_engine.face.appearance.sight import Sighting
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 
 N_MODES = 3
 PIXELS = 96

@@ -12,7 +12,7 @@ import pytest
 # a core that another worker has, at several times the cost.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 from abs_engine.render.context import GLContext
 from abs_engine.render.raster import OpenGLRenderer
 

@@ -11,10 +11,10 @@ import json
 import numpy as np
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose, vertex_normals
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.core.scene import Candidates, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.mirror import Mirror
 from abs_engine.synth.sequence import deform, say

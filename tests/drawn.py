@@ -8,17 +8,17 @@ import numpy as np
 from heads import SIZE, lit_picture_of, picture_of, seen_at
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
-from abs_engine.scene import Scene
-from abs_engine.shape.identity import head_modes
-from abs_engine.shape.linear import LinearShape
-from abs_engine.shape.mouth import mouth_shape
-from abs_engine.track.correspondence import Correspondence, load_correspondence
-from abs_engine.track.detect import find_face
-from abs_engine.track.head_fit import landmark_shape
-from abs_engine.track.landmark_shape import LandmarkShape
-from abs_engine.track.landmarks import Landmarks, landmarks_of
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Scene
+from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.mouth import mouth_shape
+from abs_engine.tracking.correspondence import Correspondence, load_correspondence
+from abs_engine.tracking.detect import find_face
+from abs_engine.tracking.head_fit import landmark_shape
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import Landmarks, landmarks_of
 
 CAMERA = Camera.ideal(SIZE)
 AHEAD = seen_at([0, 0, 0], [0, 0, 700])

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.systems.physics.real_clips import Agreement, agreement, closure_labels
-from abs_engine.track.record import load_run
+from abs_engine.papers.basu1998.real_clips import Agreement, agreement, closure_labels
+from abs_engine.tracking.record import load_run
 
 
 def line(clip: str, folder: Path, found: Agreement) -> str:

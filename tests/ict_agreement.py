@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.assets import CLOSED_APERTURE, load_speaker
-from abs_engine.track.mesh import load_mesh
-from abs_engine.track.record import load_run
+from abs_engine.tracking.mesh import load_mesh
+from abs_engine.tracking.record import load_run
 
 FloatArray = NDArray[np.float64]
 

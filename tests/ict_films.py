@@ -29,9 +29,9 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.transform import Rotation
 
-from abs_engine.camera import Camera
-from abs_engine.geometry import FACING
-from abs_engine.track.detect import find_face
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING
+from abs_engine.tracking.detect import find_face
 from abs_engine.truth.camera_file import camera_json
 
 FloatArray = NDArray[np.float64]
@@ -60,7 +60,7 @@ CONTRASTS = {
 }
 """Upper and lower lip by the skin's colour, in each channel of sRGB."""
 RECORDED_FROM = 2100
-"""Before it the recording hardly moves (as in `abs_engine.systems.physics.motion`)."""
+"""Before it the recording hardly moves (as in `abs_engine.papers.basu1998.motion`)."""
 RECORDED_RATE = 30.0
 DROWSY = 0.3
 """Blink weight of the recorded person's open eyes."""

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.systems.inspect.body import Body, person_body, posed
 from abs_engine.systems.inspect.labels import LabelFrame, drawn_labels
 from abs_engine.systems.inspect.paint import coat, paint
 from abs_engine.systems.inspect.view import View
-from abs_engine.track.mesh import RunMesh
-from abs_engine.track.record import FORMAT, VERSION
+from abs_engine.tracking.mesh import RunMesh
+from abs_engine.tracking.record import FORMAT, VERSION
 from abs_engine.truth import camera_json, codec, write_chunk, write_points, write_sums, write_truth
 from abs_engine.truth.dataset import ClipEntry, dataset_record
 from abs_engine.truth.picture import write_picture

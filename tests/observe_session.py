@@ -29,13 +29,13 @@ from session_files import film_folder, write_csv
 
 from abs_engine.assets import load_speaker
 from abs_engine.cli import main
+from abs_engine.core.geometry import Pose
 from abs_engine.files import png, write_new
-from abs_engine.geometry import Pose
 from abs_engine.observe.board import Board
 from abs_engine.observe.marks import LIPS17
 from abs_engine.observe.observations import Observations, read_observations
+from abs_engine.papers.basu1998.motion import RECORDED_FROM
 from abs_engine.synth.speech.livelink import play_recording, read_livelink
-from abs_engine.systems.physics.motion import RECORDED_FROM
 from abs_engine.video import VideoWriter
 
 RATE = 30.0

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.track.record import load_run
+from abs_engine.tracking.record import load_run
 
 DATA = Path(os.environ.get("ABS_ENGINE_DATA", "../shared/data")) / "people"
 # Skin, and how plainly lips differ from it, by the data's own table

@@ -12,12 +12,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, rotations
 from abs_engine.evaluate.estimate import Estimate, LinearSurface, of_run
 from abs_engine.evaluate.metrics import to_camera
-from abs_engine.geometry import FACING, rotations
 from abs_engine.synth.contact import widest_gap
-from abs_engine.track.mesh import RunMesh
+from abs_engine.tracking.mesh import RunMesh
 from abs_engine.truth import (
     ClipEntry,
     Truth,

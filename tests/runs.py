@@ -11,11 +11,11 @@ import av
 import numpy as np
 
 from abs_engine.assets import load_speaker, shipped
-from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.systems.lips import lip_model
-from abs_engine.track.tracker import FrameResult, TrackerSetting, lip_measures
+from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.tracker import FrameResult, TrackerSetting, lip_measures
 from abs_engine.video import VideoWriter
 
 SIZE = 320, 240

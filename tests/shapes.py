@@ -6,10 +6,10 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.buffers import Buffers
-from abs_engine.camera import Camera, Window
-from abs_engine.geometry import Pose
-from abs_engine.scene import Candidates, Renderer, Scene
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Renderer, Scene
 
 SMALL, LARGE = 3, 4
 """Subdivisions of the icosphere: 1,280 and 5,120 facets."""

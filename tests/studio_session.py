@@ -19,14 +19,14 @@ from session_files import film_folder, write_csv
 
 from abs_engine.assets import load_speaker, shipped
 from abs_engine.cli import main
-from abs_engine.geometry import Pose
+from abs_engine.core.geometry import Pose
+from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.observe.marks import LIPS17
 from abs_engine.observe.observations import Observations, read_observations
+from abs_engine.papers.basu1998.motion import RECORDED_FROM
 from abs_engine.synth.make import Crew
 from abs_engine.synth.scenefile import SceneFile, read_scene
 from abs_engine.synth.studio import film_scene
-from abs_engine.systems.physics.correspondence import dot_vertices
-from abs_engine.systems.physics.motion import RECORDED_FROM
 from abs_engine.truth import Dataset, Truth, load_dataset
 
 PLACES = 12
@@ -116,11 +116,11 @@ class StudioSession:
 
     def dots(self) -> np.ndarray:
         """True places (T, 17, 3) of the dots, mm, head frame."""
-        return self.speech[0].points(dot_vertices(load_speaker())).astype(np.float64)
+        return self.speech[0].points(lips17(load_speaker())).astype(np.float64)
 
     def pixels(self, frame: int) -> np.ndarray:
         """True places (2, 17, 2) of the dots in both views."""
-        at = dot_vertices(load_speaker())
+        at = lips17(load_speaker())
         seen = [view.pixels(frame, at) for view in self.speech]
         mirror = self.speech[0].mirror
         if mirror is not None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.geometry import Pose
+from abs_engine.core.geometry import Pose
 
 pytestmark = pytest.mark.gl
 

@@ -9,16 +9,16 @@ import pytest
 from heads import head_of, lit_picture_of, seen_at
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.scene import Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Scene
-from abs_engine.systems.lips import lip_model
-from abs_engine.track import align
-from abs_engine.track.align import KnownHead, face_motions
-from abs_engine.track.keyframes import Keyframes
-from abs_engine.track.prepare import HeadMotion
-from abs_engine.track.rigid import RigidState
+from abs_engine.tracking import align
+from abs_engine.tracking.align import KnownHead, face_motions
+from abs_engine.tracking.keyframes import Keyframes
+from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.prepare import HeadMotion
+from abs_engine.tracking.rigid import RigidState
 
 CAMERA = Camera.ideal((320, 240))
 LAMP = (-0.6, -0.7, -1.0)

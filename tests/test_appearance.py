@@ -6,9 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.appearance.colour import CLASSES, ColourClasses, features, hamming
-from abs_engine.appearance.labelled import train_classes
-from abs_engine.appearance.learn import (
+from abs_engine.core.errors import (
+    FaceNotFoundError,
+    InputFileError,
+    ModelFormatError,
+    TooFewPixelsError,
+)
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, hamming
+from abs_engine.face.appearance.labelled import train_classes
+from abs_engine.face.appearance.learn import (
     LEAST_PIXELS,
     LIP_COMPONENTS,
     PLACES,
@@ -16,13 +22,7 @@ from abs_engine.appearance.learn import (
     learn_classes,
     typical_classes,
 )
-from abs_engine.appearance.mixture import Mixture, fit_mixture, single
-from abs_engine.errors import (
-    FaceNotFoundError,
-    InputFileError,
-    ModelFormatError,
-    TooFewPixelsError,
-)
+from abs_engine.face.appearance.mixture import Mixture, fit_mixture, single
 
 TRUE = Mixture(
     np.array([0.7, 0.3]),

@@ -13,12 +13,12 @@ from test_observe_files import write_c3d, write_long, write_wide
 
 import abs_engine
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.articulatory import leave_out_in_turn, left_out_errors
 from abs_engine.observe.corpus import Corpus
-from abs_engine.shape.predictors import PAPER_PREDICTORS, Predictor
-from abs_engine.systems.articulatory.applied import Applied
-from abs_engine.systems.articulatory.build import leave_out_in_turn, left_out_errors
-from abs_engine.systems.articulatory.predictor_file import predictors_text, read_predictors
+from abs_engine.systems.articulate.applied import Applied
+from abs_engine.systems.articulate.predictor_file import predictors_text, read_predictors
 
 TEETH = ("right", "left", "front")
 MARKS = np.array([[-25.0, 0, -35], [25, 0, -35], [0, 0, 0]])
@@ -164,7 +164,7 @@ def test_only_the_viseme_that_cannot_be_left_out_is_skipped(
 
 def test_a_viseme_with_too_few_points_of_its_own_is_told_of(monkeypatch):
     """Of many visemes several are left out at once: the others among them are measured."""
-    monkeypatch.setattr("abs_engine.systems.articulatory.build.MOST_BUILT", 5)
+    monkeypatch.setattr("abs_engine.learn.articulatory.MOST_BUILT", 5)
     own, _ = recorded(40)
     own[3] = np.nan
     corpus = Corpus(own, NAMES, tuple(f"v{k}" for k in range(40)), GROUPS)
@@ -280,7 +280,7 @@ def test_a_model_refuses_what_does_not_fit(tmp_path: Path):
 
 
 def test_of_many_visemes_several_are_left_out_at_once(tmp_path: Path, monkeypatch):
-    monkeypatch.setattr("abs_engine.systems.articulatory.build.MOST_BUILT", 5)
+    monkeypatch.setattr("abs_engine.learn.articulatory.MOST_BUILT", 5)
     assert main(written(tmp_path, recorded()[1])) == 0
     told = json.loads((tmp_path / "model" / "results.json").read_text())
     assert 0.05 < told["left_out_error_mm_median"] < 0.2

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from abs_engine.errors import (
+from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
     OutputError,
     ParameterError,
     TooFewPointsError,
 )
-from abs_engine.shape.articulatory import GuidedPCA
-from abs_engine.shape.articulatory_dense import dense_shape, dense_units
-from abs_engine.shape.articulatory_model import load_articulatory
-from abs_engine.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.face.shape.articulatory import GuidedPCA
+from abs_engine.face.shape.articulatory_dense import dense_shape, dense_units
+from abs_engine.face.shape.articulatory_model import load_articulatory
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 
 NAMES = tuple(f"p{k}" for k in range(12))
 GROUPS = {"jaw": NAMES[:4], "lips": NAMES[4:8], "rest": NAMES[8:]}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from abs_engine.systems.articulatory.goals import GOALS, Goal, goal_rows, score_lines
-from abs_engine.systems.articulatory.page import reproduction_page
+from abs_engine.papers.odisio2004.goals import GOALS, Goal, goal_rows, score_lines
+from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.systems.reproduced import page, table
 
 

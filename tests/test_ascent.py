@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise import ascent
 from abs_engine.optimise.ascent import Forces, Gradient
-from abs_engine.params import ParamSpec
 
 SCALE = np.array([1.0, 0.1, 20.0])
 SPEC = ParamSpec(("a", "b", "c"), ("sd", "rad", "mm"), SCALE, -50 * SCALE, 50 * SCALE)

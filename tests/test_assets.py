@@ -10,20 +10,20 @@ import pytest
 from runs import write_speaker
 
 from abs_engine.assets import load_speaker, read_image, shipped
-from abs_engine.camera import Camera
-from abs_engine.errors import (
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import (
     InputFileError,
     MeshError,
     ModelFormatError,
     OutputError,
     ParameterError,
 )
-from abs_engine.geometry import FACING, Pose, vertex_normals
+from abs_engine.core.geometry import FACING, Pose, vertex_normals
+from abs_engine.core.scene import Candidates
+from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.npz import read_npz, write_npz
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates
-from abs_engine.shape.mouth import mouth_units
-from abs_engine.systems.lips import lip_model
+from abs_engine.tracking.lips import lip_model
 
 CLASSES = {
     "skin", "upper_lip", "lower_lip", "inner_mouth", "upper_teeth", "lower_teeth", "tongue", "eyes",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import missing
 
-from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.evaluate import bench_ways, bench_worker
 from abs_engine.evaluate.bench import run_bench
 from abs_engine.evaluate.bench_result import RATIOS, WAYS, BenchResult

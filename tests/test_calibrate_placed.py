@@ -19,16 +19,16 @@ from drawn import (
 )
 from heads import lit_picture_of, seen_at
 
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
+from abs_engine.core.pose import PoseFrame
+from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.systems.lips import PERSON_SPREAD
-from abs_engine.track.head_fit import fit_head, seen_in
-from abs_engine.track.head_pose import placed_fit
-from abs_engine.track.landmark_fit import fit_frame
-from abs_engine.track.model import build_mouth_model
-from abs_engine.track.placed import PlacedHead, calibrate_placed
-from abs_engine.track.pose import PoseFrame
-from abs_engine.track.scale import pupil_distance, pupil_scale
+from abs_engine.tracking.head_fit import fit_head, seen_in
+from abs_engine.tracking.head_pose import placed_fit
+from abs_engine.tracking.landmark_fit import fit_frame
+from abs_engine.tracking.lips import PERSON_SPREAD
+from abs_engine.tracking.placed import PlacedHead, calibrate_placed
+from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
 PERSON = "amara"
 CAMERA = Camera.ideal((240, 240))

@@ -17,7 +17,8 @@ import pytest
 from datasets import SIZE, Shot, Take, make_dataset
 
 from abs_engine import cli
-from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.geometry import Pose
 from abs_engine.evaluate.check import Finding, check_dataset
 from abs_engine.evaluate.check.finding import merged
 from abs_engine.evaluate.check.footage import time_findings
@@ -25,7 +26,6 @@ from abs_engine.evaluate.check.ids import shift
 from abs_engine.evaluate.check.motion import vector_findings
 from abs_engine.evaluate.check.sight import look
 from abs_engine.evaluate.check.speech import contact_findings
-from abs_engine.geometry import Pose
 from abs_engine.truth import Phoneme, load_clip, load_dataset, write_sums
 from abs_engine.truth.camera_file import camera_json, load_placed_camera
 from abs_engine.truth.codec import frame_name

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.appearance.chroma import matched, sampled
-from abs_engine.appearance.colour import features, luminance
-from abs_engine.camera import Window
+from abs_engine.core.camera import Window
+from abs_engine.face.appearance.chroma import matched, sampled
+from abs_engine.face.appearance.colour import features, luminance
 
 LIPS, DARK = (160, 100, 96), (20, 13, 12)
 REFERENCE = 130.0

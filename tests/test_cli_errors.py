@@ -17,7 +17,7 @@ from abs_engine.assets import load_speaker
 from abs_engine.cli import commands, main
 from abs_engine.cli import progress as progress_module
 from abs_engine.cli.progress import Progress, progress_text
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 from abs_engine.observe.headfiles import read_reference
 from abs_engine.observe.marks import read_marks
 from abs_engine.render.cpu import CpuRenderer
@@ -230,7 +230,7 @@ def test_ctrl_c_leaves_nothing(capsys, tmp_path, noise_video, monkeypatch):
         assert list(tmp_path.iterdir())  # something was begun
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("abs_engine.systems.run.prepare_lips", interrupt)
+    monkeypatch.setattr("abs_engine.tracking.run.prepare_lips", interrupt)
     assert main([str(word) for word in track(noise_video, tmp_path / "run")]) == 130
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert not list(tmp_path.iterdir())

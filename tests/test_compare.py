@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.camera import Window
 from abs_engine.compare.facets import FacetLikelihood, facet_score
 from abs_engine.compare.prior import ContactPrior, GaussianPrior
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import ClassMaps
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import ClassMaps
 
 
 @pytest.fixture(params=["whole", "crop"])

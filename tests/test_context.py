@@ -11,7 +11,7 @@ import threading
 import pytest
 from conftest import missing
 
-from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.render import egl, osmesa
 from abs_engine.render.context import BACKENDS, Attempt, GLContext, NoOpenGLError, remedy_of
 from abs_engine.render.cpu import CpuRenderer
@@ -201,7 +201,7 @@ def test_another_context_in_between_does_no_harm(gl):
 def test_a_closed_context_is_refused():
     code = """
 from abs_engine.render.context import GLContext
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 for _ in range(3):  # opening again after closing works
     with GLContext.open() as gl:
         pass
@@ -220,7 +220,7 @@ def test_a_forked_child_is_refused():
     code = """
 import os
 from abs_engine.render.context import GLContext
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 gl = GLContext.open()
 child = os.fork()
 if child == 0:

@@ -12,26 +12,27 @@ from scipy.spatial.transform import Rotation
 from test_observe_files import write_c3d, write_long, write_wide
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import (
+from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
     OutputError,
     ParameterError,
     TooFewPointsError,
 )
+from abs_engine.face.shape.articulatory_model import load_articulatory
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS
+from abs_engine.learn.articulatory import build, dense_head, left_out_errors
+from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.observe.corpus import Corpus, bite_plane, load_corpus
 from abs_engine.observe.corpus_file import read_corpus
 from abs_engine.observe.corpus_table import read_table
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.shape.articulatory_model import load_articulatory
-from abs_engine.shape.predictors import PAPER_PREDICTORS
 from abs_engine.synth.contact import widest_gap
-from abs_engine.synth.corpus import ALL_VISEMES, PAPER_VISEMES, SpokenCorpus, speak_corpus
-from abs_engine.systems.articulatory.analysis import analyse
-from abs_engine.systems.articulatory.build import build, dense_head, left_out_errors
-from abs_engine.systems.articulatory.figures import boxplot_figure, figure_bytes, nomogram_figure
-from abs_engine.systems.articulatory.report import Heads, write_report
-from abs_engine.systems.articulatory.tables import boxes, results, variance_table, variance_text
+from abs_engine.synth.corpus import ALL_VISEMES, PAPER_VISEMES, speak_corpus
+from abs_engine.systems.articulate.analysis import analyse
+from abs_engine.systems.articulate.figures import boxplot_figure, figure_bytes, nomogram_figure
+from abs_engine.systems.articulate.report import Heads, write_report
+from abs_engine.systems.articulate.tables import boxes, results, variance_table, variance_text
 
 SPEAKER = load_speaker()
 FROZEN = 843474347

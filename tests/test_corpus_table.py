@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_observe_files import write_c3d
 
-from abs_engine.errors import (
+from abs_engine.core.errors import (
     AbsEngineError,
     InputFileError,
     ModelFormatError,

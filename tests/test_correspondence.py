@@ -11,10 +11,10 @@ import pytest
 from drawn import CAMERA, correspondence, projected, speaker, texture_of, vertices_of
 from heads import seen_at
 
-from abs_engine.errors import FaceNotFoundError, ModelFormatError
-from abs_engine.geometry import vertex_normals
+from abs_engine.core.errors import FaceNotFoundError, ModelFormatError
+from abs_engine.core.geometry import vertex_normals
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.track.correspondence import (
+from abs_engine.tracking.correspondence import (
     FILE,
     LEAST_DEVIATION,
     LEAST_SIGHTINGS,
@@ -22,8 +22,8 @@ from abs_engine.track.correspondence import (
     learn_correspondence,
     load_correspondence,
 )
-from abs_engine.track.landmarks import COUNT, INNER_RING, LIPS
-from abs_engine.track.sightings import YAWS, sightings_of
+from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS
+from abs_engine.tracking.sightings import YAWS, sightings_of
 
 NOISE = 1.5  # mm
 TURNS = [(p, y) for p in (-0.2, 0.15) for y in (-0.5, 0.0, 0.5)]

@@ -9,12 +9,12 @@ import pytest
 import shapes
 from shapes import FISHY, STILL, draw_one, triangles
 
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Scene
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.pixelsum import texel_cells
-from abs_engine.scene import Candidates, ClassMaps, ColourError, Scene
 
 DEEP = 500.0
 

@@ -14,7 +14,7 @@ from abs_engine.cli import main
 from abs_engine.cli.parser import build_parser
 from abs_engine.systems.demo import DemoOptions
 from abs_engine.systems.demo_page import head_given
-from abs_engine.track.record import load_run
+from abs_engine.tracking.record import load_run
 from abs_engine.truth import load_truth
 from abs_engine.video import probe
 

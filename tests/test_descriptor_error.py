@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.appearance.atlas import fitting_size, lay_atlas
-from abs_engine.appearance.choose import choose_points
-from abs_engine.appearance.local import learn_local
-from abs_engine.appearance.region import facets_around, part
-from abs_engine.appearance.texture import learn_texture
-from abs_engine.camera import Window
 from abs_engine.compare.descriptor import texture_error, wrong_match
-from abs_engine.compare.penalty import ExponentialPenalty
 from abs_engine.compare.points import local_error
-from abs_engine.errors import MeshError, ParameterError, PictureError
-from abs_engine.geometry import Pose, rotations
+from abs_engine.core.camera import Window
+from abs_engine.core.errors import MeshError, ParameterError, PictureError
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.scene import Candidates, Scene
+from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
+from abs_engine.face.appearance.choose import choose_points
+from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.region import facets_around, part
+from abs_engine.face.appearance.texture import learn_texture
+from abs_engine.face.penalty import ExponentialPenalty
 from abs_engine.optimise.simplex import Simplex
-from abs_engine.params import ParamSpec
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 
 RENDERER = CpuRenderer()
 N = appearances.N_MODES

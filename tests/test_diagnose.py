@@ -6,7 +6,7 @@ import ctypes
 
 import pytest
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 from abs_engine.render import context, diagnose
 from abs_engine.render.context import BACKENDS
 from abs_engine.render.select import open_renderer

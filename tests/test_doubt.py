@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.track.doubt import LEAST_AGREEMENT, LEAST_SEPARABILITY, doubts
+from abs_engine.tracking.doubt import LEAST_AGREEMENT, LEAST_SEPARABILITY, doubts
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
 TALK = 6 + 5 * np.sin(np.arange(40) / 3)

@@ -10,7 +10,7 @@ import pytest
 from results import FRAMES, areas, clip, perfect, run_arrays, speaker, surface, true_landmarks
 
 from abs_engine.assets import load_points
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.catalogue import BY_KEY, METRICS
 from abs_engine.evaluate.estimate import Estimate, PointTrack, check_run, of_run

@@ -24,11 +24,11 @@ from results import (
 from scipy.spatial.transform import Rotation
 
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import FACING, rotations
 from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
-from abs_engine.geometry import FACING, rotations
 from abs_engine.synth.speech import read_livelink
 from abs_engine.systems.inspect.runs import load_run_head
 from abs_engine.truth.timecode import BASES, seconds_since_first

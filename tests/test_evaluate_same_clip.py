@@ -11,7 +11,7 @@ import pytest
 from results import RATE, clip, write_dataset, write_run
 
 from abs_engine.cli import main
-from abs_engine.errors import OtherClipError
+from abs_engine.core.errors import OtherClipError
 from abs_engine.systems.same_clip import check_clip, video_sum
 from abs_engine.truth import load_truth, write_sums
 

@@ -10,10 +10,10 @@ import pytest
 from drawn import drawn
 from heads import SIZE, seen_at
 
-from abs_engine.errors import FaceNotFoundError
-from abs_engine.track.faces import FaceChoice, FaceFollower, by_size, face_lines
-from abs_engine.track.landmarks import OUTER_RING, landmarks_again
-from abs_engine.track.locate import FaceBox
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.tracking.faces import FaceChoice, FaceFollower, by_size, face_lines
+from abs_engine.tracking.landmarks import OUTER_RING, landmarks_again
+from abs_engine.tracking.locate import FaceBox
 
 BLANK = np.full((SIZE[1], 2 * SIZE[0], 3), 100, np.uint8)
 

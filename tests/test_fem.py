@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import rotations
-from abs_engine.shape.dots import ShellPoints
-from abs_engine.shape.fem import Material, ThinShell
-from abs_engine.shape.reach import reach
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import rotations
+from abs_engine.face.shape.dots import ShellPoints
+from abs_engine.face.shape.fem import Material, ThinShell
+from abs_engine.face.shape.reach import reach
 
 STEEL = Material(young=210.0, poisson=0.3, thickness=0.5)
 

@@ -8,7 +8,7 @@ import os
 
 import pytest
 
-from abs_engine.errors import OutputError
+from abs_engine.core.errors import OutputError
 from abs_engine.files import NewFolder, parent_folder, write_new
 from abs_engine.unfinished import Claim, Unfinished, partial_of
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.observe.follow import DotFollower, FollowOptions
 
 SKIN, INK, MOLE = (206, 160, 140), (40, 40, 90), (128, 98, 112)

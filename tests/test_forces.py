@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.camera import Camera
 from abs_engine.compare.facets import FacetLikelihood, facet_score
 from abs_engine.compare.forces import (
     border_forces,
@@ -16,9 +15,10 @@ from abs_engine.compare.forces import (
     node_forces,
     slopes,
 )
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import ClassMaps, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import ClassMaps, Scene
 
 CPU = CpuRenderer()
 PIXELS = 160

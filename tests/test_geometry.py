@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.camera import Camera, Window
-from abs_engine.errors import MeshError, ParameterError
-from abs_engine.geometry import FACING, Mesh, Pose, rotations, vertex_normals
-from abs_engine.params import ParamSpec
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import MeshError, ParameterError
+from abs_engine.core.geometry import FACING, Mesh, Pose, rotations, vertex_normals
+from abs_engine.core.params import ParamSpec
 
 SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], float)
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from runs import write_noise
 
-from abs_engine.camera import Camera
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.systems.demo import film_clip
-from abs_engine.systems.poses import COLUMNS, read_poses
-from abs_engine.track import prepare
-from abs_engine.track.given import GivenMotion
-from abs_engine.track.record import load_run
-from abs_engine.track.setting import NO_POSE
+from abs_engine.tracking import prepare
+from abs_engine.tracking.given import GivenMotion
+from abs_engine.tracking.poses_file import COLUMNS, read_poses
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.setting import NO_POSE
 from abs_engine.truth import load_truth
 
 CAMERA = Camera.ideal((96, 80))

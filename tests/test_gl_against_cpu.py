@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.camera import Camera, Window
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.scene import ClassMaps, ColourError, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import ClassMaps, ColourError, Scene
 
 pytestmark = pytest.mark.gl
 

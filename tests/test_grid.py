@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.systems.physics.real_clips import agreement, closure_labels
-from abs_engine.track.record import load_run
+from abs_engine.papers.basu1998.real_clips import agreement, closure_labels
+from abs_engine.tracking.record import load_run
 
 pytestmark = pytest.mark.slow
 CLIP = "bbaf2n"

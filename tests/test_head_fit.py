@@ -17,14 +17,14 @@ from drawn import (
 )
 from heads import seen_at
 
+from abs_engine.face.shape.identity import head_modes, identity_shape
+from abs_engine.face.shape.proportions import with_proportions
+from abs_engine.face.shape.smooth import smooth_modes
+from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.shape.identity import head_modes, identity_shape
-from abs_engine.shape.proportions import with_proportions
-from abs_engine.shape.smooth import smooth_modes
-from abs_engine.shape.upper_face import upper_face_modes
-from abs_engine.track.head_fit import fit_head, scaled
-from abs_engine.track.head_joint import HeadFrameSeen
-from abs_engine.track.scale import pupil_distance, pupil_scale
+from abs_engine.tracking.head_fit import fit_head, scaled
+from abs_engine.tracking.head_joint import HeadFrameSeen
+from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
 TURNS = (-0.3, 0.0, 0.3)
 

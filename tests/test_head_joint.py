@@ -18,17 +18,17 @@ from drawn import (
 )
 from heads import seen_at
 
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose, vertex_normals
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.shape.identity import head_modes
-from abs_engine.shape.upper_face import upper_face_modes
-from abs_engine.track.head_fit import fit_head, landmark_shape, seen_in
-from abs_engine.track.head_joint import HeadProblem, fit_jointly
-from abs_engine.track.head_pose import placed_fit
-from abs_engine.track.head_texture import HeadBody, HeadView, gray_of, linearised, match
-from abs_engine.track.landmark_fit import turned
-from abs_engine.track.scale import pupil_distance, pupil_scale, pupil_vertices
+from abs_engine.tracking.head_fit import fit_head, landmark_shape, seen_in
+from abs_engine.tracking.head_joint import HeadProblem, fit_jointly
+from abs_engine.tracking.head_pose import placed_fit
+from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, linearised, match
+from abs_engine.tracking.landmark_fit import turned
+from abs_engine.tracking.scale import pupil_distance, pupil_scale, pupil_vertices
 
 CAMERA = Camera.ideal((320, 320))
 PERSON = "walter"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from abs_engine.systems.demo import film_clip
-from abs_engine.track.record import load_run
+from abs_engine.tracking.record import load_run
 from abs_engine.truth import load_truth
 
 pytestmark = pytest.mark.slow

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.appearance.information import choose_informative, information
-from abs_engine.appearance.local import LocalModel, learn_local
-from abs_engine.appearance.regression import Frames, LinearFits
-from abs_engine.compare.penalty import ExponentialPenalty, ImprobablePenalty
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.face.appearance.information import choose_informative, information
+from abs_engine.face.appearance.local import LocalModel, learn_local
+from abs_engine.face.appearance.regression import Frames, LinearFits
+from abs_engine.face.penalty import ExponentialPenalty, ImprobablePenalty
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.track.pose import PoseFrame, pose_spec
 
 RENDERER = CpuRenderer()
 N = appearances.N_MODES

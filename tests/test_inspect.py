@@ -9,10 +9,10 @@ import trimesh
 from inspected import bodies
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.scene import Candidates, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 from abs_engine.systems.inspect import palette
 from abs_engine.systems.inspect.labels import drawn_labels
 from abs_engine.systems.inspect.paint import AMBIENT, LAMP, Coat, coat, paint, value_coat

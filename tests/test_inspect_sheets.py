@@ -9,7 +9,7 @@ import pytest
 from inspected import bodies
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.systems.inspect import layout, legend, palette
 from abs_engine.systems.inspect.body import person_body, posed

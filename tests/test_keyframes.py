@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from heads import face_of, head_of, picture_of, seen_at
 
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.track import align, prepare
-from abs_engine.track.align import KnownHead
-from abs_engine.track.keyframes import APART, MOST, SEEN_WELL, Keyframes
-from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox, face_marks
-from abs_engine.track.prepare import HeadMotion
-from abs_engine.track.rigid import RigidReference, rigid_reference
+from abs_engine.tracking import align, prepare
+from abs_engine.tracking.align import KnownHead
+from abs_engine.tracking.keyframes import APART, MOST, SEEN_WELL, Keyframes
+from abs_engine.tracking.locate import BOX_WIDTH_MM, FaceBox, face_marks
+from abs_engine.tracking.prepare import HeadMotion
+from abs_engine.tracking.rigid import RigidReference, rigid_reference
 
 CAMERA = Camera.ideal((480, 360))
 SMALL = Camera.ideal((320, 240))

@@ -10,8 +10,8 @@ import pytest
 from drawn import CAMERA, anybody, projected, turned_by
 from heads import seen_at
 
-from abs_engine.geometry import Pose, rotations
-from abs_engine.track.landmark_fit import (
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.tracking.landmark_fit import (
     LIPS_TOGETHER,
     OTHERS_TOGETHER,
     FrameLandmarks,
@@ -19,9 +19,9 @@ from abs_engine.track.landmark_fit import (
     fit_frame,
     turned,
 )
-from abs_engine.track.landmark_shape import BIAS_SHARE, CLOSEST, WITHIN
-from abs_engine.track.landmarks import COUNT, INNER_RING, LIPS
-from abs_engine.track.lip_landmarks import LipLandmarks
+from abs_engine.tracking.landmark_shape import BIAS_SHARE, CLOSEST, WITHIN
+from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS
+from abs_engine.tracking.lip_landmarks import LipLandmarks
 
 MODES = 10
 

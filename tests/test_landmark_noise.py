@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawn import correspondence
 
-from abs_engine.track.landmark_noise import LandmarkNoise, learn_noise
-from abs_engine.track.landmarks import COUNT
+from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise
+from abs_engine.tracking.landmarks import COUNT
 
 
 def made(seed=0, people=60, views=8):

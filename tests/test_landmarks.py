@@ -11,9 +11,9 @@ from heads import SIZE, seen_at
 from runs import noise
 
 from abs_engine.assets import shipped
-from abs_engine.camera import Camera
-from abs_engine.track.detect import Face, find_face
-from abs_engine.track.landmarks import (
+from abs_engine.core.camera import Camera
+from abs_engine.tracking.detect import Face, find_face
+from abs_engine.tracking.landmarks import (
     EYES,
     INNER_RING,
     LIPS,

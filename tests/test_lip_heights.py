@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from runs import toy_setting
 
-from abs_engine.track.fit import LEAST_THICKNESS, contact_prior
-from abs_engine.track.model import PROTOTYPES
+from abs_engine.face.head import PROTOTYPES
+from abs_engine.fit.head_frame import LEAST_THICKNESS, contact_prior
 
 MODEL = toy_setting().model
 NOBODY = np.zeros(MODEL.n_person)

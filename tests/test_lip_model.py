@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import MeshError, ModelFormatError
-from abs_engine.shape.lip_edge import lip_edge
-from abs_engine.shape.lip_follow import followed
-from abs_engine.shape.lip_model import INSIDE, LIPS, LipModel, lip_model
-from abs_engine.shape.lip_shell import COLUMNS, cut_lip_shell, lips_besides
-from abs_engine.shape.modal import learn
-from abs_engine.systems.physics.motion import authored_motion
+from abs_engine.core.errors import MeshError, ModelFormatError
+from abs_engine.face.shape.lip_edge import lip_edge
+from abs_engine.face.shape.lip_follow import followed
+from abs_engine.face.shape.lip_model import INSIDE, LIPS, LipModel, lip_model
+from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell, lips_besides
+from abs_engine.face.shape.modal import learn
+from abs_engine.papers.basu1998.motion import authored_motion
 
 SPEAKER = load_speaker()
 SHELL = cut_lip_shell(SPEAKER)

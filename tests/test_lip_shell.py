@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.shape.lip_shell import COLUMNS, cut_lip_shell
-from abs_engine.shape.reach import reach
+from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
+from abs_engine.face.shape.reach import reach
 
 SPEAKER = load_speaker()
 SHELL = cut_lip_shell(SPEAKER)

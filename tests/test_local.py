@@ -10,26 +10,26 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.appearance.choose import choose_points, own_scales, reconstructed
-from abs_engine.appearance.descriptors import (
+from abs_engine.core.errors import (
+    ModelFormatError,
+    NothingSeenError,
+    ParameterError,
+    PictureError,
+)
+from abs_engine.core.geometry import Pose, rotations, vertex_normals
+from abs_engine.core.scene import Candidates, Scene
+from abs_engine.face.appearance.choose import choose_points, own_scales, reconstructed
+from abs_engine.face.appearance.descriptors import (
     COMPONENTS,
     YCBCR,
     DescriptorMaps,
     kernels,
     to_ycbcr,
 )
-from abs_engine.appearance.local import LocalModel, learn_local
-from abs_engine.appearance.patches import Patches
-from abs_engine.appearance.windows import Windows
-from abs_engine.errors import (
-    ModelFormatError,
-    NothingSeenError,
-    ParameterError,
-    PictureError,
-)
-from abs_engine.geometry import Pose, rotations, vertex_normals
+from abs_engine.face.appearance.local import LocalModel, learn_local
+from abs_engine.face.appearance.patches import Patches
+from abs_engine.face.appearance.windows import Windows
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 
 RENDERER = CpuRenderer()
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from heads import seen_at
 
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
-from abs_engine.track.match import Drawn, match, pose_of_matches
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.match import Drawn, match, pose_of_matches
 
 CAMERA = Camera.ideal((640, 480))
 ALL = np.ones((160, 200), bool)

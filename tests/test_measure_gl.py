@@ -9,13 +9,13 @@ import pytest
 import shapes
 from shapes import FISHY, STILL, draw_one, triangles
 
-from abs_engine.buffers import Buffers
-from abs_engine.camera import Camera
-from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import OpenGLError, ParameterError
+from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Scene
 from abs_engine.render import targets
 from abs_engine.render.layout import class_layout
 from abs_engine.render.raster import OpenGLRenderer
-from abs_engine.scene import Candidates, ClassMaps, ColourError, Scene
 
 pytestmark = pytest.mark.gl
 

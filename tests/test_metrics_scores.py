@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import rotations
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.metrics import bootstrap
 from abs_engine.evaluate.metrics.bootstrap import Mean, confidence, value
-from abs_engine.geometry import rotations
 
 NAN = float("nan")
 

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.camera import Camera
-from abs_engine.errors import InputFileError, OutputError, ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, OutputError, ParameterError
 from abs_engine.evaluate.truth_report import CURVES, SCORES, report, score
 from abs_engine.truth import Truth
 

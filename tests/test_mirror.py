@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth.mirror import Mirror, lines_of_sight
 
 FRONTAL = np.array([[-40, -30, 1000], [40, -30, 1000], [40, 30, 1000], [-40, 30, 1000]], float)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from abs_engine.errors import InputFileError, ModelFormatError, OutputError, ParameterError
-from abs_engine.shape.modal import learn, load_physics
-from abs_engine.shape.posterior import expected_posterior, reconstruct
+from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError, ParameterError
+from abs_engine.face.shape.modal import learn, load_physics
+from abs_engine.face.shape.posterior import expected_posterior, reconstruct
 
 N, TRUE = 12, np.array([9.0, 4.0, 1.0])
 RNG = np.random.default_rng(3)

@@ -10,9 +10,9 @@ from heads import seen_at
 from runs import toy_setting
 
 from abs_engine.assets import load_speaker
-from abs_engine.scene import Candidates
-from abs_engine.track.fit import mouth_window
-from abs_engine.track.model import build_mouth_model
+from abs_engine.core.scene import Candidates
+from abs_engine.face.head import build_mouth_model
+from abs_engine.fit.head_frame import mouth_window
 
 SETTING = toy_setting()
 SPEAKER = load_speaker()

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from drawn import drawn, network_sees
 
-from abs_engine.appearance.chroma import sampled
-from abs_engine.appearance.placed import learn_placed
-from abs_engine.camera import Window
-from abs_engine.track.landmarks import INNER_RING, OUTER_RING, Landmarks
-from abs_engine.track.mouth_look import MouthLook, UsualLook
+from abs_engine.core.camera import Window
+from abs_engine.face.appearance.chroma import sampled
+from abs_engine.face.appearance.placed import learn_placed
+from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
+from abs_engine.tracking.mouth_look import MouthLook, UsualLook
 
 PERSON = "clara"
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35}, {"mouthPucker": 0.6, "jawOpen": 0.1})

@@ -9,10 +9,10 @@ import pytest
 from heads import seen_at
 from runs import toy_setting
 
-from abs_engine.scene import Candidates
-from abs_engine.track.fit import mouth_window
-from abs_engine.track.mouth_place import mouth_place
-from abs_engine.track.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame
+from abs_engine.core.scene import Candidates
+from abs_engine.fit.head_frame import mouth_window
+from abs_engine.tracking.mouth_place import mouth_place
 
 SETTING = toy_setting()
 MODEL, CAMERA = SETTING.model, SETTING.camera

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from abs_engine.errors import InputFileError, ModelFormatError, OutputError
+from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError
 from abs_engine.npz import read_npz, write_npz
 
 KIND, VERSION = "abs_engine.test", 3

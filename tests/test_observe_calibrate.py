@@ -7,9 +7,9 @@ import pytest
 from observe_session import BOARD, board_poses
 from observed import before_cameras, board_picture, mirror_room, seen_from, two_cameras
 
-from abs_engine.camera import Camera
-from abs_engine.errors import CalibrationError, ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import CalibrationError, ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.observe.board import Board, Corners
 from abs_engine.observe.calibrate import calibrate_camera, calibrate_stereo
 from abs_engine.observe.mirror import calibrate_mirror

@@ -12,7 +12,12 @@ import numpy as np
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.errors import AbsEngineError, InputFileError, ModelFormatError, TooFewPointsError
+from abs_engine.core.errors import (
+    AbsEngineError,
+    InputFileError,
+    ModelFormatError,
+    TooFewPointsError,
+)
 from abs_engine.observe.headfiles import read_head_poses, read_reference
 from abs_engine.observe.markers import read_markers
 from abs_engine.observe.marks import LIPS17, Mark, initial_places, read_marks, write_marks

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.camera import Camera
-from abs_engine.errors import (
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import (
     DegenerateViewsError,
     ParameterError,
     TooFewPointsError,
 )
-from abs_engine.geometry import Pose
+from abs_engine.core.geometry import Pose
 from abs_engine.observe.head import HeadChoice, head_motion
 from abs_engine.observe.headframe import mouth_axes, rigid_motion
 from abs_engine.observe.marks import LIPS17

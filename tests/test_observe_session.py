@@ -66,7 +66,7 @@ def test_the_dots_are_within_a_third_of_a_millimetre(filmed: Session, observed: 
 def test_the_heads_pose_is_found(filmed: Session, observed: Observations):
     true = np.stack([p.rotation_vector for p in filmed.heads])
     # pi about x is where rotation vectors turn over: compare what they do to an arm of 100 mm
-    from abs_engine.geometry import rotations
+    from abs_engine.core.geometry import rotations
 
     arm = rotations(observed.rotations) @ [0, 0, 100.0] - rotations(true) @ [0, 0, 100.0]
     assert np.linalg.norm(arm, axis=1).max() < 1.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.simplex import Simplex
-from abs_engine.params import ParamSpec
 
 
 def spec(n: int = 2, reach: float = 5.0, scale: float = 0.5) -> ParamSpec:

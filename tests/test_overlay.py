@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from runs import SIZE, lost_result, toy_result, toy_setting
 
-from abs_engine.track import sheet as sheets
-from abs_engine.track.contours import LOST, LOWER, OUTER, UPPER, LipDrawing
-from abs_engine.track.overlay import Overlay, Painter
-from abs_engine.track.sheet import ContactSheet
+from abs_engine.tracking import sheet as sheets
+from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing
+from abs_engine.tracking.overlay import Overlay, Painter
+from abs_engine.tracking.sheet import ContactSheet
 from abs_engine.video import probe, read_frames
 
 GREY = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)

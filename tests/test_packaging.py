@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 from abs_engine.assets import read_image
-from abs_engine.track.record import load_run
+from abs_engine.tracking.record import load_run
 from abs_engine.video import Frame as Image
 from abs_engine.video import VideoWriter
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.people import (
     SKIN_TONES,

@@ -9,15 +9,15 @@ import pytest
 
 from abs_engine.assets import load_speaker
 from abs_engine.cli import main
-from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.face.shape.lip_shell import cut_lip_shell
+from abs_engine.learn.cameras import YAWS, camera_results, direction_of, rank_yaws
+from abs_engine.learn.training import train
 from abs_engine.observe.marks import LIPS16
-from abs_engine.shape.lip_shell import cut_lip_shell
-from abs_engine.systems.physics import cameras
-from abs_engine.systems.physics.cameras import YAWS, camera_results, direction_of, rank_yaws
-from abs_engine.systems.physics.correspondence import dot_vertices
-from abs_engine.systems.physics.motion import authored_motion, observed_motion
-from abs_engine.systems.physics.page import reproduction_page
-from abs_engine.systems.physics.training import train
+from abs_engine.papers.basu1998 import cameras
+from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
+from abs_engine.papers.basu1998.page import reproduction_page
 
 SPEAKER = load_speaker()
 SEEN = observed_motion(SPEAKER, authored_motion(SPEAKER, "clara"), noise=0.1)
@@ -64,7 +64,7 @@ def test_a_frontal_camera_sees_all_dots_and_a_profile_its_own_side(results):
     assert dots[90] < 12
     assert all(abs(dots[yaw] - dots[-yaw]) <= 1 for yaw in YAWS)
     head = SPEAKER.named("clara").astype(float)
-    places = head[dot_vertices(SPEAKER)[:-1]]
+    places = head[lips17(SPEAKER)[:-1]]
     triangles = head[SPEAKER.faces]
     left = [k for k, p in enumerate(places) if not cameras._hidden(p, direction_of(90), triangles)]
     assert places[left, 0].min() > -3  # none of the other side
@@ -83,8 +83,8 @@ def test_a_camera_at_an_angle_tells_most_and_another_front_least(results):
 
 def test_what_remains_is_what_remains():
     """Shapes drawn from the prior are as far from their reconstruction as was expected."""
-    from abs_engine.shape.posterior import reconstruct
-    from abs_engine.systems.physics.correspondence import shell_points
+    from abs_engine.face.shape.posterior import reconstruct
+    from abs_engine.learn.correspondence import shell_points
 
     (gain,) = rank_yaws(PHYSICS, SPEAKER, [0], noise=0.4)
     rng = np.random.default_rng(3)

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.appearance.colour import CLASSES
 from abs_engine.assets import load_speaker
-from abs_engine.errors import TooFewPixelsError
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.synth.scenefile import parse_scene
-from abs_engine.systems.physics import real_clips
-from abs_engine.systems.physics.filmed import (
+from abs_engine.core.errors import TooFewPixelsError
+from abs_engine.face.appearance.colour import CLASSES
+from abs_engine.papers.basu1998 import real_clips
+from abs_engine.papers.basu1998.filmed import (
     CLASS_NAMES,
     FRONT,
     FULL,
@@ -24,8 +22,8 @@ from abs_engine.systems.physics.filmed import (
     learn_colours,
     scene_of,
 )
-from abs_engine.systems.physics.motion import SENTENCES
-from abs_engine.systems.physics.real_clips import (
+from abs_engine.papers.basu1998.motion import SENTENCES
+from abs_engine.papers.basu1998.real_clips import (
     SPIKE_MM,
     Agreement,
     ClosureLabels,
@@ -33,6 +31,8 @@ from abs_engine.systems.physics.real_clips import (
     closure_labels,
     grid_agreement,
 )
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.synth.scenefile import parse_scene
 
 # ---- closures ------------------------------------------------------------------------------------
 

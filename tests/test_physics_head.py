@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import ModelFormatError
-from abs_engine.shape.physics_head import missed, physics_shape
-from abs_engine.systems.lips import lip_model
-from abs_engine.systems.physics.motion import authored_motion, observed_motion
-from abs_engine.systems.physics.training import Training, train
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.shape.physics_head import missed, physics_shape
+from abs_engine.learn.training import Training, train
+from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
+from abs_engine.tracking.lips import lip_model
 
 SPEAKER = load_speaker()
 

@@ -12,23 +12,23 @@ import pytest
 from heads import SIZE, colours_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.systems.physics.error_plot import error_plot
-from abs_engine.systems.physics.experiment import TrainedLips, learn_lips
-from abs_engine.systems.physics.page import DRIVERS, reproduction_page
-from abs_engine.systems.physics.pictures import (
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.fit.shell import shell_window
+from abs_engine.papers.basu1998.error_plot import error_plot
+from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
+from abs_engine.papers.basu1998.page import DRIVERS, reproduction_page
+from abs_engine.papers.basu1998.pictures import (
     TILE,
     ShownFit,
     convergence_figure,
     fits_figure,
     probability_figure,
 )
-from abs_engine.systems.physics.reproduce import WAYS
-from abs_engine.systems.physics.scores import GOALS, Goal, number, score_lines
-from abs_engine.systems.physics.wireframe import ON_LIPS, ON_SKIN, CloseUp, arrows
-from abs_engine.track.shell import shell_window
+from abs_engine.papers.basu1998.reproduce import WAYS
+from abs_engine.papers.basu1998.scores import GOALS, Goal, number, score_lines
+from abs_engine.papers.basu1998.wireframe import ON_LIPS, ON_SKIN, CloseUp, arrows
+from abs_engine.render.cpu import CpuRenderer
 
 CAMERA = Camera.ideal(SIZE)
 YAWS = (-45, 0, 45)

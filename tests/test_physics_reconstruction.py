@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import ParameterError, TooFewPointsError
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.shape.dots import points_at_nodes
-from abs_engine.shape.lip_shell import cut_lip_shell
-from abs_engine.shape.modal import LearnedPhysics
-from abs_engine.systems.physics.figures import SIZE, draw_modes, mode_postures
-from abs_engine.systems.physics.motion import authored_motion, observed_motion
-from abs_engine.systems.physics.reconstruction import (
+from abs_engine.core.errors import ParameterError, TooFewPointsError
+from abs_engine.face.shape.dots import points_at_nodes
+from abs_engine.face.shape.lip_shell import cut_lip_shell
+from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.learn.reconstruction import (
     TABLE_1,
     UNITS,
     rank_cameras,
     table_1,
     unit_scale,
 )
-from abs_engine.systems.physics.training import train
+from abs_engine.learn.training import train
+from abs_engine.papers.basu1998.figures import SIZE, draw_modes, mode_postures
+from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
+from abs_engine.render.cpu import CpuRenderer
 
 SPEAKER = load_speaker()
 SHELL = cut_lip_shell(SPEAKER)

@@ -14,13 +14,20 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.assets import load_speaker
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    ParameterError,
+    TooFewPointsError,
+)
+from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
+from abs_engine.face.shape.modal import load_physics
+from abs_engine.learn.correspondence import correspond, similarity
+from abs_engine.learn.training import check_speaker, jumps, train
 from abs_engine.observe.marks import LIPS16
 from abs_engine.observe.observations import Observations, write_observations
-from abs_engine.shape.lip_shell import COLUMNS, cut_lip_shell
-from abs_engine.shape.modal import load_physics
-from abs_engine.systems.physics.correspondence import correspond, dot_vertices, similarity
-from abs_engine.systems.physics.motion import (
+from abs_engine.papers.basu1998.motion import (
     HARVARD,
     RATE,
     RECORDED_FROM,
@@ -34,7 +41,6 @@ from abs_engine.systems.physics.motion import (
     recording_path,
     spoken_motion,
 )
-from abs_engine.systems.physics.training import check_speaker, jumps, train
 
 SPEAKER = load_speaker()
 SHELL = cut_lip_shell(SPEAKER)
@@ -193,7 +199,7 @@ class TestWhoseHead:
 
 
 def _dots() -> np.ndarray:
-    return dot_vertices(SPEAKER)[: len(LIPS16)]
+    return lips17(SPEAKER)[: len(LIPS16)]
 
 
 class TestTooLittle:

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.appearance.colour import CLASSES, EACH_LIP, ColourClasses, MouthPlace, features
-from abs_engine.appearance.placed import PLACES, learn_placed
-from abs_engine.errors import FaceNotFoundError
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, MouthPlace, features
+from abs_engine.face.appearance.placed import PLACES, learn_placed
 
 SKIN, LIPS, DARK, TEETH = (205, 155, 130), (165, 80, 85), (45, 22, 20), (190, 180, 165)
 SHAPE = 72, 96

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.compare.prior import GaussianPrior, MixturePrior
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 RNG = np.random.default_rng(3)
 SEEN = np.column_stack([RNG.choice([-1.0, 1.0], 40), RNG.normal(size=40)])

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from abs_engine.assets import load_speaker
-from abs_engine.shape.identity import head_modes, identity_shape
-from abs_engine.shape.proportions import with_proportions
+from abs_engine.face.shape.identity import head_modes, identity_shape
+from abs_engine.face.shape.proportions import with_proportions
 
 SPEAKER = load_speaker()
 MARKS = SPEAKER.points["landmark_68"]

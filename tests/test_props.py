@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.observe.board import Board
 from abs_engine.synth.prop_mesh import Prop
 from abs_engine.synth.props import BOARD, Occluder, clear_of, mouth_of

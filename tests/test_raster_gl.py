@@ -8,9 +8,9 @@ import pytest
 import shapes
 from shapes import FISHY, STILL, draw_one, triangles
 
-from abs_engine.camera import Camera, Window
-from abs_engine.geometry import Pose
-from abs_engine.scene import Candidates, ClassMaps, ColourError
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, ClassMaps, ColourError
 
 pytestmark = pytest.mark.gl
 

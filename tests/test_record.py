@@ -11,10 +11,10 @@ import pytest
 from runs import lost_result, toy_result, toy_setting
 
 from abs_engine.assets import CLOSED_APERTURE
-from abs_engine.errors import InputFileError, ModelFormatError
-from abs_engine.geometry import Pose
-from abs_engine.track.mesh import load_mesh
-from abs_engine.track.record import (
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.mesh import load_mesh
+from abs_engine.tracking.record import (
     POINT_NAMES,
     RESULTS,
     SUMMARY,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from abs_engine.track.relight import gray, relit
+from abs_engine.tracking.relight import gray, relit
 
 LAMP = np.array([0.5, -0.5, -0.7]) / np.linalg.norm([0.5, -0.5, -0.7])
 VIEW = np.array([0, 0, -1])

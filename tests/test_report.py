@@ -11,7 +11,7 @@ import pytest
 import reported
 
 from abs_engine.cli import main
-from abs_engine.errors import OutputError, ParameterError
+from abs_engine.core.errors import OutputError, ParameterError
 from abs_engine.systems import reporting
 from abs_engine.systems.reporting import ReportOptions, write_report
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from reported import unpacked
 
-from abs_engine.errors import VideoError
+from abs_engine.core.errors import VideoError
 from abs_engine.evaluate.report.colours import (
     bar_colours,
     clay_colours,

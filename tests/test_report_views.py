@@ -10,7 +10,7 @@ import pytest
 import reported
 
 from abs_engine.cli import main
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.systems.report_views import shown_view
 from abs_engine.truth import ClipEntry, dataset_record, write_sums
 from abs_engine.truth.dataset import read_record

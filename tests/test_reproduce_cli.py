@@ -9,9 +9,9 @@ from types import ModuleType
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
-MODULE = "abs_engine.systems.physics.reproduce"
+MODULE = "abs_engine.papers.basu1998.reproduce"
 
 
 @pytest.fixture

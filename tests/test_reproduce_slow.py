@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.systems.physics.filmed import YAWS, camera_name
+from abs_engine.papers.basu1998.filmed import YAWS, camera_name
 
 pytestmark = pytest.mark.skipif(
     not os.environ.get("ABS_ENGINE_SLOW"),

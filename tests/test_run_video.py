@@ -9,7 +9,7 @@ import pytest
 from inspected import write_run, write_video
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 from abs_engine.systems.inspect.run_video import find_video
 from abs_engine.systems.inspect.runs import load_run_head
 

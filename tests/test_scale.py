@@ -9,10 +9,10 @@ import pytest
 from drawn import lit, network_sees, speaker, vertices_of
 from heads import seen_at
 
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.track.pupils import pupils_of
-from abs_engine.track.scale import (
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.tracking.pupils import pupils_of
+from abs_engine.tracking.scale import (
     PUPILS_SPREAD,
     USUAL_PUPILS,
     known_scale,

@@ -14,7 +14,7 @@ import pytest
 from abs_engine.assets import load_speaker
 from abs_engine.cli import main
 from abs_engine.cli.synth import request_of
-from abs_engine.errors import AbsEngineError, InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import AbsEngineError, InputFileError, ModelFormatError, ParameterError
 from abs_engine.synth import studio
 from abs_engine.synth.cameras import check_view, lens, stand
 from abs_engine.synth.cast import Cast, person_of

@@ -11,24 +11,21 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.appearance.atlas import fitting_size, lay_atlas
-from abs_engine.appearance.choose import choose_points
-from abs_engine.appearance.local import learn_local
-from abs_engine.appearance.texture import learn_texture
 from abs_engine.compare.descriptor import texture_error
-from abs_engine.compare.penalty import ExponentialPenalty
 from abs_engine.compare.points import local_error
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.synth.french import BILABIALS, PHONEMES, PRACTICE, QUICK, SENTENCES
-from abs_engine.synth.speech import parse_phonemes
-from abs_engine.systems.articulatory.fitting import Problem
-from abs_engine.systems.articulatory.sentences_scores import Closures, closures
-from abs_engine.systems.articulatory.sequence import PAPER, Settings
-from abs_engine.systems.articulatory.sequence_residuals import parts
-from abs_engine.systems.articulatory.sequence_search import Held, descend, polish
-from abs_engine.systems.articulatory.trees import (
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
+from abs_engine.face.appearance.choose import choose_points
+from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.texture import learn_texture
+from abs_engine.face.penalty import ExponentialPenalty
+from abs_engine.fit.axes import Held, descend, polish
+from abs_engine.fit.residuals import parts
+from abs_engine.fit.talking import Problem
+from abs_engine.papers.odisio2004.sentences_scores import Closures, closures
+from abs_engine.papers.odisio2004.trees import (
     CONSONANTS,
     VOWELS,
     faces_at_centres,
@@ -36,7 +33,10 @@ from abs_engine.systems.articulatory.trees import (
     phoneme_tree,
     trees_figure,
 )
-from abs_engine.track.pose import PoseFrame, pose_spec
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.synth.french import BILABIALS, PHONEMES, PRACTICE, QUICK, SENTENCES
+from abs_engine.synth.speech import parse_phonemes
+from abs_engine.tracking.sequence import PAPER, Settings
 
 RENDERER = CpuRenderer()
 N = appearances.N_MODES

@@ -9,17 +9,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from abs_engine.errors import OutputError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import OutputError
+from abs_engine.core.geometry import Pose
+from abs_engine.face.talking import MODELS
+from abs_engine.papers.odisio2004 import sentences_work
+from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
+from abs_engine.papers.odisio2004.kept import Kept, digest
+from abs_engine.papers.odisio2004.sentences import chosen
+from abs_engine.papers.odisio2004.sentences_parts import jobs_of
+from abs_engine.papers.odisio2004.sentences_work import Job, Work, settings_of, track_sentences
 from abs_engine.synth.french import SENTENCES
-from abs_engine.systems.articulatory import sentences_work
-from abs_engine.systems.articulatory.gathered import FULL, QUICK, Report
-from abs_engine.systems.articulatory.kept import Kept, digest
-from abs_engine.systems.articulatory.models import MODELS
-from abs_engine.systems.articulatory.sentences import chosen
-from abs_engine.systems.articulatory.sentences_parts import jobs_of
-from abs_engine.systems.articulatory.sentences_work import Job, Work, settings_of, track_sentences
-from abs_engine.systems.articulatory.sequence import Settings, Tracked
+from abs_engine.tracking.sequence import Settings, Tracked
 from abs_engine.unfinished import Unfinished, partial_of
 
 FRAMES, P = 3, 2

@@ -10,16 +10,16 @@ import pytest
 from heads import SIZE, colours_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Candidates
+from abs_engine.face.shape.fem import ThinShell
+from abs_engine.face.shape.lip_shell import COLUMNS
+from abs_engine.fit.settle import Settled, settle, softness
+from abs_engine.fit.shell import ShellPosterior, shell_posterior
+from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
+from abs_engine.papers.basu1998.further import STRAINED, further_trained
+from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates
-from abs_engine.shape.fem import ThinShell
-from abs_engine.shape.lip_shell import COLUMNS
-from abs_engine.systems.physics.experiment import TrainedLips, learn_lips
-from abs_engine.systems.physics.further import STRAINED, further_trained
-from abs_engine.systems.physics.motion import UNROUNDED, authored_motion
-from abs_engine.track.settle import Settled, settle, softness
-from abs_engine.track.shell import ShellPosterior, shell_posterior
 
 CAMERA = Camera.ideal(SIZE)
 SPEAKER = load_speaker()

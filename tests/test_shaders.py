@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 from abs_engine.render import shaders
 
 

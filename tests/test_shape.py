@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import ParameterError
-from abs_engine.shape.linear import principal_shapes
-from abs_engine.shape.mouth import JAW_LIMIT, mouth_shape, mouth_units, sample_postures
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.linear import principal_shapes
+from abs_engine.face.shape.mouth import JAW_LIMIT, mouth_shape, mouth_units, sample_postures
 
 N, V = 6, 40
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.errors import ParameterError
-from abs_engine.shape.dots import ShellPoints, nearest_points, points_at_nodes
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.dots import ShellPoints, nearest_points, points_at_nodes
 
 NODES = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, 2.0]])
 FACES = np.array([[0, 1, 2], [1, 3, 2]])

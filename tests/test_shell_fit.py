@@ -10,17 +10,15 @@ import numpy as np
 import pytest
 from heads import SIZE, colours_of, head_of, picture_of, seen_at
 
-from abs_engine.appearance.labelled import train_classes
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera, Window
 from abs_engine.compare.forces import slopes
 from abs_engine.compare.prior import MixturePrior
-from abs_engine.errors import ModelFormatError, ParameterError
-from abs_engine.geometry import Pose
-from abs_engine.optimise.base import Solution
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, ClassMaps
-from abs_engine.shape.lip_model import (
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, ClassMaps
+from abs_engine.face.appearance.labelled import train_classes
+from abs_engine.face.shape.lip_model import (
     COLOUR_OF,
     INSIDE,
     INTERIOR,
@@ -28,20 +26,9 @@ from abs_engine.shape.lip_model import (
     SKIN,
     lip_model,
 )
-from abs_engine.shape.lip_shell import COLUMNS
-from abs_engine.systems.physics.fitting import (
-    DRIVERS,
-    ITERATIONS,
-    ShellFit,
-    fit_frame,
-    mean_of,
-    seen_shapes,
-    typical_shapes,
-)
-from abs_engine.systems.physics.motion import authored_motion, observed_motion
-from abs_engine.systems.physics.training import train
-from abs_engine.track.centroid import centred
-from abs_engine.track.shell import (
+from abs_engine.face.shape.lip_shell import COLUMNS
+from abs_engine.fit.centroid import centred
+from abs_engine.fit.shell import (
     DRAWN_MOUTH,
     FIRST_STRIDE,
     POSE_FREE,
@@ -57,6 +44,19 @@ from abs_engine.track.shell import (
     shell_window,
     zone,
 )
+from abs_engine.fit.shell_frame import (
+    DRIVERS,
+    ITERATIONS,
+    ShellFit,
+    fit_frame,
+    mean_of,
+    seen_shapes,
+    typical_shapes,
+)
+from abs_engine.learn.training import train
+from abs_engine.optimise.base import Solution
+from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
+from abs_engine.render.cpu import CpuRenderer
 
 CAMERA = Camera.ideal(SIZE)
 SPEAKER = load_speaker()

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.free import METHODS, DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
-from abs_engine.params import ParamSpec
 
 MIDDLE = np.array([1.0, -0.5, 0.3])
 

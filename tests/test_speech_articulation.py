@@ -10,7 +10,7 @@ import pytest
 from trimesh.triangles import closest_point
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.people import neutral as shape
 from abs_engine.synth.people import random_person

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.synth.speech import play_recording, read_livelink
 from abs_engine.truth.timecode import seconds_since_first
 

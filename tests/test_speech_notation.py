@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.synth.speech import parse_phonemes, read_textgrid
 from abs_engine.synth.speech.chart import IPA, X_SAMPA
 from abs_engine.synth.speech.notation import spell

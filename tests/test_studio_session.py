@@ -22,9 +22,9 @@ from studio_session import (
 
 from abs_engine.observe.triangulate import triangulate
 from abs_engine.observe.view import View
+from abs_engine.papers.basu1998.motion import RECORDED_FROM
 from abs_engine.synth.mirror import Mirror
 from abs_engine.synth.props import BOARD
-from abs_engine.systems.physics.motion import RECORDED_FROM
 from abs_engine.truth import load_placed_camera
 from abs_engine.truth.codec import BOARD as BOARD_CODE
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Candidates, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 from abs_engine.synth import studio
 from abs_engine.synth.look import Look
 from abs_engine.synth.optics import Sensor

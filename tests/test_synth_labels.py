@@ -9,10 +9,10 @@ import pytest
 from scipy import ndimage
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 from abs_engine.synth import labels, surface
 from abs_engine.synth.cast import Cast
 from abs_engine.synth.mirror import Mirror

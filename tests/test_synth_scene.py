@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.errors import OutputError, StudioError
+from abs_engine.core.errors import OutputError, StudioError
 from abs_engine.evaluate.check import check_dataset
 from abs_engine.synth import studio
 from abs_engine.synth.chunk import Job, jobs_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import LIPS_OF_68, load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.synth.labels import Cover, Geometry, visible
 from abs_engine.synth.seam import SLACK, beside, lip_strips
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.sequence import articulate, deform, say
 from abs_engine.synth.speech.lips import tooth_gap

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import OutputError, ParameterError, StudioError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import OutputError, ParameterError, StudioError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth import studio
 from abs_engine.synth.geometry import Normals
 from abs_engine.synth.look import Look

@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Candidates
+from abs_engine.face.talking import MODELS
+from abs_engine.fit.talking import fit, problem
+from abs_engine.learn.articulated import face_shape
+from abs_engine.learn.articulatory import build
+from abs_engine.papers.odisio2004.filmed import VisemePictures, split
+from abs_engine.papers.odisio2004.goals import GOALS, goal_rows
+from abs_engine.papers.odisio2004.page import reproduction_page
+from abs_engine.papers.odisio2004.search import Watched, compare_solvers
+from abs_engine.papers.odisio2004.sequence_measure import variants
+from abs_engine.papers.odisio2004.visemes import Speech, find_visemes, splits, summary
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates
 from abs_engine.synth.corpus import speak_corpus
 from abs_engine.synth.sequence import portrait
-from abs_engine.systems.articulatory.build import build
-from abs_engine.systems.articulatory.filmed import VisemePictures, split
-from abs_engine.systems.articulatory.fitting import fit, problem
-from abs_engine.systems.articulatory.goals import GOALS, goal_rows
-from abs_engine.systems.articulatory.models import MODELS
-from abs_engine.systems.articulatory.page import reproduction_page
-from abs_engine.systems.articulatory.search import Watched, compare_solvers
-from abs_engine.systems.articulatory.sequence_measure import variants
-from abs_engine.systems.articulatory.shape import face_shape
-from abs_engine.systems.articulatory.visemes import Speech, find_visemes, splits, summary
 
 RENDERER = CpuRenderer()
 CAMERA = Camera.ideal((160, 120))

@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.appearance.atlas import fitting_size, lay_atlas, warp
-from abs_engine.appearance.regression import LinearFits
-from abs_engine.appearance.sight import Sighting, in_sight
-from abs_engine.appearance.texture import TextureModel, learn_texture
-from abs_engine.camera import Camera
-from abs_engine.errors import (
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import (
     ModelFormatError,
     NothingSeenError,
     ParameterError,
     PictureError,
 )
-from abs_engine.geometry import Pose
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Scene
+from abs_engine.face.appearance.atlas import fitting_size, lay_atlas, warp
+from abs_engine.face.appearance.regression import LinearFits
+from abs_engine.face.appearance.sight import Sighting, in_sight
+from abs_engine.face.appearance.texture import TextureModel, learn_texture
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 
 RENDERER = CpuRenderer()
 

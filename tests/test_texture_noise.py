@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.appearance.atlas import lay_atlas
-from abs_engine.appearance.leftover import Leftover, leftover, normalised
-from abs_engine.appearance.regression import Frames
-from abs_engine.appearance.sight import FACING
-from abs_engine.buffers import Buffers
-from abs_engine.camera import Camera
 from abs_engine.compare.outline import off_outlines
 from abs_engine.compare.whiten import TextureNoise
-from abs_engine.geometry import Pose
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates
+from abs_engine.face.appearance.atlas import lay_atlas
+from abs_engine.face.appearance.leftover import Leftover, leftover, normalised
+from abs_engine.face.appearance.regression import Frames
+from abs_engine.face.appearance.sight import FACING
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates
 
 RENDERER = CpuRenderer()
 SIZE = 32

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from abs_engine.appearance.colour import CLASSES, ColourClasses, features
-from abs_engine.appearance.mixture import Mixture
-from abs_engine.track.blobs import LipPrior, find_face_blob, find_lips
-from abs_engine.track.follow import PATIENCE, SURE, LipFollower
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.tracking.blobs import LipPrior, find_face_blob, find_lips
+from abs_engine.tracking.follow import PATIENCE, SURE, LipFollower
 
 SIZE = 320, 240
 COLOURS = {"skin": (200, 152, 126), "lips": (170, 86, 88), "teeth": (180, 165, 150)}

@@ -11,17 +11,17 @@ import pytest
 from heads import colours_of, head_of, picture_of, seen_at
 from runs import toy_setting
 
-from abs_engine.camera import Camera
-from abs_engine.track import tracker
-from abs_engine.track.covered import (
+from abs_engine.core.camera import Camera
+from abs_engine.tracking import tracker
+from abs_engine.tracking.covered import (
     COVERED,
     OUTSIDE,
     MouthEvidence,
     UsualMouth,
     mouth_evidence,
 )
-from abs_engine.track.landmark_motion import HeadFrame
-from abs_engine.track.place import shifted
+from abs_engine.tracking.landmark_motion import HeadFrame
+from abs_engine.tracking.place import shifted
 
 CAMERA = Camera.ideal((320, 240))
 POSE = seen_at([0, 0, 0], [0, 10, 650])

@@ -14,9 +14,9 @@ from heads import SIZE, head_of, picture_of, seen_at
 from runs import noise
 
 from abs_engine.assets import shipped
-from abs_engine.camera import Camera
-from abs_engine.track.detect import MARKS, faces_about, find_face, find_faces
-from abs_engine.track.locate import face_marks
+from abs_engine.core.camera import Camera
+from abs_engine.tracking.detect import MARKS, faces_about, find_face, find_faces
+from abs_engine.tracking.locate import face_marks
 
 PEOPLE = ["clara", "kofi", "walter", "mei", "amara", "ravi"]
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from runs import toy_setting
 
-from abs_engine.appearance.colour import CLASSES, ColourClasses, features
-from abs_engine.appearance.mixture import Mixture
-from abs_engine.camera import Window
-from abs_engine.geometry import FACING, Pose
-from abs_engine.track.evidence import log_evidence
-from abs_engine.track.person import Calibration
-from abs_engine.track.place import CalibrationFrame
-from abs_engine.track.pose import PoseFrame
+from abs_engine.core.camera import Window
+from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.pose import PoseFrame
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
+from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.tracking.evidence import log_evidence
+from abs_engine.tracking.person import Calibration
+from abs_engine.tracking.place import CalibrationFrame
 
 SETTING = toy_setting()
 MODEL, CAMERA, RENDERER = SETTING.model, SETTING.camera, SETTING.renderer

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from runs import toy_setting
 
-from abs_engine.appearance.colour import CLASSES, hamming
 from abs_engine.compare.prior import GaussianPrior
-from abs_engine.geometry import FACING, Pose
-from abs_engine.optimise.simplex import Simplex
-from abs_engine.params import ParamSpec
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.render.raster import OpenGLRenderer
-from abs_engine.scene import ClassMaps
-from abs_engine.track.fit import (
+from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.core.scene import ClassMaps
+from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
     IN_LINE,
     IN_SHADE,
@@ -30,9 +28,11 @@ from abs_engine.track.fit import (
     mouth_window,
     zone,
 )
-from abs_engine.track.person import POSE_DEVIATION
-from abs_engine.track.pose import PoseFrame, pose_spec
-from abs_engine.track.tracker import lip_measures
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.render.raster import OpenGLRenderer
+from abs_engine.tracking.person import POSE_DEVIATION
+from abs_engine.tracking.tracker import lip_measures
 
 SETTING = toy_setting()
 MODEL, SCENE, CAMERA = SETTING.model, SETTING.scene, SETTING.camera

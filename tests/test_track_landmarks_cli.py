@@ -13,7 +13,7 @@ from heads import seen_at
 from runs import write_kind
 
 from abs_engine.cli import main
-from abs_engine.track.record import load_run
+from abs_engine.tracking.record import load_run
 
 OPEN = (0.0, 0.1, 0.25, 0.35, 0.15)
 
@@ -136,8 +136,8 @@ def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video
     def never(*_all, **_more):
         raise AssertionError("work was begun")
 
-    monkeypatch.setattr("abs_engine.systems.run.prepare_lips", never)
-    monkeypatch.setattr("abs_engine.systems.lips.load_speaker", never)
+    monkeypatch.setattr("abs_engine.tracking.run.prepare_lips", never)
+    monkeypatch.setattr("abs_engine.tracking.lips.load_speaker", never)
     assert "5 mm is not a plausible pupil distance; give millimetres, 30 to 90" in refused(
         video, "--pupil-distance", "5"
     )

@@ -7,11 +7,11 @@ import pytest
 from heads import SIZE, face_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose, rotations
-from abs_engine.systems.lips import lip_model
-from abs_engine.track.detect import Face, find_face
-from abs_engine.track.locate import (
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.tracking.detect import Face, find_face
+from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.locate import (
     EYES_APART_MM,
     MOUTH_WIDTH,
     FaceBox,

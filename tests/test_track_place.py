@@ -7,12 +7,12 @@ import pytest
 from heads import SIZE, colours_of, face_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.systems.lips import lip_model
-from abs_engine.track import place
-from abs_engine.track.locate import face_marks
-from abs_engine.track.place import (
+from abs_engine.tracking import place
+from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.locate import face_marks
+from abs_engine.tracking.place import (
     CalibrationFrame,
     moved,
     place_mouth,

@@ -9,17 +9,17 @@ import pytest
 from heads import colours_of, face_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import FaceNotFoundError, ModelFormatError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError, ModelFormatError
+from abs_engine.core.geometry import Pose
+from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.systems.lips import lip_model
-from abs_engine.track import prepare
-from abs_engine.track.align import KnownHead
-from abs_engine.track.keyframes import Keyframes
-from abs_engine.track.locate import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
-from abs_engine.track.model import build_mouth_model
-from abs_engine.track.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
+from abs_engine.tracking import prepare
+from abs_engine.tracking.align import KnownHead
+from abs_engine.tracking.keyframes import Keyframes
+from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.locate import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
+from abs_engine.tracking.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
 
 CAMERA = Camera.ideal((320, 240))
 START = seen_at([0, 0, 0], [0, 10, 650])

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from runs import toy_setting
 
-from abs_engine.errors import TooFewPixelsError
-from abs_engine.geometry import FACING, Pose
-from abs_engine.track import restart
-from abs_engine.track.person import Calibration, shift_deviation
-from abs_engine.track.place import CalibrationFrame, shifted
-from abs_engine.track.restart import (
+from abs_engine.core.errors import TooFewPixelsError
+from abs_engine.core.geometry import FACING, Pose
+from abs_engine.tracking import restart
+from abs_engine.tracking.person import Calibration, shift_deviation
+from abs_engine.tracking.place import CalibrationFrame, shifted
+from abs_engine.tracking.restart import (
     GOOD_SCORE,
     HIGHER,
     LOWER,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from heads import head_of, picture_of, seen_at
 
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.track.rigid import LEAST_POINTS, follow, rigid_reference
+from abs_engine.tracking.rigid import LEAST_POINTS, follow, rigid_reference
 
 CAMERA = Camera.ideal((400, 300))
 START = seen_at([0, 0, 0], [5, 10, 650])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from heads import SIZE, head_of, picture_of, seen_at
 
-import abs_engine.track.stand
-from abs_engine.camera import Camera
+import abs_engine.tracking.stand
+from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.track.place import CalibrationFrame
-from abs_engine.track.stand import ROUNDS, Stand
+from abs_engine.tracking.place import CalibrationFrame
+from abs_engine.tracking.stand import ROUNDS, Stand
 
 CAMERA = Camera.ideal(SIZE)
 
@@ -20,7 +20,7 @@ def places(monkeypatch):
     """What is expected where, (3, H, W), in a round: of a head whose lips are drawn closed."""
     told = []
     monkeypatch.setattr(
-        abs_engine.track.stand, "learn_classes", lambda _patches, given: told.append(given[0])
+        abs_engine.tracking.stand, "learn_classes", lambda _patches, given: told.append(given[0])
     )
     model = head_of("clara")
     pose = seen_at((0.0, 0.0, 0.0), (0.0, 0.0, 520.0))

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from datasets import FRONT, SIDE, SIZE, make_dataset
 
-from abs_engine.camera import Camera
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth.labels import CLEARANCE
 from abs_engine.truth import (
     SUMS,

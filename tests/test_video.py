@@ -13,7 +13,7 @@ import pytest
 from av.stream import Disposition
 from runs import drift, noise, write_broken, write_kind, write_noise
 
-from abs_engine.errors import InputFileError, VideoError
+from abs_engine.core.errors import InputFileError, VideoError
 from abs_engine.video import VideoWriter, probe, read_frames
 from abs_engine.video.torn import is_torn
 

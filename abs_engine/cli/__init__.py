@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 from abs_engine.cli.parser import build_parser
-from abs_engine.errors import AbsEngineError
+from abs_engine.core.errors import AbsEngineError
 
 BAD_INPUT, INTERRUPTED, NOT_READ = 2, 130, 141
 

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from abs_engine.cli.progress import Progress
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.files import check_free, write_new
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from abs_engine.camera import Camera
+    from abs_engine.core.camera import Camera
     from abs_engine.observe.board import Board, Corners
 
     FloatArray = NDArray[np.float64]

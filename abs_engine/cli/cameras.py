@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from abs_engine.systems.physics.reconstruction import CameraGain
+    from abs_engine.learn.reconstruction import CameraGain
 
 _EPILOG = (
     "A yaw is in degrees to the subject's left of the face: 0 is frontal, 90 the left profile. "
@@ -33,8 +33,8 @@ def add_cameras(command: ArgumentParser) -> None:
 def cameras(chosen: Namespace) -> int:
     """Say where a camera would tell most about trained lips."""
     from abs_engine.assets import load_speaker
-    from abs_engine.shape.modal import load_physics
-    from abs_engine.systems.physics.cameras import YAWS, rank_yaws
+    from abs_engine.face.shape.modal import load_physics
+    from abs_engine.learn.cameras import YAWS, rank_yaws
 
     physics = load_physics(chosen.physics)
     gains = rank_yaws(
@@ -50,7 +50,7 @@ def cameras(chosen: Namespace) -> int:
 
 def gain_lines(gains: list[CameraGain], have: list[float]) -> list[str]:
     """A line for each camera in the order of their yaws, and which helps most."""
-    from abs_engine.systems.physics.cameras import yaw_name
+    from abs_engine.learn.cameras import yaw_name
 
     best = gains[0]
     known = f"with cameras at {', '.join(map(yaw_name, have))}" if have else "with no camera"

@@ -8,7 +8,7 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 
 from abs_engine.cli.progress import Progress
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 
 CLEAN, FAULTY = 0, 1
 _FRAMES = 40

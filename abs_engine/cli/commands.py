@@ -67,10 +67,10 @@ def track(chosen: Namespace) -> int:
     check_free(chosen.output)
     probe(chosen.video)  # says what is wrong before anything slow is loaded
 
-    from abs_engine.systems.lips import LipOptions
-    from abs_engine.systems.run import track_video
-    from abs_engine.track.output import OVERLAY, SHEET
-    from abs_engine.track.scale import scale_line
+    from abs_engine.tracking.lips import LipOptions
+    from abs_engine.tracking.output import OVERLAY, SHEET
+    from abs_engine.tracking.run import track_video
+    from abs_engine.tracking.scale import scale_line
     from abs_engine.truth import load_camera
 
     options = LipOptions(

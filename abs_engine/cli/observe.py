@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli.calibrate import add_calibrate, calibrate
 from abs_engine.cli.progress import Progress
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.files import check_free, write_new
 
 if TYPE_CHECKING:

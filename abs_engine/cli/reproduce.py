@@ -17,7 +17,7 @@ from abs_engine.release import engine_version
 from abs_engine.unfinished import Unfinished
 
 if TYPE_CHECKING:
-    from abs_engine.scene import Renderer
+    from abs_engine.core.scene import Renderer
 
 Tell = Callable[[str], None]
 PAGE = "index.html"
@@ -76,8 +76,8 @@ def _folder(chosen: Namespace, output: Path, renderer: Renderer) -> NewFolder | 
 
 def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the paper's."""
-    from abs_engine.systems.physics.reproduce import reproduce as make
-    from abs_engine.systems.physics.scores import score_lines
+    from abs_engine.papers.basu1998.reproduce import reproduce as make
+    from abs_engine.papers.basu1998.scores import score_lines
 
     return score_lines(make(folder, renderer, quick=chosen.quick, seed=chosen.seed, tell=tell))
 
@@ -85,10 +85,10 @@ def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: 
 def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the goals."""
     from abs_engine.assets import load_speaker
-    from abs_engine.systems.articulatory.gathered import FULL, QUICK, Report
-    from abs_engine.systems.articulatory.goals import score_lines
-    from abs_engine.systems.articulatory.reproduce import reproduce as make
-    from abs_engine.systems.articulatory.sentences_parts import PARTS
+    from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
+    from abs_engine.papers.odisio2004.goals import score_lines
+    from abs_engine.papers.odisio2004.reproduce import reproduce as make
+    from abs_engine.papers.odisio2004.sentences_parts import PARTS
 
     usual = QUICK if chosen.quick else FULL
     amount = replace(usual, sentences=chosen.sentences or usual.sentences, twins=chosen.twins)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 
 if TYPE_CHECKING:
     from abs_engine.synth.scenefile import SceneFile

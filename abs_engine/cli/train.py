@@ -11,7 +11,7 @@ import numpy as np
 from abs_engine.files import check_free
 
 if TYPE_CHECKING:
-    from abs_engine.systems.physics.training import Training
+    from abs_engine.learn.training import Training
 
 _MOST_NAMED = 12
 
@@ -38,8 +38,8 @@ def train(chosen: Namespace) -> int:
     check_free(chosen.output, ".npz")
 
     from abs_engine.assets import load_speaker
+    from abs_engine.learn.training import train as learn
     from abs_engine.observe.observations import read_observations
-    from abs_engine.systems.physics.training import train as learn
 
     observations = read_observations(chosen.observations)
     speaker = load_speaker(chosen.speaker)
@@ -52,7 +52,7 @@ def train(chosen: Namespace) -> int:
 
 def report_lines(done: Training) -> list[str]:
     """What was learned from, what the modes hold, and table 1 if there are test frames."""
-    from abs_engine.systems.physics.reconstruction import table_1
+    from abs_engine.learn.reconstruction import table_1
 
     physics = done.physics
     lines = [

@@ -16,21 +16,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.appearance.leftover import normalised
-from abs_engine.appearance.sight import check_picture
-from abs_engine.appearance.texture import TextureModel
-from abs_engine.buffers import Buffers
-from abs_engine.camera import Camera, Window
 from abs_engine.compare.outline import off_outlines
-from abs_engine.compare.penalty import Penalty
 from abs_engine.compare.whiten import TextureNoise
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation
-from abs_engine.scene import Candidates, ColourError, Renderer, Scene
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
+from abs_engine.face.appearance.leftover import normalised
+from abs_engine.face.appearance.sight import check_picture
+from abs_engine.face.appearance.texture import TextureModel
+from abs_engine.face.penalty import Penalty
 
 FloatArray = NDArray[np.float64]
 ToCandidates = Callable[[FloatArray], Candidates]
-"""Candidates of parameter vectors (B, n), as `track.pose.PoseFrame.candidates` makes them."""
+"""Candidates of parameter vectors (B, n), as `core.pose.PoseFrame.candidates` makes them."""
 
 KEPT = 0.95
 """Share of the pixels drawn at the start that must stay: lips that part and heads that move back

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.buffers import Buffers
-from abs_engine.camera import Camera, Window
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
-from abs_engine.scene import Candidates, ClassMaps, Renderer, Scene
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
 
 FloatArray = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.appearance.sight import FACING
-from abs_engine.buffers import Buffers
-from abs_engine.camera import Camera, Window
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera, Window
+from abs_engine.face.appearance.sight import FACING
 
 _STEEPEST = float(np.sqrt(1 - FACING**2) / FACING)
 _AROUND = np.ones((3, 3), np.uint8)

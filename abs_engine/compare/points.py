@@ -8,12 +8,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.appearance.descriptors import DescriptorMaps
-from abs_engine.appearance.local import N_D, LocalModel
-from abs_engine.appearance.patches import Patches
-from abs_engine.appearance.sight import in_sight
-from abs_engine.appearance.windows import Windows
-from abs_engine.camera import Camera, Window
 from abs_engine.compare.descriptor import (
     Epsilon,
     ToCandidates,
@@ -21,8 +15,14 @@ from abs_engine.compare.descriptor import (
     with_penalty,
     wrong_match,
 )
-from abs_engine.compare.penalty import Penalty
-from abs_engine.scene import Renderer, Scene
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.appearance.descriptors import DescriptorMaps
+from abs_engine.face.appearance.local import N_D, LocalModel
+from abs_engine.face.appearance.patches import Patches
+from abs_engine.face.appearance.sight import in_sight
+from abs_engine.face.appearance.windows import Windows
+from abs_engine.face.penalty import Penalty
 
 FloatArray = NDArray[np.float64]
 Whiten = Literal["no", "each", "all"]

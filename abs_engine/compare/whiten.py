@@ -9,9 +9,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.appearance.leftover import Leftover
-from abs_engine.buffers import Buffers
-from abs_engine.scene import Scene
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.scene import Scene
+from abs_engine.face.appearance.leftover import Leftover
 
 Float32 = NDArray[np.float32]
 
@@ -23,7 +23,7 @@ class TextureNoise:
     Parameters
     ----------
     layers : (h, w, 1 + 3 q) float32
-        See `appearance.leftover.Leftover.layers`.
+        See `face.appearance.leftover.Leftover.layers`.
     """
 
     layers: Float32

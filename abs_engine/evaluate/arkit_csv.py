@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.assets import CLOSED_APERTURE
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.csv_table import Table, read_table
 from abs_engine.evaluate import metrics
-from abs_engine.evaluate.csv_table import Table, read_table
 from abs_engine.evaluate.estimate import (
     Areas,
     Estimate,

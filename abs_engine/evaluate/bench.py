@@ -1,7 +1,7 @@
 """What `abs-engine bench` measures: one evaluation by this engine, and by pyrender and NumPy.
 
 One evaluation deforms the shape by seven modes, renders it textured, compares its colours with a
-frame (`scene.ColourError`) and returns one number. Every way does the same candidates with the
+frame (`core.scene.ColourError`) and returns one number. Every way does the same candidates with the
 same geometry, texture, camera and frame. The ways take turns, round after round, so that a load on
 the machine hits all of them alike.
 
@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.evaluate.bench_result import WAYS, BenchResult, WorkResult
 from abs_engine.evaluate.bench_ways import Way, open_ours, open_theirs
 from abs_engine.evaluate.bench_work import Work, ball_work

@@ -9,12 +9,12 @@ from typing import Protocol
 
 import numpy as np
 
-from abs_engine.errors import AbsEngineError
+from abs_engine.core.errors import AbsEngineError
+from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.bench_work import Work
 from abs_engine.evaluate.bench_worker import PyrenderWorker, WorkerError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
-from abs_engine.scene import Renderer
 
 
 class Way(Protocol):

@@ -8,10 +8,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, ColourError, Scene
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, ColourError, Scene
 
 N_MODES = 7
 N_CANDIDATES = 64

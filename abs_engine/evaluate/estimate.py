@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import CLOSED_APERTURE
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 
 FloatArray = NDArray[np.float64]
 Areas = Mapping[str, NDArray[np.int32]]

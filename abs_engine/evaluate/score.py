@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import METRICS
 from abs_engine.evaluate.closing import Closures, closures

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from abs_engine.errors import OutputError
+from abs_engine.core.errors import OutputError
 from abs_engine.evaluate.closing import Closures, narrow
 from abs_engine.evaluate.estimate import check_run
 from abs_engine.evaluate.metrics import (

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.errors import CalibrationError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import CalibrationError
+from abs_engine.core.geometry import Pose
 from abs_engine.observe.board import Corners
 
 FloatArray = NDArray[np.float64]

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.core.geometry import Pose
 from abs_engine.inputs import name_problem, parse_json
 from abs_engine.npz import read_npz, write_npz
 

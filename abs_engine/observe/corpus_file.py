@@ -8,7 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    ParameterError,
+    TooFewPointsError,
+)
 from abs_engine.npz import format_of, read_arrays
 from abs_engine.observe.corpus import FORMAT as CORPUS
 from abs_engine.observe.corpus import Corpus, FloatArray, bite_plane, load_corpus

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 from abs_engine.inputs import check_file, name_problem, parse_json
 
 HOW = "see 'abs-engine articulate --help'"

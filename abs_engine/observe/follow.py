@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.observe.dots import DotModel, Image, Map, Peaks, correlate, cut, find_peaks
 from abs_engine.observe.dots import learn_dots as learn
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError, TooFewPointsError
+from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.observe.headframe import (
     HeadMotion,
     check_names,

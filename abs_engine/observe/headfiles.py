@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 from abs_engine.observe.headframe import HeadMotion
 
 FloatArray = NDArray[np.float64]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.errors import (
+from abs_engine.core.errors import (
     DegenerateViewsError,
     ModelFormatError,
     ParameterError,
     TooFewPointsError,
 )
-from abs_engine.geometry import Pose
+from abs_engine.core.geometry import Pose
 
 FloatArray = NDArray[np.float64]
 

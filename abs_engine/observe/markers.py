@@ -14,7 +14,7 @@ import c3d
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.inputs import check_file
 
 FloatArray = NDArray[np.float64]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ModelFormatError, TooFewPointsError
+from abs_engine.core.errors import InputFileError, ModelFormatError, TooFewPointsError
 from abs_engine.inputs import parse_json
 
 FloatArray = NDArray[np.float64]

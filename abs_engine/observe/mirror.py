@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from abs_engine.camera import Camera
-from abs_engine.errors import CalibrationError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import CalibrationError
+from abs_engine.core.geometry import Pose
 from abs_engine.observe.board import Corners
 from abs_engine.observe.view import Plane, View
 

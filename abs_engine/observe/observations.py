@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]

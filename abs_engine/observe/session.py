@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError, TooFewPointsError, VideoError
+from abs_engine.core.errors import ParameterError, TooFewPointsError, VideoError
 from abs_engine.observe.dots import Image
 from abs_engine.observe.follow import USUAL, DotFollower, FollowOptions, Sighting
 from abs_engine.observe.head import HeadChoice, head_motion

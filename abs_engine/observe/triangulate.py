@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import DegenerateViewsError, ParameterError
+from abs_engine.core.errors import DegenerateViewsError, ParameterError
 from abs_engine.observe.view import View
 
 FloatArray = NDArray[np.float64]

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 
 FloatArray = NDArray[np.float64]
 

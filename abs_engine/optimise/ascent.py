@@ -19,10 +19,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.objective import Objective
+from abs_engine.core.objective import Objective
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
-from abs_engine.params import ParamSpec
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]

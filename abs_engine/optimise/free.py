@@ -8,12 +8,12 @@ import nlopt
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Objective
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Objective
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.by_nlopt import run
 from abs_engine.optimise.history import History, checked_start
-from abs_engine.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
 METHODS = {

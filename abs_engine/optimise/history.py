@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation, Objective
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation, Objective
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
-from abs_engine.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
 LIMIT, CONVERGED = "evaluation limit", "converged"

@@ -8,8 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
-from abs_engine.objective import Evaluation
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import (
     CONVERGED,
@@ -18,7 +19,6 @@ from abs_engine.optimise.history import (
     LimitReachedError,
     checked_start,
 )
-from abs_engine.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
 _LEAST, _MOST = 1e-9, 1e9  # of the damping

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.objective import Objective
+from abs_engine.core.objective import Objective
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
-from abs_engine.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
 

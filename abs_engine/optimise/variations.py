@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.objective import Objective
+from abs_engine.core.objective import Objective
+from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import (
     CONVERGED,
@@ -16,7 +17,6 @@ from abs_engine.optimise.history import (
     LimitReachedError,
     checked_start,
 )
-from abs_engine.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
 

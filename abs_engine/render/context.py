@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 import moderngl
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 from abs_engine.render import egl, osmesa
 from abs_engine.render.rawgl import RawGL
 

@@ -11,13 +11,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.buffers import Buffers, Sums
-from abs_engine.camera import Camera, Window
-from abs_engine.errors import ParameterError
+from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
 from abs_engine.render import kernels, layers
 from abs_engine.render.pixelsum import colour_error
 from abs_engine.render.vertex import clip_positions
-from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
 
 _HIGHEST_CLASS: WeakKeyDictionary[Scene, int] = WeakKeyDictionary()
 

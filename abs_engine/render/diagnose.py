@@ -11,13 +11,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from abs_engine.camera import Camera
-from abs_engine.errors import AbsEngineError, OpenGLError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import AbsEngineError, OpenGLError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, Attempt, GLContext, remedy_of
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer, VertexPath
-from abs_engine.scene import Candidates, ColourError, Renderer, Scene
 
 WORKS, CPU_ONLY = 0, 1
 """Exit statuses: OpenGL works; only the CPU rasteriser does."""

@@ -11,7 +11,7 @@ import ctypes
 from ctypes import POINTER, c_char_p, c_int, c_long, c_void_p
 from typing import Any
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 
 PACKAGES_EGL = "apt-get install libegl1 libgl1-mesa-dri"
 PACKAGES_DRIVER = "apt-get install libgl1-mesa-dri"

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.buffers import Buffers
+from abs_engine.core.buffers import Buffers
 from abs_engine.render.context import GLContext
 from abs_engine.render.programs import CLIP, Programs, set_uniform
 from abs_engine.render.targets import Canvas, Target

@@ -8,14 +8,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.buffers import Buffers, Sums
-from abs_engine.camera import Camera, Window
-from abs_engine.errors import OpenGLError
+from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import OpenGLError
+from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
 from abs_engine.render.programs import CLIP, DRAWN, MAPS, TARGET, Programs, set_uniform
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
-from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
 
 LAYER_EXTENSIONS = {"GL_ARB_shader_viewport_layer_array"}
 MAX_LAYERS = 1024

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.scene import ColourError, Scene
+from abs_engine.core.scene import ColourError, Scene
 
 ZERO, HALF, ONE, FULL = np.float32(0), np.float32(0.5), np.float32(1), np.float32(255)
 DRAWN_FROM = np.float32(-1e29)

@@ -9,8 +9,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.scene import Scene
 from abs_engine.render.kernels import snapped
-from abs_engine.scene import Scene
 
 MARGIN = np.float32(1 / 64)
 """Pixels by which a facet must miss all pixel centres to be left out."""

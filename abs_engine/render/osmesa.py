@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from ctypes import c_char_p, c_int, c_uint, c_void_p
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 
 PACKAGES_OSMESA = "apt-get install libosmesa6"
 

@@ -1,4 +1,4 @@
-"""The pixel terms of `scene.py`, summed over what was drawn, in loops compiled by numba.
+"""The pixel terms of `core.scene.py`, summed over what was drawn, in loops compiled by numba.
 
 On a software rasteriser a fragment shader runs on whole 4x4 blocks for every small triangle that
 touches them, about ten lanes for each pixel kept. So there the shader only writes a class or
@@ -16,8 +16,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.scene import ColourError, Scene
 from abs_engine.render import layers
-from abs_engine.scene import ColourError, Scene
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 DRAWN_FROM = np.float32(-1e29)

@@ -8,9 +8,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.buffers import Buffers, Sums
-from abs_engine.camera import Camera, Window
-from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import OpenGLError, ParameterError
+from abs_engine.core.scene import Candidates, PixelTerm, Scene
 from abs_engine.render import targets
 from abs_engine.render.context import GLContext, NativeContext
 from abs_engine.render.cpu import check_term
@@ -18,13 +19,12 @@ from abs_engine.render.instanced import InstancedPath, can_layer
 from abs_engine.render.programs import Programs
 from abs_engine.render.thin import ThinPath
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache, check_classes
-from abs_engine.scene import Candidates, PixelTerm, Scene
 
 VertexPath = Literal["auto", "thin", "instanced"]
 
 
 class OpenGLRenderer:
-    """Draws with OpenGL; fulfils `scene.Renderer`. Use it in a `with` statement.
+    """Draws with OpenGL; fulfils `core.scene.Renderer`. Use it in a `with` statement.
 
     Scenes are uploaded once and freed after the scene object dies; so are pixel terms.
 

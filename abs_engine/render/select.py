@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 from typing import Protocol
 
-from abs_engine.errors import OpenGLError, ParameterError
+from abs_engine.core.errors import OpenGLError, ParameterError
+from abs_engine.core.scene import Renderer
 from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, NoOpenGLError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
-from abs_engine.scene import Renderer
 
 NAMES = ("auto", "gl", *BACKENDS, "cpu")
 """What `open_renderer` takes."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import moderngl
 
-from abs_engine.errors import OpenGLError
+from abs_engine.core.errors import OpenGLError
 
 VERSION = "#version 430 core"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')

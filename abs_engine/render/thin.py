@@ -6,8 +6,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.buffers import Buffers, Sums
-from abs_engine.camera import Camera, Window
+from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
 from abs_engine.render.layout import settle, submit
@@ -15,7 +16,6 @@ from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
 from abs_engine.render.vertex import clip_positions
-from abs_engine.scene import Candidates, ClassMaps, PixelTerm, Scene
 
 
 class ThinPath:

@@ -12,11 +12,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import ClassMaps, PixelTerm, Scene
 from abs_engine.render.context import GLContext
 from abs_engine.render.layout import class_layout
 from abs_engine.render.programs import SKIN, SKIN_MODES, TEXTURE_WEIGHTS, set_uniform
-from abs_engine.scene import ClassMaps, PixelTerm, Scene
 
 
 class Releasable(Protocol):

@@ -1,7 +1,8 @@
 """The thin vertex path: one matrix product on the CPU, then clip coordinates.
 
 On a software rasteriser this beats deforming in the vertex shader, and the CPU rasteriser needs
-it anyway. `geometry.Pose` and `camera.Camera` hold the same mathematics to read and to test by.
+it anyway. `core.geometry.Pose` and `core.camera.Camera` hold the same mathematics to read and to
+test by.
 """
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
@@ -11,9 +12,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.scene import Candidates, Scene
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Candidates, Scene
 
 ClipArray = NDArray[np.float32]
 
@@ -35,7 +36,7 @@ def clip_positions(
         Which candidate of the batch.
     camera : Camera
     clip : (4, 4) float64
-        `camera.clip_matrix(window)`.
+        `core.camera.clip_matrix(window)`.
 
     Returns
     -------

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from abs_engine.assets import Speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth.mirror import Mirror
 from abs_engine.synth.plan import ClipPlan, View, compose
 from abs_engine.synth.scenefile import CameraEntry, MirrorEntry, check_size

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth.cast import Actor
 from abs_engine.synth.plan import Prop, compose, vectors
 from abs_engine.synth.props import Occluder, clear_of, mouth_of

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import AbsEngineError, OutputError
+from abs_engine.core.errors import AbsEngineError, OutputError
 from abs_engine.files import unwritable
 from abs_engine.synth.chunk import Job
 from abs_engine.synth.pool import Filmer

@@ -129,7 +129,7 @@ def truth_arrays(plan: ClipPlan, speaker: Speaker, gap: Any) -> dict[str, Any]:
 
 
 def finish_view(plan: ClipPlan, view: View, numbers: dict[str, Any], folder: Path) -> None:
-    """Write ``camera.json``, ``points.npz`` and ``coco.json`` of a camera."""
+    """Write ``core.camera.json``, ``points.npz`` and ``coco.json`` of a camera."""
     text = camera_json(view.camera, view.rotations, view.translations, view.mirror)
     (folder / CAMERA).write_text(text, encoding="utf-8")
     arrays = {k: v for k, v in numbers.items() if k not in _SUMMED}

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
 from abs_engine.synth.mirror import Mirror
 
 FloatArray = NDArray[np.float64]

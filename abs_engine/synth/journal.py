@@ -13,7 +13,7 @@ import os
 import shutil
 from pathlib import Path
 
-from abs_engine.errors import OutputError
+from abs_engine.core.errors import OutputError
 from abs_engine.files import check_free, give_name, unwritable
 from abs_engine.unfinished import Claim
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
 from abs_engine.synth import surface
 from abs_engine.synth.seam import DEPTH, beside, lip_strips
 

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
 

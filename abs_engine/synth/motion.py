@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth.scenefile import HeadKey, MotionEntry
 from abs_engine.synth.sequence import sway
 

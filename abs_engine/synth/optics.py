@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import read_image
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
 
 Picture = NDArray[np.uint8]
 Floats = NDArray[np.float32]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.scenefile import ClipEntry
 from abs_engine.synth.sequence import expression, utter
 from abs_engine.synth.speech import (

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.npz import read_npz
 from abs_engine.synth.optics import Background, Sensor
 from abs_engine.truth.codec import BOARD, HAND, MICROPHONE

@@ -14,9 +14,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from abs_engine import errors
 from abs_engine.assets import Speaker
-from abs_engine.errors import AbsEngineError, StudioError
+from abs_engine.core import errors
+from abs_engine.core.errors import AbsEngineError, StudioError
 from abs_engine.synth.chunk import Job, film_chunk
 from abs_engine.synth.journal import Journal
 from abs_engine.synth.plan import load

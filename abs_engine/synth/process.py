@@ -13,7 +13,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from abs_engine.errors import StudioError
+from abs_engine.core.errors import StudioError
 from abs_engine.synth.worker import Arrays, receive, send
 
 PLATFORMS = ("egl", "osmesa")

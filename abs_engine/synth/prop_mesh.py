@@ -15,7 +15,7 @@ from scipy.ndimage import map_coordinates
 from skimage.measure import marching_cubes
 from trimesh.creation import revolve
 
-from abs_engine.geometry import vertex_normals
+from abs_engine.core.geometry import vertex_normals
 
 Colour = tuple[int, int, int]
 Floats = NDArray[np.float64]

@@ -11,8 +11,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial import cKDTree
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.observe.board import Board
 from abs_engine.synth.board_mesh import printed
 from abs_engine.synth.prop_mesh import Prop, hand, microphone

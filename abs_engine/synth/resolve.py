@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.synth.cameras import check_view, glass, lens, stand
 from abs_engine.synth.cast import Cast
 from abs_engine.synth.dressing import props_of

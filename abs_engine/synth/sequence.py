@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from abs_engine.assets import Speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.speech.contact import ContactSolver
 from abs_engine.synth.speech.lips import Lips

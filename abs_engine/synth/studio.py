@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import FACING, Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.release import engine_version
 from abs_engine.synth.cameras import check_view
 from abs_engine.synth.cast import NO_DOTS, Cast

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.geometry import vertex_normals
+from abs_engine.core.geometry import vertex_normals
 
 _COLLAR = ((10.0, 2.0), (8.0, 4.5), (-3.0, 8.0))
 """Rings above and around the neck's open end: height and distance from it, mm."""

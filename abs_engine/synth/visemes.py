@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 _PAIRED = ("Smile", "Press", "Stretch", "UpperUp", "LowerDown", "Frown", "Dimple")
 

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.sight import position_errors
 from abs_engine.evaluate.truth_report import report
 from abs_engine.files import NewFolder
-from abs_engine.scene import Renderer
 from abs_engine.synth.make import Crew
 from abs_engine.synth.scenefile import Label, sentence_scene
 from abs_engine.synth.studio import film_scene
 from abs_engine.systems.demo_page import camera_error, demo_page, head_given
 from abs_engine.systems.evaluation import run_closures
-from abs_engine.systems.lips import LipOptions
-from abs_engine.systems.run import track_video
-from abs_engine.track.output import Progress
-from abs_engine.track.record import load_run
+from abs_engine.tracking.lips import LipOptions
+from abs_engine.tracking.output import Progress
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run import track_video
 from abs_engine.truth import load_truth
 
 CLIP, RUN, EVALUATION, PAGE = "clip", "run", "evaluation", "index.html"

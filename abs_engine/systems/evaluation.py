@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.csv_table import read_table
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
 from abs_engine.evaluate.closing import Closures
-from abs_engine.evaluate.csv_table import read_table
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, summary
@@ -26,8 +26,8 @@ from abs_engine.files import NewFolder
 from abs_engine.release import engine_version
 from abs_engine.systems.report_views import found_truth
 from abs_engine.systems.same_clip import check_clip
-from abs_engine.track.mesh import MESH, load_mesh
-from abs_engine.track.record import load_run
+from abs_engine.tracking.mesh import MESH, load_mesh
+from abs_engine.tracking.record import load_run
 from abs_engine.truth import Truth
 
 SCORES, TABLE = "scores.json", "scores.csv"

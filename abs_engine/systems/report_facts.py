@@ -10,7 +10,7 @@ from typing import Any
 from abs_engine.evaluate.machine import machine_facts
 from abs_engine.evaluate.report.data import Rows
 from abs_engine.release import engine_version
-from abs_engine.track.record import SUMMARY
+from abs_engine.tracking.record import SUMMARY
 from abs_engine.truth import Truth
 
 _MORE_PACKAGES = ("scipy", "opencv-contrib-python-headless", "nlopt", "av", "plotly")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.report.data import FloatArray, Head, Series, System

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.systems.same_clip import video_sum
 from abs_engine.truth import Truth, codec, load_truth
 from abs_engine.truth.dataset import Dataset, read_record

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.camera import Camera
-from abs_engine.errors import ParameterError
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
 from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.report import film
 from abs_engine.evaluate.report.colours import clay_colours

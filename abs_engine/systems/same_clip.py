@@ -10,8 +10,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from abs_engine.errors import OtherClipError
-from abs_engine.track.record import SUMMARY
+from abs_engine.core.errors import OtherClipError
+from abs_engine.tracking.record import SUMMARY
 from abs_engine.truth import Truth
 from abs_engine.truth.sums import SUMS, read_sums
 

@@ -1,4 +1,4 @@
-"""``camera.json``: a camera's intrinsics and distortion, where it stands, and its mirror."""
+"""``core.camera.json``: a camera's intrinsics and distortion, where it stands, and its mirror."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.camera import Camera
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.inputs import check_file, parse_json
 from abs_engine.truth.codec import CAMERA_FORMAT, VERSION
 
@@ -57,7 +57,7 @@ def camera_json(
     translations: ArrayLike | None = None,
     mirror: ArrayLike | None = None,
 ) -> str:
-    """The text of a ``camera.json``; see `PlacedCamera` for what its parts are."""
+    """The text of a ``core.camera.json``; see `PlacedCamera` for what its parts are."""
     fields = {
         "format": CAMERA_FORMAT,
         "version": VERSION,
@@ -81,7 +81,7 @@ def _rows(vectors: ArrayLike | None) -> list[list[float]]:
 
 
 def load_camera(path: Path) -> Camera:
-    """Read the intrinsics and the distortion of a ``camera.json``.
+    """Read the intrinsics and the distortion of a ``core.camera.json``.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def load_camera(path: Path) -> Camera:
 
 
 def load_placed_camera(path: Path) -> PlacedCamera:
-    """Read a ``camera.json``; one without `rotations` stands at the origin of the world.
+    """Read a ``core.camera.json``; one without `rotations` stands at the origin of the world.
 
     Raises
     ------

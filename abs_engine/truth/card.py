@@ -38,7 +38,7 @@ Rendered video of a talking head with exact labels: {frames} frames in {views} v
 
     {command}
 
-with seed {seed} and abs-engine {engine}. `scene.toml` is the scene as it was filmed: the same
+with seed {seed} and abs-engine {engine}. `core.scene.toml` is the scene as it was filmed: the same
 scene, seed and release give the same truth and, before compression, the same pixels. The pictures
 were drawn by pyrender, with lights, lens, sensor and compression as the scene says.
 

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ModelFormatError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.core.geometry import Pose
 from abs_engine.npz import read_npz
 from abs_engine.truth.codec import FORMAT, TRUTH, VERSION
 from abs_engine.truth.offsets import Offsets, StoredOffsets

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 DATASET_FORMAT, FORMAT = "abs_engine.dataset", "abs_engine.truth"
 CAMERA_FORMAT, POINTS_FORMAT = "abs_engine.camera", "abs_engine.landmarks"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.truth import codec
 from abs_engine.truth.clip import Clip, load_clip
 from abs_engine.truth.picture import AGAIN

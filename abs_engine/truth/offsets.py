@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.npz import read_npz
 from abs_engine.truth.codec import CHUNK, OFFSETS_FORMAT, VERSION, VERTICES, chunk_name
 from abs_engine.truth.picture import AGAIN

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.truth.codec import PICTURES
 
 AGAIN = "make the dataset again, or copy the whole folder again"

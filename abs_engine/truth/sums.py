@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from abs_engine.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.truth.picture import AGAIN
 
 SUMS = "SHA256SUMS"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 
 BASES = (24, 25, 30, 48, 50, 60, 120)
 """Frames that timecodes usually count in a second."""

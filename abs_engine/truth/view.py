@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import LIPS_OF_68
-from abs_engine.camera import Camera
-from abs_engine.errors import InputFileError, ModelFormatError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.geometry import Pose
 from abs_engine.npz import read_npz
 from abs_engine.truth import codec
 from abs_engine.truth.camera_file import PlacedCamera, load_placed_camera
@@ -186,7 +186,7 @@ def load_view(clip: Clip, folder: Path) -> Truth:
     Raises
     ------
     InputFileError
-        If ``camera.json`` or the video is missing or cannot be read.
+        If ``core.camera.json`` or the video is missing or cannot be read.
     ModelFormatError
         If the camera's file has another format, or its motion is of other frames.
     """

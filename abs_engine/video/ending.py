@@ -8,7 +8,7 @@ from typing import Any
 
 import av
 
-from abs_engine.errors import VideoError
+from abs_engine.core.errors import VideoError
 from abs_engine.video.torn import is_torn
 
 _LAST = 5  # packets and frames; a damaged frame may be shown a few frames before the last

@@ -11,7 +11,7 @@ import av
 import av.error
 import numpy as np
 
-from abs_engine.errors import VideoError
+from abs_engine.core.errors import VideoError
 from abs_engine.video.ending import Ending, broken_off
 from abs_engine.video.source import open_video, picture_stream
 from abs_engine.video.writer import Frame

@@ -10,7 +10,7 @@ import av
 import av.error
 from av.stream import Disposition
 
-from abs_engine.errors import InputFileError, VideoError
+from abs_engine.core.errors import InputFileError, VideoError
 from abs_engine.video.torn import is_torn
 
 _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.errors import AbsEngineError
+from abs_engine.core.errors import AbsEngineError
 from abs_engine.evaluate.check import classes, files, footage, head, ids, marks, motion, speech
 from abs_engine.evaluate.check import surface as labels
 from abs_engine.evaluate.check.finding import Finding, merged

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from abs_engine.errors import InputFileError
+from abs_engine.core.errors import InputFileError
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.truth import codec
 from abs_engine.truth.dataset import ClipEntry, Dataset

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import AbsEngineError
+from abs_engine.core.errors import AbsEngineError
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.sight import Head, Sight
 from abs_engine.evaluate.check.surface import smooth_normals

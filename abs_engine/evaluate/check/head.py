@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.geometry import vertex_normals
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.geometry import vertex_normals
 from abs_engine.truth import Clip
 
 FloatArray = NDArray[np.float64]

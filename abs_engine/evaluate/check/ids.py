@@ -11,11 +11,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Scene
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.sight import FloatArray, Head, Reflection, Sight, in_mirror
-from abs_engine.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.scene import Candidates, Scene
 from abs_engine.truth import Truth, codec
 
 EDGE = 0.05

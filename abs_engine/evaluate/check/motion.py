@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.geometry import Pose
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.geometry import Pose
 from abs_engine.truth import Clip, Truth
 from abs_engine.truth.dataset import ClipEntry
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera
+from abs_engine.core.camera import Camera
 from abs_engine.truth import Truth
 
 FloatArray = NDArray[np.float64]

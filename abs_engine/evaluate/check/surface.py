@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.geometry import vertex_normals
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.sight import FloatArray, Head, Sight
-from abs_engine.geometry import vertex_normals
 from abs_engine.truth import DEPTH_STEP, Truth
 
 STRAY = 0.02

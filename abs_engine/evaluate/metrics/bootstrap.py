@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
 RESAMPLES, LEVEL = 1000, 0.95

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 IntArray = NDArray[np.int64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import rotations
 from abs_engine.evaluate.metrics.given import mean_of_given
-from abs_engine.geometry import rotations
 
 FloatArray = NDArray[np.float64]
 

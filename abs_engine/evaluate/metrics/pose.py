@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.geometry import rotations
+from abs_engine.core.geometry import rotations
 
 FloatArray = NDArray[np.float64]
 

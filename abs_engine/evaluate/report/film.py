@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Window
-from abs_engine.errors import VideoError
+from abs_engine.core.camera import Window
+from abs_engine.core.errors import VideoError
 from abs_engine.evaluate.report.colours import TRUTH_ON_PICTURES, rgb
 from abs_engine.evaluate.report.data import Film, FloatArray
 from abs_engine.video import VideoWriter

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.learn.choice import choose_points
+from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.observe.corpus import Corpus, bite_plane
-from abs_engine.synth.corpus.choice import Points, choose_points
 from abs_engine.synth.corpus.subtle import as_it_happens, subtle
 from abs_engine.synth.corpus.visemes import PAPER_VISEMES, SILENT, spelled
 from abs_engine.synth.speech import articulate, parse_phonemes
@@ -21,43 +21,6 @@ FloatArray = NDArray[np.float64]
 NOISE = 0.3
 """Error (mm) of a measured point: the root mean square of its distance from where it is."""
 _PREPH = {"jawOpen": 0.11, "mouthLowerDownLeft": 0.06, "mouthLowerDownRight": 0.06}
-
-
-@dataclass(frozen=True, eq=False)
-class SpokenCorpus:
-    """A corpus of a bundled speaker, with everything that is known of it.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        As measured, with noise.
-    exact : (V, N, 3) float64, mm, bite-plane frame
-        Where the points are.
-    weights : (V, 52) float64
-        Face-unit weights of the visemes.
-    neutral : (M, 3) float32, mm, head frame
-        All vertices of the person at rest.
-    chosen : Points
-        Which vertices the points are.
-    speaker : Speaker
-    """
-
-    corpus: Corpus
-    exact: FloatArray
-    weights: FloatArray
-    neutral: NDArray[np.float32]
-    chosen: Points
-    speaker: Speaker
-
-    @property
-    def heads(self) -> NDArray[np.float32]:
-        """All vertices in each viseme, without noise, (V, M, 3) float32, mm, head frame."""
-        return spoken_heads(self.speaker, self.neutral, self.weights)
-
-    @property
-    def noiseless(self) -> Corpus:
-        """The corpus as an exact measurement would give it."""
-        return replace(self.corpus, points=self.exact)
 
 
 def speak_corpus(
@@ -127,17 +90,6 @@ def viseme_weights(
     weights = spoken.weights[1] + subtle(utterance, np.array([middle]), names)[0]
     rng = np.random.default_rng([seed, *map(ord, viseme)])
     return as_it_happens(weights, names, rng)
-
-
-def spoken_heads(
-    speaker: Speaker, neutral: NDArray[np.floating], weights: FloatArray
-) -> NDArray[np.float32]:
-    """All vertices (V, M, 3), mm, head frame, at face-unit weights (V, 52)."""
-    used = np.flatnonzero(weights.any(axis=0))
-    moved = np.tensordot(
-        weights[:, used].astype(np.float32), speaker.units[used].astype(np.float32), 1
-    )
-    return np.asarray(neutral + moved, np.float32)
 
 
 def bite_plane_of(speaker: Speaker, neutral: NDArray[np.floating]) -> Pose:

@@ -5,7 +5,7 @@ Odisio and Bailly (2003), section 2.1.
 
 from __future__ import annotations
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 VOWELS = ("i", "e", "E", "a", "o", "u", "y", "2", "9", "A~", "E~", "O~", "9~")
 """The oral and nasal vowels of French that the paper names."""

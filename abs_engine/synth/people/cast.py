@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.contact import widest_gap
 from abs_engine.synth.people.person import Person, neutral
 from abs_engine.synth.people.tones import Colour, tone_at

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import vertex_normals
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.synth.people.chart import Chart, Floats
 from abs_engine.synth.people.person import Person, neutral
 from abs_engine.synth.people.regions import step
@@ -26,19 +26,6 @@ Oliver and Pentland (1998) marked: eight just inside the outer border of the lip
 among them, and four on each lip as near to where they meet as is seen with the mouth closed.
 """
 _BEAD_RADIUS = 1.3
-_LIPS16 = (
-    ("lower_lip", -0.94, 0.5), ("upper_lip", -0.48, 0.2), ("upper_lip", 0.0, 0.15),
-    ("upper_lip", 0.48, 0.2), ("lower_lip", 0.94, 0.5),
-    ("lower_lip", -0.5, 0.2), ("lower_lip", 0.0, 0.2), ("lower_lip", 0.5, 0.2),
-    ("upper_lip", -0.65, 0.65), ("upper_lip", -0.2, 0.82), ("upper_lip", 0.2, 0.82),
-    ("upper_lip", 0.65, 0.65),
-    ("lower_lip", -0.66, 0.7), ("lower_lip", -0.22, 0.82), ("lower_lip", 0.22, 0.82),
-    ("lower_lip", 0.66, 0.7),
-)  # fmt: skip
-"""Lip, place across (-1 at the right corner, 1 at the left one), and depth, from 0 at the outer
-border to 1 where the lips meet, of the dots of ``lips17``."""
-_FACING = 0.3
-"""Least part of a vertex's normal that looks forward where a dot may be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +60,7 @@ def dots(speaker: Speaker, person: Person) -> Dots:
                 f"{person.name}: there is no set of dots '{person.beads}'",
                 f"give a number or one of {', '.join(DOT_SETS)}",
             )
-        chosen = _lips17(speaker)
+        chosen = lips17(speaker)
         return Dots(
             chosen, DOT_SETS[person.beads], np.tile(np.array(INK, np.uint8), (len(chosen), 1))
         )
@@ -136,29 +123,6 @@ class _Facets:
     def _at(self, vertex: int) -> list[int]:
         flat = self._flat[self._first[vertex] : self._first[vertex + 1]]
         return [int(f) for f in flat // 3]
-
-
-def _lips17(speaker: Speaker) -> NDArray[np.int32]:
-    """Eight dots around the mouth, four near the opening on each lip, one on the nose."""
-    marks, place = speaker.landmarks, speaker.vertices
-    ring = place[speaker.lip_ring]
-    right, left = (place[v] for v in marks["mouth_corners"])
-    half, middle = (left[0] - right[0]) / 2, (left[1] + right[1]) / 2
-    inner = np.sort(place[marks["inner_lip_8"], 1])
-    forward = vertex_normals(place.astype(np.float64), speaker.faces)[:, 2] > _FACING
-    chosen: list[int] = []
-    for name, across, depth in _LIPS16:
-        own = np.unique(speaker.faces[speaker.facet_class == speaker.class_id(name)])
-        upper = name == "upper_lip"
-        edge = ring[(ring[:, 1] > middle) == upper]
-        edge = edge[edge[:, 0].argsort()]
-        border = float(np.interp(across * half, edge[:, 0], edge[:, 1]))
-        contact = float((inner[:4] if upper else inner[4:]).mean())
-        wanted = np.array([across * half, border + depth * (contact - border)])
-        seen = own[forward[own] & ~np.isin(own, chosen)]
-        gap = np.linalg.norm(place[seen, :2] - wanted, axis=1)
-        chosen.append(int(seen[gap.argmin()]))
-    return np.array([*chosen, int(marks["nose_tip"][0])], np.int32)
 
 
 def _spread(speaker: Speaker, rest: Floats, count: int) -> NDArray[np.int32]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.people.tones import Colour
 
 LARGEST_SET = 400

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 Colour = tuple[int, int, int]
 

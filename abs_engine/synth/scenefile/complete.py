@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.look import FILL, KEY
 from abs_engine.synth.scenefile.reader import nearest
 from abs_engine.synth.scenefile.scene import ClipEntry, SceneFile

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from abs_engine.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.inputs import parse_toml
 from abs_engine.synth.scenefile.scene import FORMAT, VERSION, SceneFile
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.speech.contact import ContactSolver
 from abs_engine.synth.speech.dominance import Score, blend
 from abs_engine.synth.speech.gestures import Contact, contacts

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.inputs import check_file
 from abs_engine.synth.speech.articulate import Speech, check_rate
 from abs_engine.truth.timecode import seconds_since_first

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.speech.chart import ARPABET, IPA, X_SAMPA
 from abs_engine.synth.speech.phonemes import PAUSE, Phoneme
 

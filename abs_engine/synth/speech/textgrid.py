@@ -8,7 +8,7 @@ from pathlib import Path
 from praatio import textgrid as praat
 from praatio.utilities.errors import PraatioException
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.inputs import check_file
 from abs_engine.synth.speech.chart import ARPABET
 from abs_engine.synth.speech.notation import Alphabet, spell

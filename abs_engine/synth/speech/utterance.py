@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.synth.speech.notation import Alphabet, spell
 from abs_engine.synth.speech.phonemes import PAUSE, Phoneme
 

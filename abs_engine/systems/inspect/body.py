@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import FloatArray, vertex_normals
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FloatArray, vertex_normals
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from abs_engine.core.scene import Renderer
 from abs_engine.files import check_free
-from abs_engine.scene import Renderer
 from abs_engine.systems.inspect.film import Film, Image
 from abs_engine.systems.inspect.heads import (
     draw_nomogram,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.systems.inspect.layout import columns_of, evenly, sheet
 from abs_engine.systems.inspect.output import Progress
 from abs_engine.systems.inspect.request import Request

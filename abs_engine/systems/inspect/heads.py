@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import ParameterError
-from abs_engine.scene import Renderer
-from abs_engine.shape.mouth import mouth_shape
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Renderer
+from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.systems.inspect.body import Body, person_body, posed
 from abs_engine.systems.inspect.film import Film, Image
 from abs_engine.systems.inspect.layout import captioned, columns_of, sheet

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import InputFileError, ParameterError
-from abs_engine.geometry import FloatArray
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Renderer
 from abs_engine.inputs import check_file
 from abs_engine.npz import BROKEN
-from abs_engine.scene import Renderer
 from abs_engine.systems.inspect.body import Body
 from abs_engine.systems.inspect.layout import beside
 from abs_engine.systems.inspect.legend import colour_bar

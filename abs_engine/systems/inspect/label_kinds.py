@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.errors import ParameterError
-from abs_engine.scene import Renderer
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Renderer
 from abs_engine.systems.inspect.body import posed
 from abs_engine.systems.inspect.film import SHEET_TILES, Film, Image, checked_frame, presented
 from abs_engine.systems.inspect.heads import FILM_VIEWS, person_of

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import ParameterError
-from abs_engine.scene import Candidates, Renderer
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.systems.inspect import legend
 from abs_engine.systems.inspect.body import Body
 from abs_engine.systems.inspect.paint import plain_scene

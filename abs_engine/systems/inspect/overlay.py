@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Window
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import FloatArray
-from abs_engine.scene import Candidates, Renderer
+from abs_engine.core.camera import Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.systems.inspect.body import Body, unknown
 from abs_engine.systems.inspect.layout import captioned
 from abs_engine.systems.inspect.paint import coat, paint_layers, plain_scene

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import FloatArray
-from abs_engine.scene import Candidates, Renderer, Scene
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.systems.inspect.body import Body
 from abs_engine.systems.inspect.palette import CLASS_COLOURS, CLAY_COLOURS
 from abs_engine.systems.inspect.smooth import smooth_picture

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
 
 _BODY = ("person", "units", "speaker", "size")
 _LOOK = (*_BODY, "palette", "crop")

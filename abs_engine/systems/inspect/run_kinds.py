@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import load_speaker
-from abs_engine.errors import ParameterError
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.estimate import Estimate, check_run
 from abs_engine.evaluate.score import error_map
-from abs_engine.scene import Renderer
 from abs_engine.systems.inspect.body import Body, posed
 from abs_engine.systems.inspect.film import Film, Image, checked_frame, presented
 from abs_engine.systems.inspect.heads import FILM_VIEWS, person_of

@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from abs_engine.errors import InputFileError, ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.systems.inspect.runs import RunHead
 from abs_engine.systems.same_clip import video_sum
-from abs_engine.track.record import SUMMARY
+from abs_engine.tracking.record import SUMMARY
 from abs_engine.truth.sums import digest
 from abs_engine.video import probe
 

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.camera import Camera, Window
-from abs_engine.errors import ModelFormatError, ParameterError
-from abs_engine.geometry import Pose
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.systems.inspect.body import Body, check_same_mesh
 from abs_engine.systems.inspect.view import View
-from abs_engine.track.mesh import RunMesh, load_mesh
-from abs_engine.track.record import load_run
+from abs_engine.tracking.mesh import RunMesh, load_mesh
+from abs_engine.tracking.record import load_run
 from abs_engine.video import read_frames
 
 Image = NDArray[np.uint8]
@@ -33,7 +33,7 @@ class RunHead:
     folder : Path
     speaker : Speaker
     arrays : dict
-        See `abs_engine.track.record.Recorder.arrays`.
+        See `abs_engine.tracking.record.Recorder.arrays`.
     mesh : RunMesh
     camera : Camera
     """

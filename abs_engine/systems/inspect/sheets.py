@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.errors import ParameterError
-from abs_engine.geometry import FloatArray
-from abs_engine.scene import Renderer
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Renderer
 from abs_engine.systems.inspect.body import Body, check_units
 from abs_engine.systems.inspect.layout import beside, captioned, columns_of, label, sheet, stacked
 from abs_engine.systems.inspect.output import Progress

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera, Window
-from abs_engine.scene import Candidates, Renderer, Scene
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.scene import Candidates, Renderer, Scene
 
 SAMPLES = 8
 """Samples a pixel of a multisampled picture."""

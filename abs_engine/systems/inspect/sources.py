@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
-from abs_engine.errors import InputFileError, ParameterError
-from abs_engine.scene import Renderer
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.scene import Renderer
 from abs_engine.systems.inspect.body import Body, check_same_mesh
 from abs_engine.systems.inspect.labels import LabelFrame, drawn_labels
 from abs_engine.systems.inspect.request import Request

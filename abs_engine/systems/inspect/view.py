@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.camera import Camera, Window
-from abs_engine.geometry import FACING, FloatArray, Pose
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import FACING, FloatArray, Pose
 from abs_engine.systems.inspect.body import Body
 
 DISTANCE = 1000.0

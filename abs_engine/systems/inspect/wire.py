@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.geometry import FloatArray
+from abs_engine.core.geometry import FloatArray
 
 
 def quad_edges(

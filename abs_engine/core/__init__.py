@@ -1,0 +1,1 @@
+"""What everything else is made of: meshes, poses, cameras, parameters, scenes, buffers."""

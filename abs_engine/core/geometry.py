@@ -1,0 +1,165 @@
+"""Meshes and rigid poses. Lengths in millimetres, angles in radians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.core.errors import MeshError, ParameterError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+        Positions in mm, head frame (x to the subject's left, y up, z out of the face).
+    faces : (F, 3) int32
+        Vertex indices, counter-clockwise seen from outside.
+
+    Raises
+    ------
+    MeshError
+        If a coordinate is not finite, an index is out of range, or no facet has an area.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", np.asarray(self.vertices, np.float64))
+        object.__setattr__(self, "faces", np.asarray(self.faces, np.int32))
+        check_mesh(self.vertices, self.faces)
+
+    def areas(self) -> FloatArray:
+        """Area of every facet, (F,) float64, mm^2."""
+        doubled = np.linalg.norm(_facet_cross(self.vertices, self.faces), axis=1)
+        return np.asarray(0.5 * doubled, np.float64)
+
+    def normals(self) -> FloatArray:
+        """Area-weighted unit vertex normals, (V, 3) float64; zero where no facet has an area."""
+        return vertex_normals(self.vertices, self.faces)
+
+
+def check_mesh(vertices: FloatArray, faces: NDArray[np.int32]) -> None:
+    """Raise `MeshError` unless the arrays make a mesh that can be drawn."""
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise MeshError(
+            f"mesh arrays have shapes {vertices.shape} and {faces.shape}",
+            "give vertices (V, 3) and triangular faces (F, 3)",
+        )
+    if not np.isfinite(vertices).all():
+        bad = int((~np.isfinite(vertices)).any(axis=1).sum())
+        raise MeshError(
+            f"{bad} mesh vertices are NaN or infinite", "repair the mesh file or the deformation"
+        )
+    if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(vertices):
+        raise MeshError(
+            f"faces point outside of the {len(vertices)} vertices",
+            "check that indices start at 0 and belong to this mesh",
+        )
+    if not np.any(_facet_cross(vertices, faces)):
+        raise MeshError("every facet of the mesh has zero area", "check the vertices' units")
+
+
+def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
+    """Area-weighted unit vertex normals.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+    faces : (F, 3) int32
+
+    Returns
+    -------
+    (V, 3) float64
+        Unit length, or zero where no adjacent facet has an area.
+    """
+    cross = _facet_cross(vertices, faces)
+    sums = np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(sums, faces[:, corner], cross)
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    normals = np.zeros_like(sums)
+    np.divide(sums, length, out=normals, where=length > 0)
+    return normals
+
+
+def _facet_cross(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A rigid motion from the head frame to the camera frame, x_cam = R x_head + t.
+
+    Parameters
+    ----------
+    rotation : (3, 3) float64
+    translation : (3,) float64, mm, camera frame (OpenCV: x right, y down, z forward)
+    """
+
+    rotation: FloatArray
+    translation: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotation", np.asarray(self.rotation, np.float64).reshape(3, 3))
+        object.__setattr__(self, "translation", np.asarray(self.translation, np.float64).reshape(3))
+        if not (np.isfinite(self.rotation).all() and np.isfinite(self.translation).all()):
+            raise ParameterError("a pose holds NaN or infinity", "check the values it was made of")
+
+    @classmethod
+    def from_vectors(cls, rotation_vector: ArrayLike, translation: ArrayLike) -> Pose:
+        """Pose from a rotation vector (radians, as `cv2.Rodrigues`) and a translation (mm)."""
+        matrix, _ = cv2.Rodrigues(np.asarray(rotation_vector, np.float64).reshape(3, 1))
+        return cls(np.asarray(matrix), np.asarray(translation, np.float64))
+
+    @classmethod
+    def facing(cls, distance: float) -> Pose:
+        """A head at `distance` mm on the optical axis, looking into the camera, upright."""
+        return cls(FACING, np.array([0.0, 0.0, distance]))
+
+    @property
+    def rotation_vector(self) -> FloatArray:
+        """Rotation vector, (3,) float64, radians."""
+        return np.asarray(cv2.Rodrigues(self.rotation)[0], np.float64).reshape(3)
+
+    def apply(self, points: FloatArray) -> FloatArray:
+        """Map head-frame points (..., 3) in mm to the camera frame."""
+        return np.asarray(points @ self.rotation.T + self.translation)
+
+    def angle_to(self, other: Pose) -> float:
+        """Angle between the two rotations, radians, 0 to pi."""
+        cosine = (np.trace(self.rotation.T @ other.rotation) - 1) / 2
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+FACING: FloatArray = np.diag([1.0, -1.0, -1.0])
+"""Head frame to camera frame for a face that looks into the camera: half a turn about x."""
+
+
+def rotations(vectors: FloatArray) -> FloatArray:
+    """Rotation matrices of many rotation vectors (Rodrigues).
+
+    Parameters
+    ----------
+    vectors : (B, 3) float64, radians
+
+    Returns
+    -------
+    (B, 3, 3) float64
+    """
+    angle = np.linalg.norm(vectors, axis=1)
+    x, y, z = (vectors / np.where(angle > 0, angle, 1.0)[:, None]).T
+    zero = np.zeros_like(x)
+    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    sine, versine = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
+    return np.asarray(np.eye(3) + sine * skew + versine * (skew @ skew))

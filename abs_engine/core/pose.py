@@ -1,0 +1,73 @@
+"""Parameter vectors of the tracker: six of pose about a base pose, then the weights of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.scene import Candidates
+
+FloatArray = NDArray[np.float64]
+POSE_NAMES = ("rx", "ry", "rz", "tx", "ty", "tz")
+POSE_UNITS = ("rad", "rad", "rad", "mm", "mm", "mm")
+
+
+@dataclass(frozen=True, eq=False)
+class PoseFrame:
+    """Small motions about a base pose, turning about a point near the mouth.
+
+    Turning about the mouth instead of the head's centre keeps rotation and translation apart, so
+    that a solver may move one without the other.
+
+    Parameters
+    ----------
+    base : Pose
+    pivot : (3,) float64, mm, head frame
+    """
+
+    base: Pose
+    pivot: FloatArray
+
+    def candidates(self, vectors: FloatArray, weights: FloatArray | None = None) -> Candidates:
+        """Candidates of parameter vectors (B, 6 + P), rotation and translation in camera axes.
+
+        Parameters
+        ----------
+        vectors : (B, 6 + P) float64
+        weights : (B, P') float64, optional
+            Weights to use in place of the vectors' own.
+        """
+        turned = rotations(vectors[:, :3]) @ self.base.rotation
+        centre = self.base.apply(self.pivot) + vectors[:, 3:6]
+        shift = centre - turned @ self.pivot
+        return Candidates(vectors[:, 6:] if weights is None else weights, turned, shift)
+
+    def pose(self, vector: FloatArray) -> Pose:
+        """The pose of one parameter vector (6 or more)."""
+        one = self.candidates(vector[None, :6])
+        return Pose(one.rotations[0], one.translations[0])
+
+
+def pose_moves(arms: FloatArray) -> FloatArray:
+    """How points move for a step of the pose, rotation then translation, camera axes, (6, N, 3).
+
+    Parameters
+    ----------
+    arms : (N, 3) float64, mm
+        From the point that the pose turns about, camera axes.
+    """
+    turns = np.stack([np.cross(axis, arms) for axis in np.eye(3)])
+    return np.concatenate([turns, np.broadcast_to(np.eye(3)[:, None], (3, *arms.shape))])
+
+
+def pose_spec(n_modes: int, mode_limit: float = 3.5) -> ParamSpec:
+    """Names, units, first steps and bounds of six pose parameters and `n_modes` shape modes."""
+    modes = tuple(f"shape{k + 1}" for k in range(n_modes))
+    scale = np.r_[[0.02, 0.02, 0.02, 0.8, 0.8, 4.0], np.full(n_modes, 0.5)]
+    reach = np.r_[[0.5, 0.5, 0.5, 25.0, 25.0, 200.0], np.full(n_modes, mode_limit)]
+    units = POSE_UNITS + ("sd",) * n_modes
+    return ParamSpec(POSE_NAMES + modes, units, scale, -reach, reach)

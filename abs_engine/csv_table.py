@@ -1,0 +1,123 @@
+"""Reads a CSV file of numbers: columns by name, errors by line and column."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError
+
+FloatArray = NDArray[np.float64]
+EVALUATE_HELP = "see 'abs-engine evaluate --help'"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV file as text.
+
+    Parameters
+    ----------
+    path : Path
+    columns : mapping of column name to its place
+        Names as written, without spaces around them.
+    rows : list of list of str
+    """
+
+    path: Path
+    columns: dict[str, int]
+    rows: list[list[str]]
+
+    def text(self, name: str) -> list[str]:
+        """A column as text, without spaces around it."""
+        place = self.columns[name]
+        return [row[place].strip() for row in self.rows]
+
+    def numbers(self, names: Iterable[str]) -> FloatArray:
+        """Columns as numbers, (rows, columns); NaN where a cell is empty.
+
+        Raises
+        ------
+        InputFileError
+            If a cell is no finite number; line and column are named.
+        """
+        wanted = list(names)
+        out = np.full((len(self.rows), len(wanted)), np.nan)
+        for k, name in enumerate(wanted):
+            for line, cell in enumerate(self.text(name)):
+                if cell:
+                    out[line, k] = self._number(cell, line, name)
+        return out
+
+    def _number(self, cell: str, line: int, name: str) -> float:
+        try:
+            number = float(cell)
+        except ValueError:
+            number = np.nan
+        if not np.isfinite(number):
+            raise InputFileError(
+                f"{self.path}, line {line + 2}: '{cell}' in column {name} is no number",
+                "leave the cells of lost frames empty",
+            )
+        return number
+
+    def require(self, names: Iterable[str], remedy: str = EVALUATE_HELP) -> None:
+        """Raise `InputFileError` for columns that are missing, with the nearest name there is."""
+        missing = [name for name in names if name not in self.columns]
+        if not missing:
+            return
+        near = difflib.get_close_matches(missing[0], self.columns, 1)
+        hint = f" (there is '{near[0]}')" if near else ""
+        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if missing[5:] else "")
+        raise InputFileError(f"{self.path} lacks the columns {shown}{hint}", remedy)
+
+
+def read_table(path: Path, *, empty_lines: bool = False) -> Table:
+    """Read a CSV file whose first line names its columns.
+
+    Parameters
+    ----------
+    path : Path
+    empty_lines : bool
+        Keep lines whose cells are all empty, as a frame's of which nothing is known may be; by
+        default they are left out, as spreadsheets end with such lines. Lines without a cell
+        always are.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing, no text, empty, names a column twice, or a line has too few or too many
+        cells.
+    """
+    path = Path(path)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            lines = [row for row in csv.reader(file) if _counts(row, empty_lines)]
+    except OSError as error:
+        raise InputFileError(
+            f"{path} cannot be read ({error.strerror})", "check the path"
+        ) from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputFileError(f"{path} is no CSV file", "give comma-separated text") from error
+    if len(lines) < 2:
+        raise InputFileError(f"{path} holds no results", "give a line of names and a line a frame")
+    names = [name.strip() for name in lines[0]]
+    twice = [name for name in names if name and names.count(name) > 1]
+    if twice:
+        raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
+    for number, row in enumerate(lines[1:], 2):
+        if len(row) != len(names):
+            raise InputFileError(
+                f"{path}, row {number}: {len(row)} cells under {len(names)} names",
+                "write the file again",
+            )
+    return Table(path, {name: k for k, name in enumerate(names)}, lines[1:])
+
+
+def _counts(row: list[str], empty: bool) -> bool:
+    return any(cell.strip() for cell in row) or (empty and len(row) > 1)

@@ -1,0 +1,1 @@
+"""What can move, and what it looks like: shapes, regions and appearance."""

@@ -1,0 +1,117 @@
+"""Colours of anybody's mouth beside a skin: where learning a clip's own begins, and is held to.
+
+Colours are in `features`: r, g, and a third of the logarithm of luminance relative to the skin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from abs_engine.face.appearance.colour import FloatArray
+from abs_engine.face.appearance.mixture import Mixture
+
+DARK, TEETH = slice(0, 1), slice(1, 4)
+"""Components of the mixture of what is inside a mouth."""
+_LIT_TEETH, _SHADED_TEETH = 2, 3  # of the same
+_PALEST, _FREQUENT = 0.42, 0.2  # of the way from skin to teeth, and of the skin
+_LESS_RED = 0.3  # of the way from lips to lit teeth, which teeth in shade are at least
+# Lips less skin, in `features`, and how far people and lights differ: medians inside and around
+# the lips of 33 faces (8 of the GRID corpus, 25 of other pictures), some of them dark, bearded,
+# laughing or in coloured light. In none are lips greener than skin; how much redder or darker
+# they are varies.
+_LIPS_MEAN = np.array([0.034, -0.044, -0.044])
+_LIPS_SPREAD = np.array(
+    [[8.4e-4, -4.8e-4, -8.7e-4], [-4.8e-4, 3.3e-4, 4.0e-4], [-8.7e-4, 4.0e-4, 6.0e-3]]
+)
+_LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's lips
+# Lips in their own shade, where they meet and turn in, less lit lips; each throws its red back at
+# the other. Of the darkest pixel of each column between closed lips (8 clips of the GRID corpus,
+# 203 frames) the mean is (0.063, -0.045, -0.117), the spread of clips and frames (0.03, 0.013,
+# 0.03). Three heads that were drawn without light thrown back: (0.018, -0.006, -0.173). Taken a
+# little less red than in those videos; of pixels as `chroma.matched` gives them, lips in shade are
+# less red than measured so, (0.044, -0.021, -0.136), but with that closures were found no better.
+# Darker yet, and a narrow gap between the lips, or a tongue in shade, would be taken for lips.
+_LIP_SHADE_MEAN = np.array([0.05, -0.033, -0.11])
+_LIP_SHADE_SPREAD = np.diag(np.array([0.03, 0.02, 0.035]) ** 2)
+_LIP_SHADE_PART = 0.1  # of the lips
+
+
+def typical_lips(skin: Mixture) -> Mixture:
+    """Lips of anybody beside this skin."""
+    centre = skin.weights @ skin.means + _LIPS_MEAN
+    return Mixture(np.ones(1), centre[None], _LIPS_SPREAD[None] + _LIPS_NOISE)
+
+
+def with_shade(lips: Mixture) -> Mixture:
+    """Lips, lit ones given, with those in their own shade as one more component, the last.
+
+    Without it the mouth's inside would learn them, and lips that are closed would seem parted.
+    """
+    centre = lips.weights @ lips.means + _LIP_SHADE_MEAN
+    return Mixture(
+        np.append((1 - _LIP_SHADE_PART) * lips.weights, _LIP_SHADE_PART),
+        np.vstack([lips.means, centre]),
+        np.concatenate([lips.covariances, _LIP_SHADE_SPREAD[None]]),
+    )
+
+
+def lit_share(lips: Mixture, samples: FloatArray) -> FloatArray:
+    """How probably lips (N,), of `with_shade`, are not in their own shade."""
+    parts = lips.densities(samples)
+    return np.asarray(1 - parts[:, -1] / np.maximum(parts.sum(axis=1), 1e-300))
+
+
+def less_red(inside: Mixture, lips: Mixture) -> Mixture:
+    """The inside of a mouth, teeth in shade held to be less red than lips.
+
+    Else they would learn the lips' own shade where full lips meet. Those in shade are about
+    half-way between lips and lit teeth where they were looked at; lips in shade redden.
+    """
+    means, redder = inside.means.copy(), np.array([1.0, -1.0])
+    away = (means[_LIT_TEETH] - lips.weights @ lips.means)[:2]
+    least = redder @ means[_LIT_TEETH, :2] - (1 - _LESS_RED) * redder @ away
+    excess = redder @ means[_SHADED_TEETH, :2] - least
+    if redder @ away < 0 < excess:
+        # lips as pale as teeth leave no direction: never farther than from lips to teeth
+        means[_SHADED_TEETH, :2] += min(1.0, excess / -(redder @ away)) * away
+    return Mixture(inside.weights, means, inside.covariances)
+
+
+def without_teeth(skin: Mixture) -> Mixture:
+    """Skin without components as pale as teeth: those of a smile that was taken for closed lips.
+
+    A pale component that is frequent stays: skin under two lights. In clips where no teeth were
+    learned for skin, none was paler than the most frequent one by 0.4 of the way to teeth; where
+    they were, it was so by 1.6, and a sixteenth of the skin.
+    """
+    centre = skin.means[skin.weights.argmax()]
+    way = _teeth_beside(centre) - centre[:2]
+    pale = (skin.means - centre)[:, :2] @ way > _PALEST * (way @ way)
+    return skin.part(np.flatnonzero(~pale | (skin.weights > _FREQUENT)))
+
+
+def _teeth_beside(skin: FloatArray) -> FloatArray:
+    """Chromaticity (2,) of teeth beside skin of this colour (3,)."""
+    light = np.array([skin[0] / 0.42, skin[1] / 0.33, (1 - skin[0] - skin[1]) / 0.25])
+    return np.asarray(0.5 * (skin[:2] + light[:2] / light.sum()))
+
+
+def inside_guess(skin: Mixture) -> Mixture:
+    """Dark of the mouth, then teeth in light and in the lips' shade, from the skin's colour.
+
+    Skin is taken to have the chromaticity (0.42, 0.33) in neutral light, which gives the light's
+    own; teeth lie half-way between. The dark is red and has a third of the skin's luminance.
+    Teeth that a smile bares are a little brighter than skin (the brighter half of them, in ten
+    faces that smile: log luminance 0.03 to 0.4 above skin's). Others are darker, and those in
+    shade, lit by what the lips throw back, lie between teeth and dark.
+    """
+    centre = skin.weights @ skin.means
+    teeth = _teeth_beside(centre)
+    dark, bright = np.array([centre[0] + 0.03, centre[1] - 0.03, -0.37]), np.array([*teeth, -0.10])
+    shade, bared = 0.5 * (dark + bright), np.array([*teeth, 0.06])
+    spread = np.array([[0.05, 0.04, 0.11], [0.02, 0.02, 0.05], [0.02, 0.02, 0.09]])
+    spread = np.vstack([spread, [0.02, 0.02, 0.07]])
+    covariances = np.stack([np.diag(s**2) for s in spread])
+    return Mixture(
+        np.array([0.45, 0.1, 0.27, 0.18]), np.stack([dark, bared, bright, shade]), covariances
+    )

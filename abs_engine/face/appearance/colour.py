@@ -1,0 +1,284 @@
+"""Colour classes: skin, lips, and what shows between parted lips, as probability maps.
+
+Basu et al. (section 5.1) learn skin and lips in chromatic space (r, g). Lips that part are told
+by neither class: teeth and the dark of the mouth are classes of their own here, and need
+luminance; so all classes live in (r, g, y), y the logarithm of luminance relative to the skin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.npz import read_npz
+
+FloatArray = NDArray[np.float64]
+CLASSES = ("skin", "lips", "teeth", "dark")
+EACH_LIP = ("upper_lip", "lower_lip")
+FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
+_LUMA = np.array([0.299, 0.587, 0.114])
+_WORTHLESS, _PLAIN, _LEAST_WEIGHT = 0.6, 0.9, 0.2
+"""Separability at which colours say nothing of lips, from which on they say all that they can, and
+the least weight: where classes are wrong, they are all the surer of it."""
+_DEAF, _FOLLOWING = 0.3, 0.8
+"""The same of `agreement`: it is 0.8 and more in clips whose apertures are right."""
+_MOST_OUTDONE = 2.0  # the highest `agreement` on strangers' clips and GRID's is about that
+_PALE_TEETH = 0.3
+"""Share of the skin's density that teeth get within the lips' outline: no skin shows there, and
+what looks like it is rather teeth in shade than lips (or a lip that shines). Chosen of 0, 0.1, 0.3
+and 1 on p03, p04, p06, p07 of the strangers' clips, where all are alike, and the labelled clips of
+the GRID corpus: recall of closures 1.00 with 0.3, 0.99 without."""
+_OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
+
+
+def features(image: NDArray[np.generic], reference: float) -> FloatArray:
+    """Colour features of an image.
+
+    Parameters
+    ----------
+    image : (..., 3), RGB 0 to 255
+    reference : float
+        Luminance of the skin, 0 to 255.
+
+    Returns
+    -------
+    (..., 3) float64
+        r, g (chromaticity; (R + 1) / (R + G + B + 3), which is 1/3 at black) and a third of the
+        natural logarithm of relative luminance, so that the three have like spreads.
+    """
+    rgb = np.asarray(image, np.float64)
+    total = rgb.sum(axis=-1) + 3
+    relative = np.log((luminance(rgb) + 2) / (reference + 2)) / 3
+    return np.stack([(rgb[..., 0] + 1) / total, (rgb[..., 1] + 1) / total, relative], axis=-1)
+
+
+def luminance(pixels: NDArray[np.generic]) -> FloatArray:
+    """Luminance (...,), 0 to 255, of RGB pixels (..., 3)."""
+    return np.asarray(np.asarray(pixels, np.float64) @ _LUMA)
+
+
+@dataclass(frozen=True, eq=False)
+class MouthPlace:
+    """What is known of a mouth's place, for each pixel of a patch, (H, W) float64 each, 0 to 1.
+
+    Parameters
+    ----------
+    upper
+        How probably a lip that is seen there would be the upper one.
+    within, beyond
+        How surely the pixel lies within the outline of the lips, and outside of it.
+    """
+
+    upper: FloatArray
+    within: FloatArray
+    beyond: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ColourClasses:
+    """Densities of skin, lips, teeth and the dark of the mouth in colour space.
+
+    Of a video they are learned from, and applied to, pixels as `chroma.matched` gives them.
+
+    Parameters
+    ----------
+    mixtures : mapping of class name to Mixture
+        One of each of `CLASSES`.
+    priors : (4,) float64
+        Prior weight of each class; from a clip, 1 for skin and for lips, while teeth and dark
+        share 1.
+    reference : float
+        Luminance of the skin, 0 to 255.
+    separability : mapping of str to float
+        How probably a pixel of skin or of a lip is told right by its colour, 0.5 to 1, for each
+        of `EACH_LIP`; empty where it was not measured.
+    agreement : float
+        By how much the aperture that these colours alone give grows where landmarks say that the
+        mouth opens: about 1 where both are right; 1 where it was not measured.
+    """
+
+    mixtures: dict[str, Mixture]
+    priors: FloatArray
+    reference: float
+    separability: Mapping[str, float] = field(default_factory=dict)
+    agreement: float = 1.0
+
+    @property
+    def lips_apart(self) -> bool:
+        """Whether each lip has colours of its own."""
+        return all(name in self.mixtures for name in EACH_LIP)
+
+    @property
+    def weight(self) -> float:
+        """What these colours are worth as evidence, 0 to 1.
+
+        Less where they hardly tell lips from skin, or take what shows in an open mouth for lips.
+        """
+        told = list(self.separability.values()) or [1.0]
+        apart = (float(np.mean(told)) - _WORTHLESS) / (_PLAIN - _WORTHLESS)
+        follows = (self.agreement - _DEAF) / (_FOLLOWING - _DEAF)
+        return float(np.prod([np.clip(part, _LEAST_WEIGHT, 1.0) for part in (apart, follows)]))
+
+    @property
+    def outdoing(self) -> float:
+        """By what factor colours open the mouth farther than landmarks do; 1 where they do not.
+
+        In small pictures landmarks see half of a mouth's opening, and closed lips parted. It is 2
+        at most, less where the colours are less sound, and where they open it absurdly far.
+        """
+        more = np.clip(1 - abs(self.agreement - _MOST_OUTDONE), 0.0, 1.0)
+        return 1 + self.weight * float(more)
+
+    def probabilities(
+        self,
+        image: NDArray[np.generic],
+        smoothing: float = 0.0,
+        place: MouthPlace | None = None,
+    ) -> FloatArray:
+        """Probability maps of the classes.
+
+        Parameters
+        ----------
+        image : (H, W, 3), RGB 0 to 255
+        smoothing : float
+            Width in pixels of the Hamming window that the maps are convolved with; 0 for none.
+        place : MouthPlace, optional
+            Where the mouth is known to be: what lies there is no skin, what lies elsewhere no
+            mouth, and each lip is compared with its own colours, where they are known.
+
+        Returns
+        -------
+        (4, H, W) float64
+            P(class | colour), in the order of `CLASSES`; colours that are far from every class
+            belong to none.
+        """
+        shape = image.shape[:2]
+        samples = features(image, self.reference).reshape(-1, 3)
+        likelihood = np.stack([self.mixtures[c].density(samples) for c in CLASSES])
+        likelihood *= self.priors[:, None]
+        if place is not None:
+            likelihood = self._placed(likelihood, samples, place)
+        floor = _OUTLIER * self._lowest_peak()
+        maps = (likelihood / (likelihood.sum(axis=0) + floor)).reshape(-1, *shape)
+        return hamming(maps, smoothing) if smoothing > 0 else maps
+
+    def _placed(self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace) -> FloatArray:
+        """The classes' weighted densities (4, N) with what the place of the mouth says."""
+        skin, lips, teeth, dark = likelihood
+        if self.lips_apart:
+            above, below = (self.mixtures[name].density(samples) for name in EACH_LIP)
+            upper = place.upper.ravel()
+            lips = float(self.priors[CLASSES.index("lips")]) * (upper * above + (1 - upper) * below)
+        middle = self.mixtures["dark"].means[0]
+        deep = samples[:, 2] < middle[2]  # the chroma of what is darker yet says nothing
+        black = self.priors[CLASSES.index("dark")] * self.mixtures["dark"].density(middle[None])
+        dark = np.where(deep, np.maximum(dark, black), dark)
+        elsewhere, within = 1 - place.beyond.ravel(), place.within.ravel()
+        teeth = teeth + _PALE_TEETH * within * skin
+        skin = skin * (1 - within)
+        return np.stack([skin, lips * elsewhere, teeth * elsewhere, dark * elsewhere])
+
+    def _lowest_peak(self) -> float:
+        """Peak density of the least dense of skin, lips and the mouth's inside."""
+        skin, lips, *inside = (_peak(self.mixtures[c]) for c in CLASSES)
+        weighted = (float(p) * peak for p, peak in zip(self.priors[2:], inside, strict=True))
+        return min(skin, lips, max(weighted))
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz`` that `load` reads: for each class its weights, means, covariances.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        parts: dict[str, Any] = {
+            f"{name}_{part}": getattr(self.mixtures[name], part)
+            for name in self.mixtures
+            for part in _PARTS
+        }
+        parts["agreement"] = self.agreement
+        parts |= {f"{name}_separability": told for name, told in self.separability.items()}
+        with Path(path).open("wb") as file:  # given a name, NumPy would append its own suffix
+            np.savez_compressed(
+                file, format=FORMAT, version=VERSION, classes=tuple(self.mixtures),
+                priors=self.priors, reference=self.reference, **parts,
+            )  # fmt: skip
+
+    @classmethod
+    def load(cls, path: Path) -> ColourClasses:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputFileError
+            If the file is missing or no NPZ archive.
+        ModelFormatError
+            If it has another format or version, or its arrays do not fit together.
+        """
+        data = read_npz(Path(path), FORMAT, VERSION)
+        try:
+            names = (*CLASSES, *(n for n in EACH_LIP if f"{n}_weights" in data))
+            mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in names}
+            told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
+            priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
+            agreement = float(data.get("agreement", np.array(1.0)))
+            found = cls(mixtures, priors, reference, told, agreement)
+            sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
+            sound = sound and bool(np.isfinite([agreement, *told.values()]).all())
+            sound = sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())
+        except (KeyError, TypeError, ValueError) as error:
+            raise _unsound(path) from error
+        if not sound:
+            raise _unsound(path)
+        return found
+
+
+_PARTS = ("weights", "means", "covariances")
+
+
+def _array(data: Mapping[str, NDArray[np.generic]], name: str, part: str) -> FloatArray:
+    return np.asarray(data[f"{name}_{part}"], np.float64)
+
+
+def _unsound(path: Path) -> ModelFormatError:
+    return ModelFormatError(
+        f"{path} holds no whole set of colour classes", "take the colours.npz of another run"
+    )
+
+
+def _sound(mixture: Mixture) -> bool:
+    """Whether shapes fit, all is finite, weights sum to 1 and covariances are positive."""
+    k = len(mixture.weights)
+    if mixture.means.shape != (k, 3) or mixture.covariances.shape != (k, 3, 3) or k == 0:
+        return False
+    whole = all(np.isfinite(getattr(mixture, part)).all() for part in _PARTS)
+    return bool(
+        whole
+        and abs(mixture.weights.sum() - 1) < 1e-6
+        and (np.linalg.eigvalsh(mixture.covariances) > 0).all()
+    )
+
+
+def _peak(mixture: Mixture) -> float:
+    return float(mixture.density(mixture.means).max())
+
+
+def hamming(maps: FloatArray, width: float) -> FloatArray:
+    """Convolve maps (C, H, W) with a separable Hamming window `width` px wide (Basu, 5.1)."""
+    size = 2 * int(np.ceil(width / 2)) + 1
+    offset = np.arange(size) - size // 2
+    inside = np.abs(offset) <= width / 2
+    window = np.where(inside, 0.54 + 0.46 * np.cos(2 * np.pi * offset / max(width, 1e-9)), 0.0)
+    window /= window.sum()
+    return np.stack(
+        [cv2.sepFilter2D(m, -1, window, window, borderType=cv2.BORDER_REPLICATE) for m in maps]
+    )

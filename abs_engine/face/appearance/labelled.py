@@ -1,0 +1,68 @@
+"""Colour classes from pixels whose class is known (Basu et al., section 5.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import TooFewPixelsError
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, luminance
+from abs_engine.face.appearance.learn import LEAST_PIXELS, LIP_COMPONENTS, SKIN_COMPONENTS, bordered
+from abs_engine.face.appearance.mixture import Mixture, fit_mixture
+
+FloatArray = NDArray[np.float64]
+INSIDE_COMPONENTS = 2  # at most, of teeth and of the dark
+INSIDE = 0.3
+"""Prior weight of teeth and dark together where skin and lips have 1: they show on little area."""
+_MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
+_MOST = 6000
+
+
+def train_classes(pixels: Mapping[str, NDArray[np.generic]], seed: int = 0) -> ColourClasses:
+    """Learn the classes from labelled pixels.
+
+    Parameters
+    ----------
+    pixels : mapping of class name to (N, 3) RGB, 0 to 255
+        Examples of each of `CLASSES`.
+    seed : int
+        Of the choice of examples where there are more than 6,000.
+
+    Returns
+    -------
+    ColourClasses
+        Mixtures by expectation maximisation, their sizes chosen by the Bayesian information
+        criterion: 1 to 3 for skin, 1 or 2 for the others.
+
+    Raises
+    ------
+    TooFewPixelsError
+        If a class has fewer than `LEAST_PIXELS` examples.
+    """
+    for name in CLASSES:
+        count = len(pixels.get(name, ()))
+        if count < LEAST_PIXELS:
+            raise TooFewPixelsError(
+                f"only {count} pixels show {name}, {LEAST_PIXELS} are needed to learn their colour",
+                "label more frames, with the mouth open and closed",
+            )
+    rng = np.random.default_rng(seed)
+    chosen = {name: _some(np.asarray(pixels[name], np.float64), rng) for name in CLASSES}
+    reference = float(np.median(luminance(chosen["skin"])))
+    most = {"skin": SKIN_COMPONENTS, "lips": LIP_COMPONENTS}
+    found: dict[str, Mixture] = {}
+    for name in CLASSES:
+        samples = features(chosen[name], reference)
+        found[name] = fit_mixture(samples, np.ones(len(samples)), most.get(name, INSIDE_COMPONENTS))
+    skin, lips = found["skin"], found["lips"]
+    axis = _MIX * (lips.weights @ lips.means - skin.weights @ skin.means)
+    found |= {"skin": bordered(skin, axis), "lips": bordered(lips, axis)}
+    return ColourClasses(found, np.array([1.0, 1.0, INSIDE, INSIDE]), reference)
+
+
+def _some(pixels: FloatArray, rng: np.random.Generator) -> FloatArray:
+    if len(pixels) <= _MOST:
+        return pixels
+    return pixels[rng.choice(len(pixels), _MOST, replace=False)]

@@ -1,0 +1,290 @@
+"""Local appearance of points of the surface, linear in the parameters (Odisio & Bailly, 3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
+from abs_engine.face.appearance.patches import Patches
+from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
+from abs_engine.face.appearance.sight import Sighting, depth_of, in_sight
+from abs_engine.face.appearance.windows import Windows
+from abs_engine.npz import read_npz, write_npz
+
+FORMAT, VERSION = "abs_engine.local", 2
+RIDGE = 1.0
+ALONE = 0.05
+"""Share of each component's noise that is taken for its own in `LocalModel.whitener`: a few dozen
+frames cannot tell that of hundreds of components from noise that they have in common."""
+N_D = len(COMPONENTS)
+
+
+@dataclass(frozen=True, eq=False)
+class LocalModel:
+    """d^i = d_0^i + M_D^i a for N points of the surface (eqs. 2 and 3).
+
+    Parameters
+    ----------
+    vertices : (N,) int64
+        Vertices of the scene.
+    base : (N, 8) float64
+        d_0, in the order of `descriptors.COMPONENTS`.
+    modes : (P, N, 8) float64, per unit of parameter
+        M_D; P is 0 for constant appearance (`la_cst`).
+    mean : (N, 8) float64
+        Over the frames that show the point.
+    sigma : (N,) float64, drawn pixels
+        Scale of each point's filters; all alike in the paper.
+    spread : (N, 8) float64
+        Standard deviation of what is left out, over the frames that show the point.
+    left_out : (T, N, 8) float32
+        By how much each training frame's descriptor is off what the other frames foretell; 0
+        where the point is hidden.
+    seen : (N,) float64
+        Share of the training frames that show the point, 0 to 1.
+    facing : (N,) float64
+        Mean cosine between normal and line of sight in these frames.
+    reach : (P,) float64
+        Root mean square of each parameter over the training frames.
+    explained : float
+        Share of the descriptors' variance that the model explains, 0 to 1.
+    unit : float, drawn pixels per mm
+        0 where the filters' windows are rigid in the picture, as in the paper; else see
+        `windows.Windows`.
+    """
+
+    vertices: NDArray[np.int64]
+    base: FloatArray
+    modes: FloatArray
+    mean: FloatArray
+    sigma: FloatArray
+    spread: FloatArray
+    left_out: NDArray[np.float32]
+    seen: FloatArray
+    facing: FloatArray
+    reach: FloatArray
+    explained: float
+    unit: float = 0.0
+
+    def __post_init__(self) -> None:
+        n, p = len(self.vertices), len(self.modes)
+        fits = all(a.shape == (n,) for a in (self.vertices, self.sigma, self.seen, self.facing))
+        fits = fits and all(a.shape == (n, N_D) for a in (self.base, self.mean, self.spread))
+        fits = fits and self.left_out.shape[1:] == (n, N_D)
+        if n == 0 or not fits or self.modes.shape != (p, n, N_D) or self.reach.shape != (p,):
+            raise ParameterError("local appearance arrays do not fit", "learn them again")
+        if not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
+            raise ParameterError("a local appearance model holds NaN", "learn it again")
+
+    def __len__(self) -> int:
+        """Return the number of points, N."""
+        return len(self.vertices)
+
+    @property
+    def inverse(self) -> FloatArray:
+        """One over `spread` (N, 8), which counts as a tenth of its median where it is smaller."""
+        floor = 0.1 * np.median(self.spread, axis=0) + 1e-6
+        return np.asarray(1 / np.maximum(self.spread, floor))
+
+    @cached_property
+    def whitener(self) -> FloatArray:
+        """Makes noise of all descriptors together, in units of `spread`, white: (8 N, 8 N).
+
+        What a linear model misses is missed by many points at once: where lips roll in, or light
+        falls otherwise, all around them are off alike. The inverse root of the correlation of
+        what was left out, drawn by `ALONE` to the identity.
+        """
+        rows = (self.left_out * self.inverse).reshape(len(self.left_out), -1)
+        together = rows.T @ rows / max(len(rows), 1)
+        values, axes = np.linalg.eigh((1 - ALONE) * together + ALONE * np.eye(len(together)))
+        return np.asarray((axes / np.sqrt(np.maximum(values, ALONE))) @ axes.T)
+
+    def at(self, parameters: ArrayLike) -> FloatArray:
+        """Descriptors (..., N, 8) at parameters (..., P); those beyond the model's are not read."""
+        given = np.asarray(parameters, np.float64)
+        if given.shape[-1] < len(self.modes):
+            raise ParameterError(
+                f"{given.shape[-1]} parameters for a model of {len(self.modes)}", "give one each"
+            )
+        return np.asarray(self.base + np.tensordot(given[..., : len(self.modes)], self.modes, 1))
+
+    def constant(self, parameters: ArrayLike | None = None) -> LocalModel:
+        """The model with M_D = 0 (`la_cst`): the mean, or the appearance at given parameters.
+
+        All else stays, what differences are measured by too.
+        """
+        base = self.mean if parameters is None else self.at(parameters)
+        return replace(self, base=base, modes=self.modes[:0], reach=self.reach[:0], explained=0.0)
+
+    def only(self, chosen: NDArray[np.integer]) -> LocalModel:
+        """The model of some of its points, indices (M,)."""
+        kept = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name in _BY_POINT}
+        modes, left_out = self.modes[:, chosen], self.left_out[:, chosen]
+        return replace(self, modes=modes, left_out=left_out, **kept)
+
+    def within(self, kept: NDArray[np.integer]) -> LocalModel:
+        """The model on a part of its scene that has the vertices `kept` (V',), ascending.
+
+        Raises
+        ------
+        ParameterError
+            If a point is not in the part.
+        """
+        place = np.searchsorted(kept, self.vertices).clip(0, len(kept) - 1)
+        if not np.array_equal(kept[place], self.vertices):
+            raise ParameterError("points lie outside of the part", "choose them inside of it")
+        return replace(self, vertices=place.astype(np.int64))
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz`` that `load` reads, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it exists or cannot be written.
+        """
+        write_npz(path, FORMAT, VERSION, {f.name: getattr(self, f.name) for f in fields(self)})
+
+    @classmethod
+    def load(cls, path: Path) -> LocalModel:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputFileError
+            If the file is missing or no NPZ archive.
+        ModelFormatError
+            If it has another format or version, or its arrays do not fit together.
+        """
+        data = read_npz(Path(path), FORMAT, VERSION)
+        names = [f.name for f in fields(cls) if f.name not in ("vertices", "left_out", *_NUMBERS)]
+        try:
+            arrays = {name: np.asarray(data[name], np.float64) for name in names}
+            left_out = np.asarray(data["left_out"], np.float32)
+            vertices = np.asarray(data["vertices"], np.int64)
+            explained, unit = (float(data[name]) for name in _NUMBERS)
+            return cls(
+                vertices=vertices, left_out=left_out, explained=explained, unit=unit, **arrays
+            )  # fmt: skip
+        except (KeyError, TypeError, ValueError, ParameterError) as error:
+            raise ModelFormatError(
+                f"{path} holds no whole local appearance", "learn it again"
+            ) from error
+
+
+_BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen", "facing")
+_NUMBERS = ("explained", "unit")
+
+
+def learn_local(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    vertices: NDArray[np.integer],
+    camera: Camera,
+    renderer: Renderer,
+    sigma: float | FloatArray = SIGMA,
+    scale: float = 1.0,
+    ridge: float = RIDGE,
+    unit: float = 0.0,
+) -> LocalModel:
+    """Learn d_0 and M_D of some points by least squares, from the frames that show them.
+
+    Parameters
+    ----------
+    sightings : iterable of Sighting
+        Read once, one after the other; all with the same number of parameters.
+    scene, camera, renderer
+        Of the sightings; what is hidden in them is found by drawing.
+    vertices : (N,) int
+        The points; see `choose.choose_points` for which of them to keep.
+    sigma : float or (N,) float64, drawn pixels
+        Scale of the filters, one for all or one for each point; see `choose.own_scales`.
+    scale : float
+        Drawn pixels per image pixel; frames are compared at the same.
+    ridge : float, frames
+        See `LinearFits.solve`.
+    unit : float, drawn pixels per mm
+        0 for the paper's rigid windows; else see `windows.Windows`.
+
+    Raises
+    ------
+    NothingSeenError
+        If no point is visible in any frame.
+    PictureError
+        If a picture holds NaN or has another size than the camera's.
+    ParameterError
+        If there are no frames, or shapes or numbers of parameters differ.
+    """
+    patches = Patches.around(scene, vertices)
+    windows = Windows(patches, np.full(len(vertices), sigma, np.float64), unit)
+    window = Window(0, 0, *camera.size, scale)
+    fits: LinearFits | None = None
+    rows, shown, values = [], [], []
+    facing = np.zeros(len(vertices))
+    for sighting in sightings:
+        if fits is None:
+            fits = LinearFits(len(vertices), N_D, len(sighting.parameters))
+        weights, flat = sighted(sighting, patches, scene, camera, window, renderer)
+        image = window.sample(np.asarray(sighting.image, np.float32))
+        found = windows.read(DescriptorMaps.of(image, windows.scales), flat)
+        fits.add(found, (weights > 0).astype(np.float64), sighting.parameters)
+        rows.append(sighting.parameters)
+        shown.append(weights > 0)
+        values.append(found.astype(np.float32))
+        facing += weights
+    if fits is None:
+        raise ParameterError("there are no frames to learn appearance from", "give some")
+    frames = Frames(np.stack(values), np.stack(shown), np.stack(rows))
+    return _model(fits.solve(ridge), windows, np.asarray(vertices, np.int64), facing, frames, ridge)
+
+
+def _model(
+    fitted: Fitted,
+    windows: Windows,
+    vertices: NDArray[np.int64],
+    facing: FloatArray,
+    frames: Frames,
+    ridge: float,
+) -> LocalModel:
+    """Fits of the points; `facing` is summed over the frames."""
+    missed = frames.left_out(ridge)
+    count = np.maximum(fitted.frames, 1)
+    return LocalModel(
+        vertices=vertices,
+        base=fitted.base,
+        modes=fitted.modes,
+        mean=fitted.mean,
+        sigma=windows.sigma,
+        spread=np.sqrt((missed**2).sum(axis=0) / count[:, None]),
+        left_out=missed.astype(np.float32),
+        seen=fitted.frames / len(frames.parameters),
+        facing=facing / count,
+        reach=np.sqrt((frames.parameters**2).mean(axis=0)),
+        explained=fitted.explained,
+        unit=windows.unit,
+    )
+
+
+def sighted(
+    sighting: Sighting,
+    patches: Patches,
+    scene: Scene,
+    camera: Camera,
+    window: Window,
+    renderer: Renderer,
+) -> tuple[FloatArray, FloatArray]:
+    """How squarely a frame shows points (N,), 0 where not; drawn pixels (K, 2) of the patches."""
+    depth = depth_of(sighting, scene, camera, renderer)
+    moved = sighting.pose.apply(np.asarray(sighting.vertices[patches.kept], np.float64))
+    points, normals = patches.surface(moved)
+    weights = in_sight(points, normals, depth, camera, camera.whole)
+    return weights, window.to_drawn(camera.project(moved))

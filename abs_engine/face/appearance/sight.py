@@ -1,0 +1,145 @@
+"""Which points of the surface a picture shows: neither turned away, nor hidden, nor outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError, PictureError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Renderer, Scene
+
+FloatArray = NDArray[np.float64]
+FACING = 0.15
+"""Least cosine between normal and line of sight: what is seen flatter than that is turned away."""
+CLOSE_MM = 1.0
+"""Depth, mm, by which something must be nearer to hide a point, besides the surface's own slope."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """A frame whose geometry is known, to learn appearance from.
+
+    Parameters
+    ----------
+    image : (H, W, 3), RGB 0 to 255
+    vertices : (V, 3) float, mm, head frame
+    pose : Pose
+        Head to camera.
+    parameters : (P,) float64
+        What the appearance is to depend on; sd.
+
+    Raises
+    ------
+    PictureError
+        If a pixel is not finite, or the picture is not (H, W, 3).
+    """
+
+    image: NDArray[np.generic]
+    vertices: NDArray[np.floating]
+    pose: Pose
+    parameters: FloatArray
+
+    def __post_init__(self) -> None:
+        check_picture(self.image)
+
+
+def check_picture(image: NDArray[np.generic]) -> None:
+    """Raise `PictureError` unless the picture is (H, W, 3) and finite."""
+    if image.ndim != 3 or image.shape[2] != 3:
+        raise PictureError(f"a picture has shape {image.shape}", "give (H, W, 3) RGB")
+    if not np.isfinite(image).all():
+        bad = int((~np.isfinite(image)).any(axis=2).sum())
+        raise PictureError(f"{bad} pixels of a picture are NaN or infinite", "decode it again")
+
+
+def depth_of(
+    sighting: Sighting, scene: Scene, camera: Camera, renderer: Renderer
+) -> NDArray[np.float32]:
+    """Depth (H, W), mm, of the sighted head at the picture's size; 0 where it is not.
+
+    Raises
+    ------
+    PictureError
+        If the picture has another size than the camera's.
+    ParameterError
+        If the sighting has another number of vertices than the scene.
+    """
+    if sighting.image.shape[1::-1] != camera.size:
+        raise PictureError(
+            f"a picture is {sighting.image.shape[1]}x{sighting.image.shape[0]}, the camera's "
+            f"{camera.size[0]}x{camera.size[1]}",
+            "give the pictures that the camera was calibrated for",
+        )
+    if sighting.vertices.shape != scene.mean.shape:
+        raise ParameterError(
+            f"a sighting has vertices of shape {sighting.vertices.shape}, the scene "
+            f"{scene.mean.shape}",
+            "give the shape of the same mesh for each picture",
+        )
+    still = Scene(
+        np.asarray(sighting.vertices, np.float32),
+        np.zeros((0, *scene.mean.shape), np.float32),
+        scene.faces,
+        scene.uv,
+        scene.facet_class,
+        scene.texture,
+        scene.cull,
+    )
+    one = Candidates.one(np.zeros(0), sighting.pose)
+    return renderer.draw(still, one, camera, camera.whole)[0].depth
+
+
+def in_sight(
+    points: FloatArray,
+    normals: FloatArray,
+    depth: NDArray[np.float32],
+    camera: Camera,
+    window: Window,
+    margin: bool = False,
+) -> FloatArray:
+    """How squarely points of the surface are seen.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, mm, camera frame
+    normals : (N, 3) float64, camera frame, of any length
+    depth : (H, W) float32, mm
+        What `Renderer.draw` gives of the whole scene for the window.
+    camera : Camera
+    window : Window
+    margin : bool
+        Whether the pixels around must show the surface too, so that a colour interpolated there
+        is mixed with nothing else.
+
+    Returns
+    -------
+    (N,) float64
+        Cosine between normal and line of sight; 0 for points that are turned away (below
+        `FACING`), hidden, or outside of the window.
+    """
+    height, width = depth.shape
+    z = points[:, 2]
+    safe = np.where(z > camera.near, z, camera.near)
+    place = window.to_drawn(camera.project(np.column_stack([points[:, :2], safe])))
+    column, row = np.rint(np.clip(place, -9, [width + 9, height + 9])).astype(int).T
+    edge = 1 if margin else 0
+    inside = (column >= edge) & (column < width - edge) & (row >= edge) & (row < height - edge)
+    lengths = np.linalg.norm(points, axis=1) * np.linalg.norm(normals, axis=1)
+    cosine = -np.einsum("nk,nk->n", points, normals) / np.maximum(lengths, 1e-12)
+    steepness = np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, FACING)
+    pixel = z / (camera.matrix[0, 0] * window.scale)
+    slack = CLOSE_MM + (0.75 + edge) * pixel * steepness
+    at = row.clip(0, height - 1), column.clip(0, width - 1)
+    shown = inside & (z > camera.near) & (cosine > FACING)
+    if margin:  # where the head ends, a depth of 0 hides everything
+        around = np.ones((3, 3), np.uint8)
+        shown &= np.asarray(cv2.dilate(depth, around))[at] < z + slack
+        shown &= np.asarray(cv2.erode(depth, around))[at] > z - slack
+    else:
+        shown &= (depth[at] == 0) | (depth[at] > z - slack)
+    return np.asarray(np.where(shown, cosine, 0.0))

@@ -1,0 +1,241 @@
+"""Texture that depends linearly on the articulatory parameters (Odisio & Bailly, 3.1, eq. 1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.appearance.atlas import Atlas, warp
+from abs_engine.face.appearance.leftover import Leftover, leftover, normalised
+from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
+from abs_engine.face.appearance.sight import Sighting
+from abs_engine.npz import read_npz, write_npz
+
+FORMAT, VERSION = "abs_engine.texture", 2
+RIDGE = 1.0
+"""See `LinearFits.solve`."""
+
+
+@dataclass(frozen=True, eq=False)
+class TextureModel:
+    """I_tex = I_0 + M_I a in the mesh's own texture atlas.
+
+    Parameters
+    ----------
+    base : (H, W, 3) float32, RGB 0 to 255
+        I_0.
+    modes : (P, H, W, 3) float32, RGB per unit of parameter
+        M_I; P is 0 for a constant texture (`tex_cst`).
+    mean : (H, W, 3) float32, RGB 0 to 255
+        Each texel's mean over the frames that show it.
+    frames : (H, W) int32
+        How many training frames show each texel: 0 where the atlas is empty or no frame shows
+        it; the colour there is that of the nearest texel seen.
+    explained : float
+        Share of the RGB variance of the training frames that the model explains, 0 to 1.
+    leftover : Leftover
+        What the model leaves out of luminance-normalised training frames.
+
+    Raises
+    ------
+    ParameterError
+        If the arrays do not fit together or are not finite, or a spread is negative.
+    """
+
+    base: NDArray[np.float32]
+    modes: NDArray[np.float32]
+    mean: NDArray[np.float32]
+    frames: NDArray[np.int32]
+    explained: float
+    leftover: Leftover
+
+    def __post_init__(self) -> None:
+        shape = self.base.shape
+        fits = len(shape) == 3 and shape[2] == 3 and self.modes.shape[1:] == shape
+        fits = fits and self.mean.shape == shape and self.frames.shape == shape[:2]
+        fits = fits and self.leftover.spread.shape == shape[:2]
+        fits = fits and self.leftover.common.shape[1:] == shape
+        left = self.leftover
+        known = (self.base, self.modes, self.mean, left.spread, left.common)
+        if not fits or not all(np.isfinite(values).all() for values in known):
+            raise ParameterError("texture arrays do not fit or hold NaN", "learn the texture again")
+        if (left.spread < 0).any():
+            raise ParameterError("a spread of the texture is negative", "learn the texture again")
+
+    def at(self, parameters: ArrayLike) -> NDArray[np.uint8]:
+        """The texture at parameters (P,), clipped, (H, W, 3) uint8; a constant one reads none."""
+        return np.asarray(np.rint(np.clip(self._values(parameters), 0, 255)), np.uint8)
+
+    def nomogram(self, index: int, values: ArrayLike) -> list[NDArray[np.uint8]]:
+        """Textures with one parameter at each of some values (sd) and the others at zero (fig. 4).
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter.
+        """
+        if not 0 <= index < len(self.modes):
+            raise ParameterError(
+                f"the texture has no parameter {index}", f"choose one below {len(self.modes)}"
+            )
+        rows = np.zeros((np.size(values), len(self.modes)))
+        rows[:, index] = np.ravel(values)
+        return [self.at(row) for row in rows]
+
+    def constant(self, parameters: ArrayLike | None = None) -> TextureModel:
+        """The model with M_I = 0 (`tex_cst`): the mean, or the texture at given parameters.
+
+        All else stays, what differences are measured by too.
+        """
+        base = self.mean if parameters is None else self._values(parameters).astype(np.float32)
+        return replace(self, base=base, modes=self.modes[:0], explained=0.0)
+
+    def dress(self, scene: Scene) -> Scene:
+        """A scene with this texture; modes of the scene beyond the model's leave it unchanged.
+
+        Raises
+        ------
+        ParameterError
+            If the scene has fewer modes than the texture has parameters.
+        """
+        spare = scene.n_modes - len(self.modes)
+        if spare < 0:
+            raise ParameterError(
+                f"the texture depends on {len(self.modes)} parameters, the scene has "
+                f"{scene.n_modes} modes",
+                "learn both from the same parameters",
+            )
+        varying = len(self.modes) > 0
+        extra = np.zeros((spare if varying else 0, *self.base.shape), np.float32)
+        return replace(
+            scene,
+            texture=np.asarray(np.rint(np.clip(self.base, 0, 255)), np.uint8),
+            texture_modes=np.concatenate([self.modes, extra]) if varying else None,
+        )
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz`` that `load` reads, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it exists or cannot be written.
+        """
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "leftover"}
+        left = {"spread": self.leftover.spread, "common": self.leftover.common}
+        write_npz(path, FORMAT, VERSION, arrays | left)
+
+    @classmethod
+    def load(cls, path: Path) -> TextureModel:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputFileError
+            If the file is missing or no NPZ archive.
+        ModelFormatError
+            If it has another format or version, its arrays do not fit together or are not
+            finite, or a spread is negative.
+        """
+        data = read_npz(Path(path), FORMAT, VERSION)
+        try:
+            base, modes, mean = (np.asarray(data[k], np.float32) for k in ("base", "modes", "mean"))
+            frames = np.asarray(data["frames"], np.int32)
+            left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
+            return cls(base, modes, mean, frames, float(data["explained"]), left)
+        except (KeyError, TypeError, ValueError, ParameterError) as error:
+            raise ModelFormatError(f"{path} holds no whole texture", "learn it again") from error
+
+    def _values(self, parameters: ArrayLike) -> FloatArray:
+        row = np.asarray(parameters, np.float64)
+        if len(self.modes) and row.shape != (len(self.modes),):
+            raise ParameterError(
+                f"{row.shape} parameters for a texture of {len(self.modes)}", "give one for each"
+            )
+        return np.asarray(self.base + np.tensordot(row[: len(self.modes)], self.modes, 1))
+
+
+def learn_texture(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    atlas: Atlas,
+    camera: Camera,
+    renderer: Renderer,
+    ridge: float = RIDGE,
+) -> TextureModel:
+    """Learn I_0 and M_I by least squares for each texel, from the frames that show it.
+
+    Parameters
+    ----------
+    sightings : iterable of Sighting
+        Read once, one after the other; all with the same number of parameters.
+    scene : Scene
+        The mesh of the sightings.
+    atlas : Atlas
+        Of the same mesh; see `lay_atlas` and `fitting_size`.
+    camera : Camera
+    renderer : Renderer
+        Decides what each frame hides.
+    ridge : float, frames
+        See `LinearFits.solve`.
+
+    Returns
+    -------
+    TextureModel
+
+    Raises
+    ------
+    NothingSeenError
+        If no texel is visible in any frame.
+    PictureError
+        If a picture holds NaN or has another size than the camera's.
+    ParameterError
+        If there are no frames, or shapes or numbers of parameters differ.
+
+    Notes
+    -----
+    A frame counts for a texel by the cosine between the surface and the line of sight; what is
+    hidden, turned away, or beside an outline does not count at all. What the fit leaves over is
+    measured without that weight: each frame that shows a texel counts alike, and is off another fit
+    than this one. For it the texels of all frames are kept, in float32, so memory grows with the
+    number of frames.
+    """
+    fits: LinearFits | None = None
+    values, seen, parameters = [], [], []
+    for sighting in sightings:
+        if fits is None:
+            fits = LinearFits(len(atlas.texels[0]), 3, len(sighting.parameters))
+        colours, weights = warp(sighting, atlas, scene, camera, renderer)
+        fits.add(colours, weights, sighting.parameters)
+        values.append(normalised(colours.astype(np.float32)))
+        seen.append(weights > 0)
+        parameters.append(sighting.parameters)
+    if fits is None:
+        raise ParameterError("there are no frames to learn a texture from", "give some")
+    found = fits.solve(ridge)
+    frames = Frames(np.array(values), np.array(seen), np.array(parameters, np.float64))
+    return _model(found, atlas, leftover(frames, ridge, atlas))
+
+
+def _model(found: Fitted, atlas: Atlas, left: Leftover) -> TextureModel:
+    """Fits of the atlas' texels as pictures."""
+    seen = found.frames > 0
+    frames = np.zeros(atlas.facet_id.shape, np.int32)
+    frames[atlas.texels] = found.frames
+    modes = [atlas.picture(mode, seen) for mode in found.modes]
+    shape = (0, *atlas.facet_id.shape, 3)
+    return TextureModel(
+        base=atlas.picture(found.base, seen),
+        modes=np.stack(modes) if modes else np.zeros(shape, np.float32),
+        mean=atlas.picture(found.mean, seen),
+        frames=frames,
+        explained=found.explained,
+        leftover=left,
+    )

@@ -1,0 +1,102 @@
+"""A speaker's head moved by articulatory parameters, and which parts of it are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.geometry import Pose
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.core.scene import Candidates, Scene
+from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.face.shape.articulatory_model import ArticulatoryModel
+
+FloatArray = NDArray[np.float64]
+STEP = 0.5
+"""First step of a parameter, standard deviations, at a solver's step 1."""
+_POSE_KNOWN = 1e-3
+"""1 / variance of the pose beforehand, per squared first step: next to nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceShape:
+    """A speaker's head moved by articulatory parameters, and the parts of it that are compared.
+
+    Parameters
+    ----------
+    model : ArticulatoryModel
+    frame : Pose
+        Head frame to the frame of the corpus.
+    scene : Scene
+        The whole head; its modes are the parameters, for one standard deviation.
+    vertices : (N,) int64
+        The model's points on the head.
+    lips : (K,) int64
+        Which of the points are lips or beads around them.
+    surface : Scene
+        S: facets of skin and lips below the eyes.
+    outer : Scene
+        The same and the inside of the mouth, which hides and is hidden.
+    kept : (V',) int64
+        The head's vertices that are in `outer`.
+    marks : (L,) int64
+        Vertices of the head that may carry local appearance: skin and lips of `surface`.
+    spec : ParamSpec
+        Names, first steps and bounds of the parameters.
+    penalty : ImprobablePenalty
+    neutral : (P,) float64
+        The person at rest, by the direct inversion.
+    """
+
+    model: ArticulatoryModel
+    frame: Pose
+    scene: Scene
+    vertices: NDArray[np.int64]
+    lips: NDArray[np.int64]
+    surface: Scene
+    outer: Scene
+    kept: NDArray[np.int64]
+    marks: NDArray[np.int64]
+    spec: ParamSpec
+    penalty: ImprobablePenalty
+    neutral: FloatArray
+
+    def points(self, alpha: FloatArray) -> FloatArray:
+        """The model's points (N, 3), mm, head frame, at parameters (P,)."""
+        modes = self.scene.modes[:, self.vertices]
+        return np.asarray(self.scene.mean[self.vertices] + np.tensordot(alpha, modes, 1))
+
+    def invert(self, points: FloatArray) -> FloatArray:
+        """The direct inversion: parameters (..., P) of points (..., N, 3), mm, head frame."""
+        return self.model.invert(self.frame.apply(points))
+
+    @cached_property
+    def full(self) -> ParamSpec:
+        """Six parameters of pose, then the articulatory ones."""
+        both, own = pose_spec(0), self.spec
+        return ParamSpec(
+            both.names + own.names, both.units + own.units, np.r_[both.scale, own.scale],
+            np.r_[both.lower, own.lower], np.r_[both.upper, own.upper],
+        )  # fmt: skip
+
+    def moved(self, sighting: Sighting) -> Candidates:
+        """A frame's pose and posture, then each of the 13 parameters moved by its first step."""
+        here = np.concatenate([np.zeros(6), sighting.parameters])
+        rows = np.vstack([here, here + np.diag(self.full.scale)])
+        return PoseFrame(sighting.pose, self.pivot).candidates(rows)
+
+    @property
+    def about(self) -> FloatArray:
+        """What is known of the 13 parameters beforehand, 1 / variance per squared first step."""
+        own = len(self.spec.scale)
+        return np.concatenate([np.full(6, _POSE_KNOWN), np.full(own, STEP**2)])
+
+    @cached_property
+    def pivot(self) -> FloatArray:
+        """Middle of the lips' points, mm, head frame: heads are turned about it."""
+        return np.asarray(self.scene.mean[self.vertices[self.lips]].mean(axis=0), np.float64)

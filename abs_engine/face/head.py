@@ -1,0 +1,340 @@
+"""The head as the tracker uses it: what moves, what is drawn, which points are reported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.core.scene import Scene
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.mouth import mouth_shape, mouth_units
+
+FloatArray = NDArray[np.float64]
+N_EXPRESSION = 10
+INNER = 12  # the inner contour's first among the 20 points of the lips
+REACH_MM = 85.0  # what is farther than this from the mouth, but for its inside, is never in sight
+
+# Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
+PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
+    "mouth width": ("mouth_scale_horiz_decr", "mouth_scale_horiz_incr", 0.5),
+    "upper lip height": ("mouth_upperlip_height_decr", "mouth_upperlip_height_incr", 0.6),
+    "lower lip height": ("mouth_lowerlip_height_decr", "mouth_lowerlip_height_incr", 0.6),
+    "mouth height": ("mouth_trans_down", "mouth_trans_up", 0.5),
+    "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", 0.5),
+    "corners": ("mouth_angles_down", "mouth_angles_up", 0.5),
+    "upper lip flanks": ("mouth_upperlip_ext_down", "mouth_upperlip_ext_up", 0.6),
+    "lower lip flanks": ("mouth_lowerlip_ext_up", "mouth_lowerlip_ext_down", 0.6),
+    "lower lip width": ("mouth_lowerlip_width_decr", "mouth_lowerlip_width_incr", 0.6),
+}
+# Postures that a fit is started from, in weights of face units
+PROTOTYPES: tuple[dict[str, float], ...] = (
+    {},
+    {"mouthPressLeft": 0.3, "mouthPressRight": 0.3, "jawOpen": 0.03},
+    {"jawOpen": 0.08},
+    {"jawOpen": 0.2, "mouthUpperUpLeft": 0.2, "mouthUpperUpRight": 0.2},
+    {"jawOpen": 0.35},
+    {"jawOpen": 0.15, "mouthFunnel": 0.4, "mouthPucker": 0.5},
+    {"jawOpen": 0.12, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4},
+    {"mouthRollLower": 0.6, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3, "jawOpen": 0.08},
+)
+
+
+# Facet classes by the colour class that they show; others are not compared
+COLOUR_CLASSES: dict[str, tuple[str, ...]] = {
+    "skin": ("skin",),
+    "lips": ("upper_lip", "lower_lip"),
+    "teeth": ("upper_teeth", "lower_teeth"),
+    "dark": ("inner_mouth", "tongue"),
+}
+IN_OPEN_MOUTH = (*COLOUR_CLASSES["teeth"], *COLOUR_CLASSES["dark"])  # what it shows
+
+
+@dataclass(frozen=True, eq=False)
+class MouthModel:
+    """The lower face for fitting and the whole head for pose.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    expression : LinearShape
+        Modes of the whole head; P of them.
+    head : Scene
+        The whole head, neutral, without modes.
+    scene : Scene
+        The lower face with P expression modes, then Q person modes.
+    kept : (V',) int32
+        Vertex of the head for each vertex of `scene`.
+    rigid : (F,) bool
+        Facets of `head` that move with the skull and are good to follow.
+    prototypes : (K, P) float64
+        Expression parameters of the starting postures.
+    pivot : (3,) float64, mm, head frame
+    rings : mapping of str to int32 arrays
+        Indices into `scene`'s vertices of `outer`, `upper`, `lower` (inner contours), `points`
+        (12 outer and 8 inner), and `corners`.
+    person_spread : float
+        How far the person's mouth may differ from this head's, as a share of how far people do:
+        less than 1 where the head is fitted to the person already.
+    """
+
+    speaker: Speaker
+    expression: LinearShape
+    head: Scene
+    scene: Scene
+    kept: NDArray[np.int32]
+    rigid: NDArray[np.bool_]
+    prototypes: FloatArray
+    pivot: FloatArray
+    rings: Mapping[str, NDArray[np.int32]]
+    person_spread: float = 1.0
+
+    @property
+    def n_expression(self) -> int:
+        """Number of expression modes, P."""
+        return len(self.expression.modes)
+
+    @property
+    def n_person(self) -> int:
+        """Number of person modes, Q."""
+        return self.scene.n_modes - self.n_expression
+
+    @property
+    def known(self) -> bool:
+        """Whether this is a known person's own head, with nothing of the person left to fit."""
+        return self.n_person == 0
+
+    @property
+    def person_deviation(self) -> FloatArray:
+        """Standard deviations of the person modes, (Q,)."""
+        spread = [PERSON_TARGETS[n][2] for n in list(PERSON_TARGETS)[: self.n_person]]
+        return self.person_spread * np.array(spread)
+
+    @property
+    def colour_classes(self) -> tuple[str | None, ...]:
+        """Colour class of each facet class."""
+        return colour_classes(self.speaker)
+
+    def person(self, deviations: Mapping[str, float]) -> FloatArray:
+        """Weights (Q,) of a person that differs from the average by these standard deviations.
+
+        They are named as in `PERSON_TARGETS`; where nothing of the person is fitted, none counts.
+        """
+        names = list(PERSON_TARGETS)[: self.n_person]
+        return np.array([deviations.get(n, 0.0) * PERSON_TARGETS[n][2] for n in names])
+
+    def gaps(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gaps between the lips as a linear function of the expression.
+
+        Returns
+        -------
+        (G,) float64, mm
+            Height of upper above lower inner lip at the mean expression, from corner to corner.
+        (G, P) float64, mm per standard deviation
+        """
+        scene = self.held(person)
+        upper, lower = self.rings["upper"], self.rings["lower"]
+        at = scene.mean[lower, 0]
+        order = np.argsort(scene.mean[upper, 0])
+        x = scene.mean[upper, 0][order]
+        picked = np.linspace(0.1, 0.9, 9) * np.ptp(x) + x[0]
+        up = upper[order][np.searchsorted(x, picked).clip(0, len(x) - 1)]
+        down = lower[np.abs(at[:, None] - picked).argmin(axis=0)]
+        gap = scene.mean[up, 1] - scene.mean[down, 1]
+        slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
+        return gap.astype(np.float64), slope.T.astype(np.float64)
+
+    def aperture(self, person: FloatArray, posture: FloatArray) -> float:
+        """Height, mm, between the inner lips' middles of a person (Q,) in a posture (P,), or 0."""
+        return self.opening(self.held(person).vertices(posture))
+
+    def opening(self, vertices: FloatArray) -> float:
+        """Height, mm, between the inner lips' middles of `scene`'s vertices (V', 3), or 0."""
+        points = vertices[self.rings["points"]]
+        return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
+
+    def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Heights of the lips as a linear function of the expression.
+
+        Returns
+        -------
+        (H,) float64, mm
+            From the inner to the outer contour at the mean expression, upper lip, then lower.
+        (H, P) float64, mm per standard deviation
+        """
+        scene, outer = self.held(person), self.rings["outer"]
+        x, y = scene.mean[outer, 0], scene.mean[outer, 1]
+        middle = scene.mean[self.rings["corners"], 1].mean()
+        reach = 0.6 * float(np.ptp(x)) / 2
+        stations = np.linspace(-reach, reach, 7) + float(x.max() + x.min()) / 2
+        height, change = [], []
+        for ring, sign in (("upper", 1.0), ("lower", -1.0)):
+            edge = outer[sign * (y - middle) > 0]
+            inner = self.rings[ring]
+            out = edge[np.abs(scene.mean[edge, 0][:, None] - stations).argmin(axis=0)]
+            into = inner[np.abs(scene.mean[inner, 0][:, None] - stations).argmin(axis=0)]
+            height.append(sign * (scene.mean[out, 1] - scene.mean[into, 1]))
+            change.append(sign * (scene.modes[:, out, 1] - scene.modes[:, into, 1]).T)
+        return np.concatenate(height).astype(np.float64), np.vstack(change).astype(np.float64)
+
+    def border(self, person: FloatArray | None = None) -> FloatArray:
+        """The lips' outer contour (R, 3), mm, head frame, of a person (Q,) at rest."""
+        at = self.head.mean[self.speaker.lip_ring].astype(np.float64)
+        if person is None or not len(person):
+            return at
+        modes = self.scene.modes[self.n_expression :, self.rings["outer"]]
+        return np.asarray(at + np.tensordot(person, modes, 1), np.float64)
+
+    @property
+    def person_modes(self) -> NDArray[np.float32]:
+        """The person modes over the whole head, (Q, V, 3), mm."""
+        return _person_modes(self.speaker)[: self.n_person]
+
+    def whole(self, person: FloatArray) -> NDArray[np.float32]:
+        """The whole head (V, 3), mm, of a person (Q,), without expression."""
+        moved = np.tensordot(person, self.person_modes, 1)
+        return np.asarray(self.expression.mean + moved, np.float32)
+
+    def held(self, person: FloatArray) -> Scene:
+        """The scene with the person modes fixed at `person` (Q,): P modes remain."""
+        p = self.n_expression
+        moved = np.tensordot(person, self.scene.modes[p:], 1)
+        s = self.scene
+        return Scene(
+            s.mean + moved.astype(np.float32), s.modes[:p], s.faces, s.uv, s.facet_class, s.texture
+        )
+
+
+def colour_classes(speaker: Speaker) -> tuple[str | None, ...]:
+    """Colour class that the facets of each facet class show; None is not compared.
+
+    Raises
+    ------
+    ModelFormatError
+        If the speaker lacks one of the facet classes.
+    """
+    shows = {name: colour for colour, names in COLOUR_CLASSES.items() for name in names}
+    missing = [name for name in shows if name not in speaker.class_names]
+    if missing:
+        raise ModelFormatError(
+            f"the speaker has no facet class {', '.join(missing)}",
+            "name its classes as the bundled speaker does",
+        )
+    return tuple(shows.get(name) for name in speaker.class_names)
+
+
+def build_mouth_model(
+    speaker: Speaker,
+    neutral: NDArray[np.float32],
+    texture: NDArray[np.uint8],
+    free_person: bool = True,
+    seed: int = 0,
+    expression: LinearShape | None = None,
+    person_spread: float = 1.0,
+) -> MouthModel:
+    """Build the model for a person's neutral head.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    neutral : (V, 3) float32, mm
+        The average head, or a known person's.
+    texture : (H, W, 3) uint8 RGB
+    free_person : bool
+        Whether the person's mouth is to be fitted; False for a known person.
+    seed : int
+        Of the training postures.
+    expression : LinearShape, optional
+        How this head's mouth moves, of the units of `mouth_units`; by default `mouth_shape`.
+    person_spread : float
+        See `MouthModel`.
+
+    Raises
+    ------
+    ModelFormatError
+        If the speaker lacks a facet class, or its landmarks are not on its mouth.
+    """
+    if expression is None:
+        expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
+    person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
+    none = np.zeros((0, *neutral.shape), np.float32)
+    classes = speaker.facet_class.astype(np.int32)
+    head = Scene(neutral, none, speaker.faces, speaker.uv, classes, texture)
+    mouth = neutral[speaker.lip_ring].mean(axis=0)
+    near = np.linalg.norm(neutral - mouth, axis=1) < REACH_MM
+    facets = near[speaker.faces].all(axis=1) | _inside(speaker)  # else an open mouth shows a hole
+    kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
+    modes = np.concatenate([expression.modes, person])[:, kept]
+    scene = Scene(
+        expression.mean[kept], modes, faces.reshape(-1, 3).astype(np.int32), speaker.uv[kept],
+        classes[facets], texture,
+    )  # fmt: skip
+    return MouthModel(
+        speaker, expression, head, scene, kept.astype(np.int32), _rigid_facets(speaker, neutral),
+        _prototypes(speaker, neutral, expression), mouth.astype(np.float64), _rings(speaker, kept),
+        person_spread,
+    )  # fmt: skip
+
+
+def _inside(speaker: Speaker) -> NDArray[np.bool_]:
+    """Facets (F,) that an open mouth shows."""
+    ids = [k for k, name in enumerate(speaker.class_names) if name in IN_OPEN_MOUTH]
+    return np.isin(speaker.facet_class, ids)
+
+
+def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
+    modes = []
+    for less, more, _ in PERSON_TARGETS.values():
+        pair = speaker.identity_weights(**{less: -0.5}) + speaker.identity_weights(**{more: 0.5})
+        modes.append(np.tensordot(pair, speaker.identity.astype(np.float32), 1))
+    return np.asarray(modes, np.float32)
+
+
+def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Skin from below the nose to the brow, to the front; neither eyes nor what speech moves."""
+    centre = neutral[speaker.faces].mean(axis=1)
+    nose = neutral[speaker.landmarks["nose_tip"][0]]
+    eyes = neutral[speaker.landmarks["eye_corners"]]
+    skin = speaker.facet_class == speaker.class_id("skin")
+    height = (centre[:, 1] > nose[1] - 8) & (centre[:, 1] < eyes[:, 1].mean() + 45)
+    return np.asarray(skin & height & (centre[:, 2] > eyes[:, 2].min() - 25))
+
+
+def _prototypes(
+    speaker: Speaker, neutral: NDArray[np.float32], expression: LinearShape
+) -> FloatArray:
+    """Least-squares expression parameters of `PROTOTYPES` over the lips."""
+    names = mouth_units()
+    red = [k for k, colour in enumerate(colour_classes(speaker)) if colour == "lips"]
+    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, red)])
+    matrix = expression.modes[:, lips].reshape(len(expression.modes), -1).T.astype(np.float64)
+    units = speaker.unit_matrix(names)[:, lips]
+    out = []
+    for posture in PROTOTYPES:
+        weights = np.array([posture.get(n, 0.0) for n in names])
+        target = neutral[lips] + np.tensordot(weights, units, 1) - expression.mean[lips]
+        out.append(np.linalg.lstsq(matrix, target.ravel(), rcond=None)[0])
+    return np.asarray(np.clip(np.array(out), -3.0, 3.0), np.float64)
+
+
+def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
+    marks = speaker.landmarks
+    points = np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]])
+    sources = {
+        "outer": marks["outer_lip"],
+        "upper": marks["inner_lip_upper"],
+        "lower": marks["inner_lip_lower"],
+        "points": points,
+        "corners": marks["mouth_corners"],
+    }
+    lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
+    if lost:
+        raise ModelFormatError(
+            f"the speaker's landmarks {', '.join(lost)} are not on the facets near its lip_ring",
+            "check the landmarks of the speaker's file",
+        )
+    return {k: np.searchsorted(kept, v).astype(np.int32) for k, v in sources.items()}

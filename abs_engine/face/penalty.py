@@ -1,0 +1,181 @@
+"""A(a): exponential penalties of improbable parameters (Odisio & Bailly, section 4).
+
+The paper says only that A is "an exponentially-fashioned function that penalizes improbable
+articulatory parameters". Two readings are here: improbable is what the corpus never reached
+(`ExponentialPenalty`), or what lies far from its mean (`ImprobablePenalty`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+_STEEPEST = 50.0  # beyond that many softnesses it goes on in a straight line: exp would overflow
+
+
+class Penalty(Protocol):
+    """A(a), and what is squared and summed to it."""
+
+    @property
+    def size(self) -> int:
+        """P, the number of parameters that it reads."""
+        ...
+
+    def __call__(self, parameters: FloatArray) -> FloatArray:
+        """A (...,) of parameters (..., P)."""
+        ...
+
+    def roots(self, parameters: FloatArray) -> FloatArray:
+        """Terms (..., P) whose squares add up to A."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ExponentialPenalty:
+    """Nothing inside of the corpus' range, and growing exponentially outside of it.
+
+    A(a) = strength * sum_i (exp(e_i) - 1 - e_i), with e_i the distance of a_i from the interval
+    [lower_i, upper_i] in units of `softness`, 0 inside. The paper says only that A is
+    "exponentially-fashioned"; this is smooth (its slope has no step at the interval's ends).
+
+    Parameters
+    ----------
+    lower, upper : (P,) float64, sd
+        What the parameters of the corpus keep to.
+    softness : float, sd
+        How far outside exp(e) is e.
+    strength : float
+        In units of the error that it is added to; e = 1 costs 0.72 of it.
+
+    Raises
+    ------
+    ParameterError
+        If a bound is not finite, an interval is empty, or softness or strength is not positive.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    softness: float = 0.5
+    strength: float = 1.0
+
+    def __post_init__(self) -> None:
+        shapes = self.lower.shape == self.upper.shape and self.lower.ndim == 1
+        if not shapes or not np.isfinite([self.lower, self.upper]).all():
+            raise ParameterError("the penalty's bounds are not finite or differ in number", _CHECK)
+        if not (self.lower <= self.upper).all() or not min(self.softness, self.strength) > 0:
+            raise ParameterError("the penalty has an empty interval or is not positive", _CHECK)
+
+    @classmethod
+    def of_corpus(
+        cls, parameters: FloatArray, softness: float = 0.5, strength: float = 1.0
+    ) -> ExponentialPenalty:
+        """With the range of the parameters (T, P) of a corpus."""
+        rows = np.atleast_2d(np.asarray(parameters, np.float64))
+        return cls(rows.min(axis=0), rows.max(axis=0), softness, strength)
+
+    @property
+    def size(self) -> int:
+        """P, the number of parameters that it reads."""
+        return len(self.lower)
+
+    def __call__(self, parameters: FloatArray) -> FloatArray:
+        """A (...,) of parameters (..., P)."""
+        return np.asarray(self._terms(parameters).sum(axis=-1))
+
+    def roots(self, parameters: FloatArray) -> FloatArray:
+        """Terms (..., P) whose squares add up to A."""
+        return np.asarray(np.sqrt(np.maximum(self._terms(parameters), 0.0)))
+
+    def _terms(self, parameters: FloatArray) -> FloatArray:
+        beyond = np.maximum(self.lower - parameters, parameters - self.upper)
+        e = np.maximum(beyond, 0.0) / self.softness
+        curved = np.minimum(e, _STEEPEST)
+        grown = np.exp(curved)
+        straight = (e - curved) * (grown - 1.0)
+        return np.asarray(self.strength * (grown - 1.0 - curved + straight))
+
+
+@dataclass(frozen=True, eq=False)
+class ImprobablePenalty:
+    """Grows with the distance from the corpus' mean: a Gaussian's at first, then exponentially.
+
+    A(a) = strength * s^2 * (exp(m / s^2) - 1), with m the squared Mahalanobis distance from the
+    corpus' mean for each parameter (1 on average over the corpus) and s the `softness`. Where s
+    is large it is the negative logarithm of the corpus' Gaussian. It decides what pictures hardly
+    show, as how far the jaw is pushed forward is for a camera in front.
+
+    Parameters
+    ----------
+    mean : (P,) float64, sd
+    whitener : (P, P) float64
+        Makes of a difference from the mean one of unit covariance.
+    softness : float
+        The distance, in standard deviations, beyond which it grows much faster than a Gaussian's.
+    strength : float
+        In units of the error that it is added to.
+
+    Raises
+    ------
+    ParameterError
+        If arrays are not finite or do not fit, or softness or strength is not positive.
+    """
+
+    mean: FloatArray
+    whitener: FloatArray
+    softness: float = 3.0
+    strength: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.mean.ndim != 1 or self.whitener.shape != (self.size, self.size):
+            raise ParameterError("the penalty's mean and whitener do not fit", _CHECK)
+        if not (np.isfinite(self.mean).all() and np.isfinite(self.whitener).all()):
+            raise ParameterError("the penalty's mean or whitener is not finite", _CHECK)
+        if not min(self.softness, self.strength) > 0:
+            raise ParameterError("the penalty is not positive", _CHECK)
+
+    @classmethod
+    def of_corpus(cls, parameters: FloatArray, strength: float = 0.01) -> ImprobablePenalty:
+        """With mean and covariance of the parameters (T, P) of a corpus.
+
+        The covariance is drawn a tenth of the way to the identity, so that few or dependent
+        postures do not make a direction impossible.
+
+        Raises
+        ------
+        ParameterError
+            If there are fewer than two postures.
+        """
+        rows = np.atleast_2d(np.asarray(parameters, np.float64))
+        if len(rows) < _FEWEST:
+            raise ParameterError("one posture has no spread", _CHECK)
+        spread = np.atleast_2d(np.cov(rows.T))
+        spread = (1 - _SHRINK) * spread + _SHRINK * np.eye(len(spread))
+        return cls(rows.mean(axis=0), np.linalg.inv(np.linalg.cholesky(spread)), strength=strength)
+
+    @property
+    def size(self) -> int:
+        """P, the number of parameters that it reads."""
+        return len(self.mean)
+
+    def __call__(self, parameters: FloatArray) -> FloatArray:
+        """A (...,) of parameters (..., P)."""
+        return np.asarray((self.roots(parameters) ** 2).sum(axis=-1))
+
+    def roots(self, parameters: FloatArray) -> FloatArray:
+        """Terms (..., P) whose squares add up to A."""
+        off = (parameters - self.mean) @ self.whitener.T
+        squared = self.softness**2
+        m = np.maximum((off**2).mean(axis=-1), 1e-12)
+        grown = squared * np.expm1(np.minimum(m / squared, _STEEPEST))
+        factor = np.sqrt(self.strength * grown / (self.size * m))
+        return np.asarray(off * factor[..., None])
+
+
+_CHECK = "take them from the corpus"
+_SHRINK, _FEWEST = 0.1, 2

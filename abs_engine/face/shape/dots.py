@@ -1,0 +1,107 @@
+"""Points of a shell between its nodes: where dots are on it, and what of it they see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from trimesh.triangles import closest_point, points_to_barycentric
+
+from abs_engine.core.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+AXES = "xyz"
+
+
+@dataclass(frozen=True, eq=False)
+class ShellPoints:
+    """Points on the facets of a shell.
+
+    Parameters
+    ----------
+    corners : (K, 3) int32
+        Nodes of each point's facet.
+    weights : (K, 3) float64
+        Barycentrics in it; 1, 0, 0 for a node.
+    """
+
+    corners: NDArray[np.int32]
+    weights: FloatArray
+
+    def __len__(self) -> int:
+        """Return the number of points, K."""
+        return len(self.corners)
+
+    def at(self, nodes: NDArray[np.floating]) -> FloatArray:
+        """The points (..., K, 3), of nodes (..., N, 3); of displacements as well as of places."""
+        there = np.asarray(nodes, np.float64)[..., self.corners, :]
+        return np.asarray(np.einsum("...nkd,nk->...nd", there, self.weights))
+
+    def subset(self, which: NDArray[np.integer] | slice) -> ShellPoints:
+        """Some of the points."""
+        return ShellPoints(self.corners[which], self.weights[which])
+
+    def rows(self, nodes: int, coordinates: str = AXES) -> sparse.csr_matrix:
+        """W: what the coordinates of the points are of those of the nodes.
+
+        Parameters
+        ----------
+        nodes : int
+            Of the shell, N.
+        coordinates : str
+            Which of x, y and z, such as "yz".
+
+        Returns
+        -------
+        (K C, 3N) sparse
+            The C coordinates of the first point, then those of the second, ...
+
+        Raises
+        ------
+        ParameterError
+            If a coordinate is none, or named twice.
+        """
+        if not coordinates or len({*coordinates} & {*AXES}) != len(coordinates):
+            raise ParameterError(f"'{coordinates}' are no coordinates", "choose of x, y and z")
+        basis = np.eye(3)[[AXES.index(c) for c in coordinates]]
+        return self.projected(nodes, basis)
+
+    def projected(self, nodes: int, basis: FloatArray) -> sparse.csr_matrix:
+        """W (K C, 3N) for the points' coordinates along any directions (C, 3)."""
+        basis = np.asarray(basis, np.float64)
+        count, each = len(self), len(basis)
+        row = (np.arange(count)[:, None] * each + np.arange(each))[:, :, None, None]
+        column = (3 * self.corners[:, :, None] + np.arange(3))[:, None]
+        value = self.weights[:, None, :, None] * basis[None, :, None, :]
+        row, column = np.broadcast_to(row, value.shape), np.broadcast_to(column, value.shape)
+        entries = value.ravel(), (row.ravel(), column.ravel())
+        return sparse.csr_matrix(entries, shape=(count * each, 3 * nodes))
+
+
+def points_at_nodes(nodes: NDArray[np.integer]) -> ShellPoints:
+    """Points (K,) that are nodes."""
+    at = np.repeat(np.asarray(nodes, np.int32)[:, None], 3, axis=1)
+    return ShellPoints(at, np.tile([1.0, 0.0, 0.0], (len(at), 1)))
+
+
+def nearest_points(
+    nodes: FloatArray, faces: NDArray[np.integer], points: NDArray[np.floating]
+) -> ShellPoints:
+    """Where a shell is nearest to points in space.
+
+    Parameters
+    ----------
+    nodes : (N, 3) float64, mm
+    faces : (M, 3) int
+        Facets on which the points may lie.
+    points : (K, 3) float64, mm
+    """
+    triangles, corners, weights = nodes[faces], [], []
+    for point in np.asarray(points, np.float64):
+        found = closest_point(triangles, np.tile(point, (len(faces), 1)))
+        best = int(np.linalg.norm(found - point, axis=1).argmin())
+        corners.append(faces[best])
+        weights.append(points_to_barycentric(triangles[best : best + 1], found[best : best + 1])[0])
+    return ShellPoints(np.array(corners, np.int32), np.clip(np.array(weights, np.float64), 0, 1))

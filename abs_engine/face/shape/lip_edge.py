@@ -1,0 +1,80 @@
+"""The lips' surface beyond the shell's three rings: where it ends inside of the mouth.
+
+The shell begins at the inner contour, where closed lips meet. A mouth that opens shows more of
+them: the lip turns inwards at that contour, and its facets end on the other side of it. That is
+behind it on the average head (0.4 mm at the middle of the upper lip, 1 to 3 mm elsewhere), but not
+everywhere on everybody: at the middle of the upper lip it is up to 0.6 mm before it on three of the
+six bundled people, where the lip only turns up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.errors import MeshError
+
+FloatArray = NDArray[np.float64]
+
+
+def lip_edge(speaker: Speaker, lip: str) -> FloatArray:
+    """Where a lip ends inside of the mouth, on the average head.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    lip : {"upper_lip", "lower_lip"}
+
+    Returns
+    -------
+    (K, 3) float64, mm
+        Along the edge from the right corner of the mouth to the left one.
+
+    Raises
+    ------
+    MeshError
+        If the lip ends nowhere but at skin and the other lip, or only in closed rings.
+    """
+    own, others = _edges(speaker, lip), _edges(speaker, "skin")
+    other = _edges(speaker, "lower_lip" if lip == "upper_lip" else "upper_lip")
+    counted: dict[tuple[int, int], int] = {}
+    for edge in own:
+        counted[edge] = counted.get(edge, 0) + 1
+    ends = [e for e, n in counted.items() if n == 1 and e not in {*others, *other}]
+    at = speaker.vertices.astype(np.float64)
+    path = _longest(ends, at)
+    if not path:
+        raise MeshError(
+            f"the facets of class {lip} end in no line inside of the mouth",
+            "take a head whose mouth is open behind the lips",
+        )
+    return at[path if at[path[0], 0] < at[path[-1], 0] else path[::-1]]
+
+
+def _edges(speaker: Speaker, name: str) -> list[tuple[int, int]]:
+    """Edges of a class's facets, the smaller vertex first, once for each facet."""
+    faces = speaker.faces[speaker.facet_class == speaker.class_id(name)]
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return [(int(a), int(b)) for a, b in edges]
+
+
+def _longest(edges: list[tuple[int, int]], at: FloatArray) -> list[int]:
+    """The longest of the open lines that edges join up to, as vertices in order; [] if none is."""
+    joined: dict[int, list[int]] = {}
+    for a, b in edges:
+        joined.setdefault(a, []).append(b)
+        joined.setdefault(b, []).append(a)
+    lines, left = [], set(joined)
+    for end in [k for k, to in joined.items() if len(to) == 1]:
+        if end not in left:
+            continue
+        line = [end]
+        while True:
+            left.discard(line[-1])
+            onward = [k for k in joined[line[-1]] if k in left]
+            if not onward:
+                break
+            line.append(onward[0])
+        lines.append(line)
+    return max(lines, key=lambda line: float(np.ptp(at[line, 0])), default=[])

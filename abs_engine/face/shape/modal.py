@@ -1,0 +1,194 @@
+"""Learned physics of seed 000: the modes in which a shape was seen to move, and their stiffness.
+
+Basu, Oliver and Pentland (1998), section 4.2. With forces that are independent and of unit
+variance, R_u = K_s^-2 (eq. 3), so the sample covariance's positive square root is the learned
+inverse stiffness: K_s^-1 = S L^(1/2) S' over its leading eigenvectors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.npz import read_npz, write_npz
+
+FloatArray = NDArray[np.float64]
+FORMAT, VERSION = "abs_engine.learned_physics", 2
+_STILL = 1e-12  # mm^2: variance of a mode that is rounding, not motion
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedPhysics:
+    """Modes of displacement with their variance.
+
+    Parameters
+    ----------
+    rest : (N, 3) float64, mm
+        The nodes of the shell at rest.
+    mean : (N, 3) float64, mm
+        Mean displacement.
+    modes : (P, N, 3) float64
+        Orthonormal as vectors of 3N: the columns of S.
+    variances : (P,) float64, mm^2
+        Eigenvalues of the sample covariance, the largest first.
+    total : float, mm^2
+        Variance of all degrees of freedom together.
+    noise : float, mm
+        Standard deviation by which an observed coordinate is off the modes: errors of observation,
+        and motion that the modes do not have. 0 where it is not known.
+    person : str
+        Whose lips they are, of the speaker's people; empty for somebody else.
+    speaker : str
+        Checksum of the head that the shell was cut from; empty where it is of none.
+    source : str
+        What was learned from.
+    noise_variances : (P,) float64, mm^2
+        How much of `variances` errors of observation make; none where they are not known.
+    """
+
+    rest: FloatArray
+    mean: FloatArray
+    modes: FloatArray
+    variances: FloatArray
+    total: float
+    noise: float = 0.0
+    person: str = ""
+    speaker: str = ""
+    source: str = ""
+    noise_variances: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def deviations(self) -> FloatArray:
+        """Standard deviations (P,), mm, of the motion itself, without the errors of observation.
+
+        A weak mode that is mostly error would else be free to move by as much; a twentieth of its
+        variance is left to it.
+        """
+        noise = self.noise_variances if len(self.noise_variances) else 0.0
+        return np.asarray(np.sqrt(np.maximum(self.variances - noise, 0.05 * self.variances)))
+
+    @property
+    def held(self) -> float:
+        """Share of the training variance that the modes hold, 0 to 1."""
+        return float(self.variances.sum() / self.total)
+
+    @property
+    def shares(self) -> FloatArray:
+        """Share (P,) of the training variance that the first mode, the first two, ... hold."""
+        return np.asarray(np.cumsum(self.variances) / self.total)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """S (3N, P)."""
+        return np.asarray(self.modes.reshape(len(self.modes), -1).T)
+
+    def shape(self, coefficients: FloatArray) -> FloatArray:
+        """Nodes (..., N, 3), mm, of mode coefficients (..., P), mm."""
+        moved = np.tensordot(coefficients, self.modes, 1)
+        return np.asarray(self.rest + self.mean + moved, np.float64)
+
+    def coefficients(self, shapes: FloatArray) -> FloatArray:
+        """Coefficients (..., P), mm, of the nearest shapes to nodes (..., N, 3), mm."""
+        away = np.asarray(shapes, np.float64) - self.rest - self.mean
+        return np.asarray(away.reshape(*away.shape[:-2], -1) @ self.matrix, np.float64)
+
+    def pushed(self, forces: FloatArray) -> FloatArray:
+        """Change of the coefficients (P,) under forces (N, 3): U = S L^(1/2) S' F (eq. 13)."""
+        return np.asarray(np.sqrt(self.variances) * (self.matrix.T @ np.ravel(forces)))
+
+    def negative_log_prior(self, coefficients: FloatArray) -> float:
+        """Half of eq. 10's sum of f_i^2 / l_i; the scaling factor is left out."""
+        return float(0.5 * (np.asarray(coefficients) ** 2 / self.variances).sum())
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz``, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it exists or cannot be written.
+        """
+        write_npz(path, FORMAT, VERSION, vars(self))
+
+
+def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> LearnedPhysics:
+    """Learn the physics from observed displacements.
+
+    Parameters
+    ----------
+    rest : (N, 3) float64, mm
+    displacements : (T, N, 3) float64, mm
+        Of the training frames.
+    n_modes : int
+
+    Raises
+    ------
+    ParameterError
+        If there are none, they span fewer modes, or hold what is not finite.
+    """
+    if (
+        np.ndim(displacements) != 3
+        or np.shape(displacements)[1:] != np.shape(rest)
+        or (len(displacements) == 0)
+    ):
+        raise ParameterError(
+            f"displacements of shape {np.shape(displacements)} are no frames of a shell with "
+            f"{len(rest)} nodes",
+            "give (T, N, 3) of one frame or more",
+        )
+    data = np.asarray(displacements, np.float64).reshape(len(displacements), -1)
+    if not np.isfinite(data).all():
+        bad = int(np.flatnonzero(~np.isfinite(data).all(axis=1))[0])
+        raise ParameterError(f"displacements of frame {bad} are not finite", "leave it out")
+    mean = data.mean(axis=0)
+    _, scale, vectors = np.linalg.svd(data - mean, full_matrices=False)
+    values = scale**2 / max(1, len(data) - 1)
+    rank = int((values > max(1e-12 * values[0], _STILL)).sum())
+    if not 0 < n_modes <= rank:
+        raise ParameterError(
+            f"{n_modes} modes asked for, {len(data)} frames span {rank}", "record more motion"
+        )
+    modes = vectors[:n_modes]
+    modes = modes * np.sign(modes[np.arange(n_modes), np.abs(modes).argmax(axis=1)])[:, None]
+    shape = (-1, *np.shape(rest))
+    return LearnedPhysics(
+        np.asarray(rest, np.float64),
+        mean.reshape(np.shape(rest)),
+        modes.reshape(shape),
+        values[:n_modes],
+        float(values.sum()),
+    )
+
+
+def load_physics(path: Path) -> LearnedPhysics:
+    """Read what `LearnedPhysics.save` wrote.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or cannot be read.
+    ModelFormatError
+        If it has another format or version, or lacks an array.
+    """
+    arrays = read_npz(Path(path), FORMAT, VERSION)
+    try:
+        rest, mean, modes, variances = (
+            np.asarray(arrays[name], np.float64) for name in ("rest", "mean", "modes", "variances")
+        )
+        total, noise = (float(arrays[name]) for name in ("total", "noise"))
+        person, head, source = (str(arrays[name]) for name in ("person", "speaker", "source"))
+        blur = np.asarray(arrays["noise_variances"], np.float64)
+        physics = LearnedPhysics(
+            rest, mean, modes, variances, total, noise, person, head, source, blur
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise ModelFormatError(f"{path} lacks {error}", "train it again") from error
+    shape = rest.shape
+    fits = mean.shape == shape and modes.shape == (len(variances), *shape)
+    if len(shape) != 2 or not fits or len(blur) not in (0, len(variances)):
+        raise ModelFormatError(f"the arrays of {path} do not fit together", "train it again")
+    return physics

@@ -1,0 +1,107 @@
+"""A lip and lower-face shape model: principal components over the face units of the mouth."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.face.shape.linear import FloatArray, LinearShape, principal_shapes
+
+# unit (both sides where it has two): largest weight, and how often it takes part
+_ACTIONS: dict[str, tuple[float, float]] = {
+    "mouthFunnel": (0.7, 0.3),
+    "mouthPucker": (0.9, 0.35),
+    "mouthSmile": (0.5, 0.3),
+    "mouthStretch": (0.6, 0.3),
+    "mouthFrown": (0.4, 0.2),
+    "mouthPress": (0.5, 0.15),
+    "mouthDimple": (0.4, 0.15),
+    "mouthUpperUp": (0.7, 0.35),
+    "mouthLowerDown": (0.8, 0.35),
+    "mouthRollUpper": (0.6, 0.15),
+    "mouthRollLower": (0.7, 0.2),
+    "mouthShrugUpper": (0.3, 0.15),
+    "mouthShrugLower": (0.3, 0.15),
+    "mouthLeft": (0.15, 0.1),
+    "mouthRight": (0.15, 0.1),
+    "jawLeft": (0.12, 0.1),
+    "jawRight": (0.12, 0.1),
+    "jawForward": (0.3, 0.15),
+}
+# jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
+_PRESSING = {
+    "mouthPucker": 0.08,
+    "mouthPress": 0.08,
+    "mouthSmile": 0.09,
+    "mouthRollLower": 0.10,
+    "mouthRollUpper": 0.045,
+    "mouthShrugLower": 0.15,
+}
+JAW_LIMIT = 0.55  # wider is yawning, not speech
+
+
+def mouth_shape(
+    speaker: Speaker, neutral: NDArray[np.float32], n_modes: int, seed: int = 0
+) -> LinearShape:
+    """Principal components over random but plausible mouth postures.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    neutral : (V, 3) float32, mm
+        The person's neutral vertices.
+    n_modes : int
+    seed : int
+
+    Returns
+    -------
+    LinearShape
+        Its generators are the units of `mouth_units`.
+    """
+    names = mouth_units()
+    units = speaker.unit_matrix(names)
+    return principal_shapes(
+        neutral, units, sample_postures(2000, seed), n_modes, _importance(speaker)
+    )
+
+
+def mouth_units() -> tuple[str, ...]:
+    """Names of the face units that move the mouth, in the order of the generators."""
+    sides = [side for name in _ACTIONS for side in _sides(name)]
+    return ("jawOpen", "mouthClose", *sides)
+
+
+def sample_postures(count: int, seed: int) -> FloatArray:
+    """Random unit weights (count, N): each action now and then, jaw and closure always.
+
+    A third of the postures have the lips closed by `mouthClose`, as in /p b m/, the others open.
+    """
+    rng = np.random.default_rng(seed)
+    columns = {name: np.zeros(count) for name in mouth_units()}
+    jaw = JAW_LIMIT * rng.beta(1.0, 1.8, count)
+    closing = np.where(rng.random(count) < 0.35, rng.uniform(0.7, 1.0, count), 0.0)
+    columns["mouthClose"] = jaw * np.maximum(closing, 0.25 * rng.random(count))
+    for name, (largest, share) in _ACTIONS.items():
+        amount = largest * rng.random(count) * (rng.random(count) < share)
+        for side in _sides(name):
+            columns[side] = amount * rng.uniform(0.85, 1.15, count)
+        jaw = jaw + _PRESSING.get(name, 0.0) * amount
+    columns["jawOpen"] = jaw
+    return np.stack([columns[name] for name in mouth_units()], axis=1)
+
+
+def _sides(name: str) -> tuple[str, ...]:
+    paired = {"Smile", "Stretch", "Frown", "Press", "Dimple", "UpperUp", "LowerDown"}
+    if name.removeprefix("mouth") in paired:
+        return f"{name}Left", f"{name}Right"
+    return (name,)
+
+
+def _importance(speaker: Speaker) -> FloatArray:
+    """Lips count five times as much as skin; what lies inside of the mouth does not count."""
+    weight = np.zeros(len(speaker.vertices))
+    weight[speaker.faces[speaker.facet_class == speaker.class_id("skin")]] = 1.0
+    for lip in ("upper_lip", "lower_lip"):
+        weight[speaker.faces[speaker.facet_class == speaker.class_id(lip)]] = 5.0
+    return weight

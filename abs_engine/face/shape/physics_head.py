@@ -1,0 +1,65 @@
+"""Learned physics for a whole head: what the face does when the shell moves in its modes.
+
+The shell is lips and the skin next to them. Where the whole head is tracked, chin and cheeks are to
+follow: each mode of the shell is made of the face units that come nearest to it, and the head moves
+by those.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.lip_shell import LipShell
+from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.face.shape.mouth import mouth_units
+
+FloatArray = NDArray[np.float64]
+_LIPS = 3.0  # how much more a node of the lips counts than one of the skin
+_RIDGE = 0.02  # mm of the lips' motion that a unit of weight costs, beside 1 mm of misfit
+
+
+def physics_shape(
+    speaker: Speaker, neutral: NDArray[np.float32], shell: LipShell, physics: LearnedPhysics
+) -> LinearShape:
+    """The head's modes that go with a shell's.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    neutral : (V, 3) float32, mm
+        The person's neutral head.
+    shell : LipShell
+        Cut from this speaker.
+    physics : LearnedPhysics
+        Of that shell; of this person or another.
+
+    Returns
+    -------
+    LinearShape
+        Parameters are standard deviations of the physics' modes, generators the units of
+        `mouth_units`. `variance` is the share of the shell's variance that each mode holds.
+    """
+    units = speaker.unit_matrix(mouth_units()).astype(np.float64)
+    weight = np.ones(len(shell))
+    weight[np.unique(shell.faces[shell.lip])] = _LIPS
+    weight = np.repeat(weight / np.sqrt((weight**2).sum()), 3)
+    moved = shell.nodes(units).reshape(len(units), -1) * weight  # (N, 3M)
+    wanted = np.vstack([physics.mean[None], physics.deviations[:, None, None] * physics.modes])
+    wanted = wanted.reshape(len(wanted), -1) * weight
+    normal = moved @ moved.T + _RIDGE**2 * np.eye(len(units))
+    weights = np.asarray(np.linalg.solve(normal, moved @ wanted.T).T, np.float64)  # (1 + P, N)
+    heads = np.tensordot(weights, units, 1)
+    return LinearShape(
+        np.asarray(neutral + heads[0], np.float32), np.asarray(heads[1:], np.float32),
+        weights[1:], weights[0], np.asarray(physics.variances / physics.total),
+    )  # fmt: skip
+
+
+def missed(shell: LipShell, physics: LearnedPhysics, shape: LinearShape) -> float:
+    """RMS distance, mm, by which the head's lips miss the shell's, over the physics' own motion."""
+    lips = np.unique(shell.faces[shell.lip])
+    away = shell.nodes(shape.modes) - physics.deviations[:, None, None] * physics.modes
+    return float(np.sqrt((away[:, lips] ** 2).sum(axis=(0, 2)).mean()))

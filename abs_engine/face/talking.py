@@ -1,0 +1,78 @@
+"""A speaker's talking face: articulatory shape and the four appearance models of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Scene
+from abs_engine.face.appearance.local import LocalModel
+from abs_engine.face.appearance.texture import TextureModel
+from abs_engine.face.articulated import FaceShape
+
+FloatArray = NDArray[np.float64]
+TEXTURES, LOCALS = ("tex_lin", "tex_cst"), ("la_lin", "la_cst")
+MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
+"""Appearance models, in the order of figure 6."""
+
+
+def _known(name: str, names: tuple[str, ...]) -> str:
+    if name not in names:
+        raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(names)}")
+    return name
+
+
+@dataclass(frozen=True, eq=False)
+class TalkingFace:
+    """A speaker-specific face: a shape and the four appearance models.
+
+    Parameters
+    ----------
+    shape : FaceShape
+    tex_lin, tex_cst : TextureModel
+    la_lin, la_cst : LocalModel
+        Their points are vertices of ``face.shape.outer``.
+    la_scale : float
+        Drawn pixels per image pixel at which local appearance was learned and is compared.
+    """
+
+    shape: FaceShape
+    tex_lin: TextureModel
+    tex_cst: TextureModel
+    la_lin: LocalModel
+    la_cst: LocalModel
+    la_scale: float = 1.0
+
+    def texture(self, name: str) -> TextureModel:
+        """A texture model by its name.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such model.
+        """
+        return {"tex_lin": self.tex_lin, "tex_cst": self.tex_cst}[_known(name, TEXTURES)]
+
+    def local(self, name: str) -> LocalModel:
+        """A model of local appearance by its name.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such model.
+        """
+        return {"la_lin": self.la_lin, "la_cst": self.la_cst}[_known(name, LOCALS)]
+
+    @cached_property
+    def dressed(self) -> dict[str, Scene]:
+        """S with each texture, made once for all frames."""
+        return {name: self.texture(name).dress(self.shape.surface) for name in TEXTURES}
+
+
+def learned_from(face: TalkingFace, **models: TextureModel | LocalModel) -> TalkingFace:
+    """The same face with other appearance models, such as ``tex_cst`` of a single picture."""
+    return replace(face, **models)  # type: ignore[arg-type]

@@ -1,0 +1,180 @@
+"""One frame as an objective: the facet likelihood of a window plus priors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPrior
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import Pose
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.pose import PoseFrame
+from abs_engine.core.scene import ClassMaps, Renderer, Scene
+from abs_engine.face.appearance.chroma import sampled
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
+from abs_engine.face.head import MouthModel
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
+SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
+IN_SHADE = 0.15  # share of the probability of teeth and dark that lips get: they throw shade
+IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
+LINE = 0.03  # height of such a line, in mouth widths,
+LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
+
+LEAST_THICKNESS = 0.35
+"""Of a lip's height at rest, that it keeps in any posture: lips that are pressed or rolled in show
+about as much."""
+
+Prior = GaussianPrior | ContactPrior | InformationPrior
+
+
+def mouth_window(
+    model: MouthModel,
+    pose: Pose,
+    camera: Camera,
+    person: FloatArray | None = None,
+    more: tuple[float, float] = (0.0, 0.0),
+) -> Window:
+    """The window around a person's mouth (Q,): 1.6 mouth widths wide and 1.25 high.
+
+    By default it is that of the model's neutral head. `more` mouth widths are added to its width
+    and height, where the mouth is not yet found.
+    """
+    pixels = camera.project(pose.apply(model.border(person)))
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    across = float(high[0] - low[0])
+    scale = min(2.0, DRAWN_MOUTH / across)
+    size = np.ceil((np.array([1.6, 1.25]) + more) * across * scale) / scale
+    centre = 0.5 * (low + high) + np.array([0.0, 0.08 * across])  # jaws open downwards
+    x, y = np.rint(centre - 0.5 * size)
+    return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
+
+
+def zone(window: Window) -> NDArray[np.bool_]:
+    """The ellipse that fills a window, (H, W): pixels outside of it are not compared.
+
+    The drawn face covers it whatever the parameters, so a fit gains nothing by covering more.
+    """
+    width, height = window.drawn
+    x = (np.arange(width) + 0.5) / width * 2 - 1
+    y = (np.arange(height) + 0.5) / height * 2 - 1
+    return np.asarray(x[None] ** 2 + y[:, None] ** 2 < 1)
+
+
+def class_maps(
+    classes: ColourClasses,
+    colour_of: Sequence[str | None],
+    window: Window,
+    frame: Image,
+    place: MouthPlace | None = None,
+) -> ClassMaps:
+    """Probability maps of every facet class in the window of a frame, 0 outside of its zone.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    colour_of : sequence of str or None
+        Colour class of each facet class; None is not compared.
+    window : Window
+    frame : (H, W, 3) uint8 RGB
+    place : MouthPlace, optional
+        Where in the window the mouth is known to be.
+    """
+    patch = sampled(window, frame)
+    probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH, place) * zone(window)
+    line = max(LINE * DRAWN_MOUTH, LINE_PIXELS * window.scale)
+    shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)
+    zero = np.zeros_like(probable[0])
+    return ClassMaps(np.stack([zero if c is None else shown[c] for c in colour_of]))
+
+
+def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
+    """What a facet of each class may show: teeth lie in shade, and lips do where they meet.
+
+    Where in the mouth teeth stand is not known of a person: dark facets may show them. Where the
+    inside is no more than `line` drawn pixels high, its dark may as well be closed lips; not teeth.
+    """
+    inside = maps["teeth"] + maps["dark"]
+    window = np.ones((2 * round(line / 2) + 1, 1), np.uint8)
+    thick = cv2.morphologyEx(inside, cv2.MORPH_OPEN, window)
+    line_of_dark = (inside - thick) * maps["dark"] / np.maximum(inside, 1e-9)
+    lips = maps["lips"] + IN_SHADE * inside + (IN_LINE - IN_SHADE) * line_of_dark
+    return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": inside}
+
+
+@dataclass(frozen=True, eq=False)
+class FramePosterior:
+    """-log f(p|O) of one frame over a parameter vector (6 + P).
+
+    Parameters
+    ----------
+    likelihood : FacetLikelihood
+    frame : PoseFrame
+    priors : tuple of Prior
+        Over the whole vector; their sum counts.
+    """
+
+    likelihood: FacetLikelihood
+    frame: PoseFrame
+    priors: tuple[Prior, ...]
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Value and terms at `x` (6 + P,)."""
+        data = float(self.likelihood.negative_log(self.frame.candidates(x[None]))[0])
+        prior = sum(p.negative_log(x) for p in self.priors)
+        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) of a batch (B, 6 + P), drawn in one call."""
+        data = self.likelihood.negative_log(self.frame.candidates(vectors))
+        prior = [sum(p.negative_log(x) for p in self.priors) for x in vectors]
+        return np.asarray(data + np.array(prior), np.float64)
+
+
+def likelihood_of(
+    renderer: Renderer,
+    scene: Scene,
+    camera: Camera,
+    window: Window,
+    maps: ClassMaps,
+    weight: float = 1.0,
+) -> FacetLikelihood:
+    """The facet likelihood over the window's zone.
+
+    An independent observation is a twentieth of the mouth's width across, but no less than the 2x2
+    pixels that share their chroma in video; each counts as `weight` of one.
+    """
+    side = max(2.0, window.width / 1.6 / 20.0) * window.scale
+    pixels = int(zone(window).sum())
+    return FacetLikelihood(renderer, scene, camera, window, maps, pixels, weight * pixels / side**2)
+
+
+def best_start(posterior: FramePosterior, starts: FloatArray) -> FloatArray:
+    """The start (N,) with the lowest value among (K, N), compared in one batch."""
+    return np.asarray(starts[int(np.argmin(posterior.values(starts)))])
+
+
+def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) -> ContactPrior:
+    """Contact of the lips as a prior over (6 + P).
+
+    The head's lips overlap a little at rest, so that no light falls between them; only what they
+    overlap beyond that is pressing. With `thick` each lip also keeps `LEAST_THICKNESS` of its
+    height at rest, so that its outline cannot turn inside out.
+    """
+    gap, slope = model.gaps(person)
+    rest = gap + slope @ model.prototypes[0]
+    gap = gap - np.minimum(rest, 0.0)
+    if thick:
+        height, change = model.lip_heights(person)
+        least = LEAST_THICKNESS * (height + change @ model.prototypes[0])
+        gap, slope = np.r_[gap, height - least], np.vstack([slope, change])
+    slope = np.hstack([np.zeros((len(gap), 6)), slope])
+    return ContactPrior(gap, slope)

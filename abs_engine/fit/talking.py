@@ -1,0 +1,212 @@
+"""Finding a talking face in a picture: epsilon(p) of a model, and where it is least (section 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.descriptor import TextureError, texture_error
+from abs_engine.compare.points import LocalError, local_error
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.objective import Evaluation, Objective
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import PoseFrame
+from abs_engine.core.scene import Renderer
+from abs_engine.face.articulated import FaceShape
+from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
+from abs_engine.optimise.base import Solution
+from abs_engine.optimise.simplex import Simplex
+
+FloatArray = NDArray[np.float64]
+TOLERANCE, TOLERANCE_OF_POINTS = 1e-4, 1e-5
+"""Stop when the simplex's values differ by less than that share of what a wrong match costs; beside
+local appearance, for which a wrong match costs far more than noise does, by less than the second.
+Chosen on another person's visemes: with 1e-4 points end a twentieth farther off, with 1e-6 as far.
+"""
+LIMIT = 600
+FROM_NEUTRAL = 3.0
+"""Factor on the first simplex where a fit starts far away."""
+WHITENED = 0.1
+"""Share of A(a)'s strength that counts beside whitened differences, whose noise is less of what a
+wrong match costs than that of raw ones; chosen on `french.PRACTICE`, like that strength."""
+MARGIN = 10.0
+"""Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
+
+
+class Solver(Protocol):
+    """What minimises: `optimise.simplex.Simplex` and the others of `optimise`."""
+
+    def minimise(
+        self, objective: Objective, start: FloatArray, spec: ParamSpec, step: float = 1.0
+    ) -> Solution:
+        """Minimise from `start`."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A frame's epsilon(p) as an objective, with what a solver must know of it.
+
+    Parameters
+    ----------
+    error : TextureError or LocalError
+        Over 6 + P parameters.
+    frame : PoseFrame
+        What the six of pose mean.
+    spec : ParamSpec
+        Of all parameters that are sought: P where the pose is known, else 6 + P.
+    pose_known : bool
+    """
+
+    error: TextureError | LocalError
+    frame: PoseFrame
+    spec: ParamSpec
+    pose_known: bool
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Epsilon at parameters (P,) or (6 + P,)."""
+        return self.error(self.whole(x))
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """What is squared and summed to epsilon, (M,), for solvers of least squares."""
+        return np.asarray(self.error.residuals(self.whole(x)), np.float64)
+
+    def whole(self, x: FloatArray) -> FloatArray:
+        """All 6 + P parameters."""
+        return np.concatenate([np.zeros(6), x]) if self.pose_known else x
+
+    def alpha(self, x: FloatArray) -> FloatArray:
+        """The articulatory parameters (P,) of a vector."""
+        return np.asarray(self.whole(x)[6:])
+
+    def pose(self, x: FloatArray) -> Pose:
+        """Head to camera of a vector."""
+        return self.frame.pose(self.whole(x))
+
+    @property
+    def wrong(self) -> float:
+        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
+        return float(np.mean(self.error.wrong))
+
+    @property
+    def tolerance(self) -> float:
+        """The usual stopping rule of a fit from far away, in units of epsilon."""
+        share = TOLERANCE if isinstance(self.error, TextureError) else TOLERANCE_OF_POINTS
+        return share * self.wrong
+
+
+def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
+    """The part of the picture where S is at a posture and pose, and some pixels around it."""
+    surface = shape.surface
+    place = pose.apply(surface.vertices(alpha))
+    flat = camera.project(place)
+    margin = MARGIN * max(1.0, camera.matrix[0, 0] / float(np.median(place[:, 2])))
+    low = np.floor(np.maximum(flat.min(axis=0) - margin, 0))
+    high = np.ceil(np.minimum(flat.max(axis=0) + margin, camera.size))
+    if not (high - low >= 8).all():
+        raise ParameterError("the face lies outside of the picture", "start where the face is")
+    return Window(float(low[0]), float(low[1]), *map(float, high - low))
+
+
+def problem(
+    face: TalkingFace,
+    name: str,
+    picture: NDArray[np.generic],
+    camera: Camera,
+    pose: Pose,
+    alpha: FloatArray,
+    renderer: Renderer,
+    *,
+    pose_known: bool = False,
+    window: Window | None = None,
+    whiten: bool = False,
+) -> Problem:
+    """What is to be minimised in a picture; the start is ``alpha``, or six zeros and ``alpha``.
+
+    Parameters
+    ----------
+    face : TalkingFace
+    name : str
+        Of the appearance model, of `MODELS`.
+    picture : (H, W, 3), RGB 0 to 255
+    camera : Camera
+    pose : Pose
+        Head to camera: known, or where the search starts.
+    alpha : (P,) float64
+        Where the search starts.
+    renderer : Renderer
+    pose_known : bool
+        Seek the articulatory parameters only.
+    window : Window, optional
+        Part of the picture that is compared; by default `face_window` at the start.
+    whiten : bool
+        Whether textures, too, are compared beyond epsilon as printed (see `texture_error`), which
+        is several times the work; local appearance, where it costs little, always is.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such model, or the face is outside of the picture.
+    PictureError
+        If a pixel is not finite.
+    """
+    shape = face.shape
+    if name not in MODELS:
+        raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(MODELS)}")
+    frame = PoseFrame(pose, shape.pivot)
+    seen = face_window(shape, alpha, pose, camera) if window is None else window
+    weaker = replace(shape.penalty, strength=WHITENED * shape.penalty.strength)
+    error: TextureError | LocalError
+    if name in TEXTURES:
+        error = texture_error(
+            face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
+            np.concatenate([np.zeros(6), alpha]), renderer, weaker if whiten else shape.penalty,
+            face.dressed[name], whiten=whiten,
+        )  # fmt: skip
+    else:
+        error = local_error(
+            face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
+            frame.candidates, renderer, weaker, whiten="all",
+        )  # fmt: skip
+    return Problem(error, frame, shape.spec if pose_known else shape.full, pose_known)
+
+
+@dataclass(frozen=True, eq=False)
+class FaceFit:
+    """What a search found in a picture.
+
+    Parameters
+    ----------
+    alpha : (P,) float64
+    pose : Pose
+    solution : Solution
+    """
+
+    alpha: FloatArray
+    pose: Pose
+    solution: Solution
+
+
+def fit(
+    problem: Problem, alpha: FloatArray, *, step: float = 1.0, solver: Solver | None = None
+) -> FaceFit:
+    """Minimise a problem from a posture, at the pose that it was made with.
+
+    Parameters
+    ----------
+    problem : Problem
+    alpha : (P,) float64
+    step : float
+        Factor on the first simplex; see `FROM_NEUTRAL`.
+    solver : Solver, optional
+        By default Nelder-Mead with the problem's `tolerance`.
+    """
+    chosen = Simplex(problem.tolerance, LIMIT) if solver is None else solver
+    start = alpha if problem.pose_known else np.concatenate([np.zeros(6), alpha])
+    found = chosen.minimise(problem, np.asarray(start, np.float64), problem.spec, step)
+    return FaceFit(problem.alpha(found.x), problem.pose(found.x), found)

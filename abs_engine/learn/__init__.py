@@ -1,0 +1,1 @@
+"""From points and pictures to faces and their appearance; nothing is filmed here."""

@@ -1,0 +1,87 @@
+"""The parts of a speaker's head that are compared, and how a corpus moves them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from abs_engine.assets import Speaker
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.scene import Scene
+from abs_engine.face.appearance.region import part
+from abs_engine.face.articulated import STEP, FaceShape
+from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.learn.articulatory import Build, dense_head
+from abs_engine.learn.spoken import SpokenCorpus
+
+_UPPER = {"eyeBlink": 1.0, "brow": 0.25}
+_STILL, _NEAR = 0.5, 6.0  # mm
+_INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
+BEYOND = 2.0
+"""sd beyond the corpus' range to which a fit may go; the penalty holds it back earlier."""
+
+
+def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str) -> FaceShape:
+    """The shape of a speaker from the corpus and its articulatory model.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    spoken : SpokenCorpus
+    built : Build
+        Of `spoken`.
+    person : str
+        Whose skin it is.
+    """
+    dense = dense_head(built, spoken)
+    scene = Scene(
+        dense.mean, dense.modes, speaker.faces, speaker.uv,
+        speaker.facet_class.astype(np.int32), speaker.texture(person),
+    )  # fmt: skip
+    kept_names = set(built.model.names)
+    own = [k for k, name in enumerate(spoken.chosen.names) if name in kept_names]
+    vertices = np.asarray(spoken.chosen.vertices[own], np.int64)
+    lips = set(built.model.groups["lips"])
+    at_lips = np.flatnonzero([name in lips for name in built.model.names])
+    marks = _marks(speaker)
+    surface = _facets(speaker, marks)
+    inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
+    outer, kept = part(scene, surface | inside)
+    frame = spoken.corpus.frame
+    neutral = spoken.neutral[vertices].astype(np.float64)
+    lower, upper = built.alpha.min(axis=0) - BEYOND, built.alpha.max(axis=0) + BEYOND
+    names = built.model.parameters
+    return FaceShape(
+        built.model, frame, scene, vertices, at_lips.astype(np.int64),
+        part(scene, surface)[0], outer, kept, marks,
+        ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper),
+        ImprobablePenalty.of_corpus(built.alpha),
+        built.model.invert(frame.apply(neutral)),
+    )  # fmt: skip
+
+
+def _marks(speaker: Speaker) -> NDArray[np.int64]:
+    """Vertices of face and lips that blinks and brows leave where they are."""
+    listed = np.union1d(speaker.points["face"], speaker.points["lips"])
+    return np.asarray(listed[_still(speaker)[listed]], np.int64)
+
+
+def _still(speaker: Speaker) -> NDArray[np.bool_]:
+    """Which vertices (V,) blinks and brows leave where they are."""
+    moved = np.zeros(len(speaker.vertices))
+    for unit, offsets in zip(speaker.unit_names, speaker.units, strict=True):
+        weight = max((w for name, w in _UPPER.items() if unit.startswith(name)), default=0.0)
+        if weight:
+            moved = np.maximum(moved, weight * np.linalg.norm(offsets.astype(np.float64), axis=1))
+    return np.asarray(moved < _STILL)
+
+
+def _facets(speaker: Speaker, marks: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Facets of skin between the marks, which lie 4 mm apart, and all of the lips."""
+    lips = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
+    place = speaker.vertices.astype(np.float64)
+    near = cKDTree(place[marks]).query(place)[0] < _NEAR
+    within = (near & _still(speaker))[speaker.faces].all(axis=1)
+    skin = speaker.facet_class == speaker.class_id("skin")
+    return np.asarray((within & skin) | np.isin(speaker.facet_class, lips))

@@ -1,0 +1,193 @@
+"""From a corpus to an articulatory model, and how well it holds the corpus (section 2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import AbsEngineError, ParameterError, TooFewPointsError
+from abs_engine.face.shape.articulatory import GuidedPCA, Missing
+from abs_engine.face.shape.articulatory_dense import dense_units
+from abs_engine.face.shape.articulatory_model import ArticulatoryModel
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.observe.corpus import Corpus
+
+FloatArray = NDArray[np.float64]
+MOST_BUILT = 100
+"""Models that are built at most to measure visemes that were not learned."""
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """A model and what it was built from.
+
+    Parameters
+    ----------
+    model : ArticulatoryModel
+    corpus : Corpus
+        Without the points that the model does not have.
+    alpha : (V, P) float64
+        Parameters of the visemes by the direct inversion, standard deviations.
+    errors : (V, N) float64, mm
+        Distance of each point from where the direct inversion puts it; NaN where it is missing.
+    left_out : tuple of str
+        Points that were dropped, as they were missing in some visemes.
+    imputed : mapping of str to int
+        Points that were filled in, and in how many visemes.
+    """
+
+    model: ArticulatoryModel
+    corpus: Corpus
+    alpha: FloatArray
+    errors: FloatArray
+    left_out: tuple[str, ...]
+    imputed: Mapping[str, int]
+
+    @property
+    def viseme_errors(self) -> FloatArray:
+        """Root mean square over the points, (V,), mm."""
+        return rms(self.errors)
+
+
+def build(
+    corpus: Corpus,
+    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
+    missing: Missing = "refuse",
+) -> Build:
+    """Build the model of a corpus and invert the corpus with it.
+
+    Parameters
+    ----------
+    corpus : Corpus
+    predictors : sequence of Predictor
+    missing : {"refuse", "drop", "impute"}
+        What to do with points that are missing in some visemes; see `GuidedPCA`.
+
+    Raises
+    ------
+    TooFewPointsError
+        If points are missing and may not be, a predictor has none, or there are not more visemes
+        than parameters.
+    ParameterError
+        If a predictor asks for an unknown group, or finds nothing left to explain.
+    """
+    estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing).fit(corpus.points)
+    model = replace(estimator.model_, source=corpus.source)
+    kept = np.isin(corpus.names, model.names)
+    own = Corpus(
+        corpus.points[:, kept], model.names, corpus.visemes, model.groups, corpus.frame,
+        corpus.source,
+    )  # fmt: skip
+    alpha = np.array([_inverted(model, v, p) for v, p in zip(own.visemes, own.points, strict=True)])
+    errors = np.linalg.norm(own.points - model.points(alpha), axis=2)
+    return Build(model, own, alpha, errors, estimator.left_out_, estimator.imputed_)
+
+
+def _inverted(model: ArticulatoryModel, viseme: str, points: FloatArray) -> FloatArray:
+    """Parameters (P,) of a viseme (N, 3), which an error names."""
+    try:
+        return model.invert(points)
+    except TooFewPointsError as error:
+        raise TooFewPointsError(f"viseme '{viseme}': {error.problem}", "leave it out") from error
+
+
+def left_out_errors(
+    corpus: Corpus,
+    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
+    missing: Missing = "refuse",
+    progress: Callable[[int, int], None] | None = None,
+) -> FloatArray:
+    """Error of each viseme in the model of all others, (V,), mm: RMS over the points.
+
+    Of more than `MOST_BUILT` visemes several are left out at once.
+
+    Parameters
+    ----------
+    corpus : Corpus
+    predictors : sequence of Predictor
+    missing : {"refuse", "drop", "impute"}
+    progress : callable, optional
+        Called with the number of models built and of all.
+
+    Raises
+    ------
+    TooFewPointsError, ParameterError
+        As `build`.
+    """
+    done = leave_out_in_turn(corpus, predictors, missing, progress)
+    if done.skipped:
+        raise next(iter(done.skipped.values()))
+    return done.errors
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """How models do on visemes that they were not built of.
+
+    Parameters
+    ----------
+    errors : (V,) float64, mm
+        Of each viseme in the model of all others, RMS over the points; NaN where `skipped`.
+    skipped : mapping of str to AbsEngineError
+        Visemes without which no model can be built, or whose points do not determine the
+        parameters, and why.
+    """
+
+    errors: FloatArray
+    skipped: Mapping[str, AbsEngineError]
+
+
+def leave_out_in_turn(
+    corpus: Corpus,
+    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
+    missing: Missing = "refuse",
+    progress: Callable[[int, int], None] | None = None,
+) -> LeftOut:
+    """As `left_out_errors`, but visemes that cannot be left out are told of, with the reason."""
+    out = np.full(len(corpus), np.nan)
+    skipped: dict[str, AbsEngineError] = {}
+    rounds = min(len(corpus), MOST_BUILT)
+    own = np.arange(len(corpus)) % rounds
+    for k in range(rounds):
+        model: ArticulatoryModel | None = None
+        for viseme in np.flatnonzero(own == k):
+            try:
+                if model is None:
+                    estimator = GuidedPCA(corpus.names, corpus.groups, predictors, missing)
+                    model = estimator.fit(corpus.points[own != k]).model_
+                kept = np.isin(corpus.names, model.names)
+                out[viseme] = rms(model.errors(corpus.points[viseme, kept]))
+            except (TooFewPointsError, ParameterError) as error:
+                skipped[corpus.visemes[viseme]] = error
+        if progress is not None:
+            progress(k + 1, rounds)
+    return LeftOut(out, skipped)
+
+
+def rms(distances: FloatArray) -> FloatArray:
+    """Root mean square over the last axis, leaving out NaN."""
+    return np.asarray(np.sqrt(np.nanmean(distances**2, axis=-1)), np.float64)
+
+
+def dense_head(built: Build, spoken: SpokenCorpus) -> LinearShape:
+    """The whole bundled head moved by the model's parameters, head frame.
+
+    Parameters
+    ----------
+    built : Build
+        Of `spoken.corpus`, or of some of its visemes.
+    spoken : SpokenCorpus
+
+    Returns
+    -------
+    LinearShape
+        Mean (M, 3) and modes (P, M, 3) for one standard deviation; its generators are the face
+        units.
+    """
+    own = [spoken.corpus.visemes.index(v) for v in built.corpus.visemes]
+    return dense_units(built.alpha, spoken.weights[own], spoken.neutral, spoken.speaker.units)

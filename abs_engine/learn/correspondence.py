@@ -1,0 +1,195 @@
+"""Which point of the shell each dot of ink is (section 4), with the person's head known or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from abs_engine.assets import Speaker
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.dots import ShellPoints, nearest_points
+from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.face.shape.lip_shell import LipShell
+from abs_engine.observe.marks import LIPS16
+
+FloatArray = NDArray[np.float64]
+
+FARTHEST = 12.0
+"""mm RMS that mean dots may be from where they are on the head at rest: 4 of a person who speaks,
+8 and more of most others."""
+FLATTEST = 0.04
+"""Share of their width that mean dots at least extend across their best plane (RMS each); the
+bundled people have 0.13 to 0.27."""
+SCALES = (0.7, 1.4)
+"""Size of a mouth, for that of the head; the bundled people who speak have 1.0 to 1.3."""
+_STEEPEST = 30.0  # degrees: 17 of the bundled people, whose lips slope differently
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """A shell at rest on a person, and where the dots of the lips are on it.
+
+    Parameters
+    ----------
+    points : ShellPoints
+        Of `marks.LIPS16`, in their order: a table that is the same for everybody.
+    rest : (N, 3) float64, mm, head frame
+        The shell's nodes at rest: of the known person's head, or of the average one.
+    home : (16, 3) float64, mm, head frame
+        Where the dots are while the shell is at rest. They lie up to 1 mm off the shell, whose
+        facets are larger than the head's; the displacement goal of a dot is how far it is from
+        here.
+    person : str
+        The person whose head it is; empty where the average head was laid on the dots.
+    scale : float
+        How large the mouth is for the average head's; 1 where the person is known.
+    turn : (3, 3) float64
+        Rotation from the average head's axes to those of the dots; none where the person is known.
+    shift : (3,) float64, mm
+        Where the average head's origin is among the dots.
+    misfit : float, mm
+        Root mean square distance of the mean dots, brought to the head, from `home`. Of a known
+        person it is how the mouth is held on average, otherwise also how the person differs from
+        the average one: both are part of the mean displacement.
+    """
+
+    points: ShellPoints
+    rest: FloatArray
+    home: FloatArray
+    person: str
+    scale: float
+    turn: FloatArray
+    shift: FloatArray
+    misfit: float
+
+    @property
+    def how(self) -> str:
+        """Which head was used, in words."""
+        if self.person:
+            return f"the head of {self.person}; mean dots {self.misfit:.2f} mm from rest"
+        return (
+            f"the mean dots laid on the average head, {self.scale:.3f} times its size and "
+            f"{_degrees(self.turn):.1f} degrees turned; they are {self.misfit:.2f} mm from its own"
+        )
+
+    def brought(self, dots: FloatArray) -> FloatArray:
+        """Dots (..., 16, 3), mm, in the axes and the size of the head that the shell rests on."""
+        return np.asarray((np.asarray(dots, np.float64) - self.shift) @ self.turn / self.scale)
+
+    def goals(self, dots: FloatArray) -> FloatArray:
+        """Displacement goals U_g (..., 48), mm, of dots (..., 16, 3) as they were observed."""
+        away = self.brought(dots) - self.home
+        return away.reshape(*away.shape[:-2], -1)
+
+    def seen(self, nodes: FloatArray) -> FloatArray:
+        """The dots (..., 16, 3), as `brought`, of a shell with nodes (..., N, 3), mm."""
+        return np.asarray(self.home + self.points.at(nodes - self.rest))
+
+
+def shell_points(speaker: Speaker, shell: LipShell) -> ShellPoints:
+    """Where the dots of `marks.LIPS16` are on the shell, by the average head."""
+    at = lips17(speaker)[: len(LIPS16)]
+    nodes = shell.nodes(speaker.vertices)
+    return nearest_points(nodes, shell.faces[shell.lip], speaker.vertices[at])
+
+
+def correspond(
+    speaker: Speaker, shell: LipShell, seen: FloatArray, person: str | None = None
+) -> Correspondence:
+    """Lay the shell on a person who wore dots.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    shell : LipShell
+        Cut from the speaker.
+    seen : (T, 16, 3) float64, mm, head frame
+        The dots of `marks.LIPS16` in frames in which all were seen.
+    person : str, optional
+        One of the speaker's people. By default the dots are scaled, turned and shifted as a
+        whole until the mean ones are nearest to those of the average head: the modes are learned
+        in that head's axes and size, in which they are used.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such person, or the dots are another's, in another frame or another unit.
+    """
+    points, at = shell_points(speaker, shell), lips17(speaker)[: len(LIPS16)]
+    mean = np.asarray(seen, np.float64).mean(axis=0)
+    _check_depth(mean)
+    if person is not None:
+        head = speaker.named(person).astype(np.float64)
+        scale, turn, shift = 1.0, np.eye(3), np.zeros(3)
+        _check_frame(*similarity(head[at], mean)[:2])
+    else:
+        head = speaker.vertices.astype(np.float64)
+        scale, turn, shift = similarity(head[at], mean)
+        _check_frame(scale, turn)
+    misfit = _rms((mean - shift) @ turn / scale - head[at])
+    _check_misfit(misfit, person)
+    rest = shell.nodes(head)
+    return Correspondence(points, rest, head[at], person or "", scale, turn, shift, misfit)
+
+
+def _check_frame(scale: float, turn: FloatArray) -> None:
+    low, high = SCALES
+    if not low <= scale <= high:
+        raise ParameterError(
+            f"the dots make a mouth of {scale:.2g} times the head's size, not {low:g} to {high:g}",
+            "are they in mm? give them so",
+        )
+    if _degrees(turn) > _STEEPEST:
+        raise ParameterError(
+            f"the dots are turned by {_degrees(turn):.0f} degrees from the head frame",
+            "turn the points into the head frame: x left, y up, z out of the face",
+        )
+
+
+def _check_depth(mean: FloatArray) -> None:
+    """Lips lie around the teeth: what lies in one plane was seen from one side only."""
+    extent = np.linalg.svd(mean - mean.mean(axis=0), compute_uv=False)
+    if extent[2] < FLATTEST * extent[0]:
+        raise ParameterError(
+            f"the mean dots lie in a plane to {extent[2] / extent[0]:.1%} of their width, which "
+            "lips do not",
+            "give points in 3D, seen from two sides",
+        )
+
+
+def _check_misfit(misfit: float, person: str | None) -> None:
+    if misfit <= FARTHEST:
+        return
+    if person is None:
+        raise ParameterError(
+            f"the mean dots are {misfit:.0f} mm RMS from any place on the average head",
+            f"check their names and order, at most {FARTHEST:g} mm make lips",
+        )
+    raise ParameterError(
+        f"the mean dots are {misfit:.0f} mm RMS from those on the head of {person}",
+        "name who wore them and give them in that head's frame (observe --reference), or name "
+        "nobody",
+    )
+
+
+def _degrees(turn: FloatArray) -> float:
+    return float(np.degrees(Rotation.from_matrix(turn).magnitude()))
+
+
+def similarity(points: FloatArray, wanted: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Scale, rotation (3, 3) and shift (3,) that take points (K, 3) nearest to others.
+
+    Least squares (Umeyama 1991).
+    """
+    middle, centre = points.mean(axis=0), wanted.mean(axis=0)
+    turn = Rotation.align_vectors(wanted - centre, points - middle)[0].as_matrix()
+    turned = (points - middle) @ turn.T
+    scale = float((turned * (wanted - centre)).sum() / (turned**2).sum())
+    return scale, turn, centre - scale * turn @ middle
+
+
+def _rms(away: FloatArray) -> float:
+    return float(np.sqrt((away**2).sum(axis=-1).mean()))

@@ -1,0 +1,62 @@
+"""A corpus of visemes with everything that is known of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.learn.choice import Points
+from abs_engine.observe.corpus import Corpus
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SpokenCorpus:
+    """A corpus of a bundled speaker, with everything that is known of it.
+
+    Parameters
+    ----------
+    corpus : Corpus
+        As measured, with noise.
+    exact : (V, N, 3) float64, mm, bite-plane frame
+        Where the points are.
+    weights : (V, 52) float64
+        Face-unit weights of the visemes.
+    neutral : (M, 3) float32, mm, head frame
+        All vertices of the person at rest.
+    chosen : Points
+        Which vertices the points are.
+    speaker : Speaker
+    """
+
+    corpus: Corpus
+    exact: FloatArray
+    weights: FloatArray
+    neutral: NDArray[np.float32]
+    chosen: Points
+    speaker: Speaker
+
+    @property
+    def heads(self) -> NDArray[np.float32]:
+        """All vertices in each viseme, without noise, (V, M, 3) float32, mm, head frame."""
+        return spoken_heads(self.speaker, self.neutral, self.weights)
+
+    @property
+    def noiseless(self) -> Corpus:
+        """The corpus as an exact measurement would give it."""
+        return replace(self.corpus, points=self.exact)
+
+
+def spoken_heads(
+    speaker: Speaker, neutral: NDArray[np.floating], weights: FloatArray
+) -> NDArray[np.float32]:
+    """All vertices (V, M, 3), mm, head frame, at face-unit weights (V, 52)."""
+    used = np.flatnonzero(weights.any(axis=0))
+    moved = np.tensordot(
+        weights[:, used].astype(np.float32), speaker.units[used].astype(np.float32), 1
+    )
+    return np.asarray(neutral + moved, np.float32)

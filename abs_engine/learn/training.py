@@ -1,0 +1,237 @@
+"""Training (section 4): from dots in the head frame to learned physics."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.face.shape.lip_shell import LipShell, cut_lip_shell
+from abs_engine.face.shape.modal import LearnedPhysics, learn
+from abs_engine.face.shape.reach import reach
+from abs_engine.learn.correspondence import Correspondence, correspond
+from abs_engine.observe.marks import LIPS16
+from abs_engine.observe.observations import Observations
+
+FloatArray = NDArray[np.float64]
+MODES, TRAINED = 10, 140
+"""Section 4.2: ten modes of the first 140 frames."""
+FRAMES_A_MODE = 2
+"""So many frames are needed at least for each mode: with hardly more frames than modes these hold
+all the frames exactly, errors of observation too, and would pass for exact.
+"""
+JUMP = 5.0
+"""mm that a dot may be off the modes of the dots in any case."""
+_ROUNDS = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """Learned physics and what it was learned from.
+
+    Parameters
+    ----------
+    physics : LearnedPhysics
+    shell : LipShell
+    correspondence : Correspondence
+    used, tested, left_out : (...,) int
+        Frames that were learned from, complete ones after them, and those with lost dots.
+    jumped : (...,) int
+        Complete frames that were left out as well, see `jumps`.
+    uncertain : (...,) int
+        Those of the used and tested frames in which a dot is uncertain.
+    displacements : (T, N, 3) float64, mm
+        Minimum-strain displacements (eq. 2) of the used frames.
+    test : (m, N, 3) float64, mm
+        Those of the tested frames, which nothing was learned from.
+    """
+
+    physics: LearnedPhysics
+    shell: LipShell
+    correspondence: Correspondence
+    used: NDArray[np.int64]
+    tested: NDArray[np.int64]
+    left_out: NDArray[np.int64]
+    jumped: NDArray[np.int64]
+    uncertain: NDArray[np.int64]
+    displacements: FloatArray
+    test: FloatArray
+
+
+def train(
+    observations: Observations,
+    speaker: Speaker,
+    person: str | None = None,
+    *,
+    n_modes: int = MODES,
+    n_train: int = TRAINED,
+    shell: LipShell | None = None,
+) -> Training:
+    """Learn how a person's lips move.
+
+    Parameters
+    ----------
+    observations : Observations
+        With the dots of `marks.LIPS16`.
+    speaker : Speaker
+        Whose head the shell is cut from.
+    person : str, optional
+        Which of the speaker's people it is; by default somebody else, see `correspond`.
+    n_modes : int
+    n_train : int
+        Number of complete frames to learn from, from the first on; the others are for testing.
+    shell : LipShell, optional
+        Cut from the speaker before.
+
+    Returns
+    -------
+    Training
+        Frames in which a dot was lost or jumps are left out, and named in it.
+
+    Raises
+    ------
+    TooFewPointsError
+        If dots were not observed at all, or lost in so many frames that too few are left.
+    ParameterError
+        If the frames do not span so many modes, there is no such person, or the dots are not his.
+    """
+    shell = cut_lip_shell(speaker) if shell is None else shell
+    dots = observations.of(LIPS16)
+    whole = observations.complete(LIPS16)
+    frames = np.flatnonzero(whole)
+    frames, jumped = _without_jumps(frames, dots)
+    _check(len(frames), len(jumped), observations.frames, n_modes, n_train)
+    laid = correspond(speaker, shell, dots[frames[:n_train]], person)
+    goals, rows = laid.goals(dots[frames]), laid.points.rows(len(shell))
+    moved = reach(shell.elastic_at(laid.rest), rows, goals)  # Eq. 2
+    learned, noise = learn(laid.rest, moved[:n_train], n_modes), _noise(goals[:n_train], n_modes)
+    physics = replace(
+        learned,  # Eq. 3
+        noise=noise,
+        noise_variances=_noise_variances(learned, shell, laid, noise),
+        person=laid.person,
+        speaker=checksum(speaker),
+        source=f"{observations.source}; {laid.how}",
+    )
+    uncertain = frames[observations.doubtful(LIPS16)[frames]]
+    return Training(
+        physics, shell, laid, frames[:n_train], frames[n_train:], np.flatnonzero(~whole), jumped,
+        uncertain, moved[:n_train], moved[n_train:],
+    )  # fmt: skip
+
+
+def _without_jumps(
+    frames: NDArray[np.int64], dots: FloatArray
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The frames in which no dot of (T, K, 3) jumps, and those in which one does."""
+    wild = jumps(dots[frames])
+    return frames[~wild], frames[wild]
+
+
+def _noise_variances(
+    learned: LearnedPhysics, shell: LipShell, laid: Correspondence, noise: float
+) -> FloatArray:
+    """Variance (P,), mm^2, that errors of the dots by `noise` mm put into the modes."""
+    rows = laid.points.rows(len(shell))
+    answer = reach(shell.elastic_at(laid.rest), rows, np.eye(rows.shape[0]))
+    felt = learned.matrix.T @ answer.reshape(len(answer), -1).T  # (P, n): of a dot's error
+    return np.asarray(noise**2 * (felt**2).sum(axis=1))
+
+
+def jumps(dots: FloatArray) -> NDArray[np.bool_]:
+    """In which frames (T,) a dot is where the other frames say that it cannot be.
+
+    Parameters
+    ----------
+    dots : (T, K, 3) float64, mm
+
+    Notes
+    -----
+    A dot jumps where it is more than `JUMP` mm, and eight robust standard deviations, off ten modes
+    of the dots. The modes are of the half of the frames nearest to the median at first, then of all
+    that do not jump, until these stay the same.
+    """
+    count = len(dots)
+    modes = min(MODES, count // 4)
+    if modes == 0:
+        return np.zeros(count, np.bool_)
+    flat = dots.reshape(count, -1)
+    middle = np.median(flat, axis=0)
+    off = _farthest(flat - middle)
+    kept = off <= np.median(off)
+    for _ in range(_ROUNDS):
+        mean = flat[kept].mean(axis=0)
+        basis = np.linalg.svd(flat[kept] - mean, full_matrices=False)[2][:modes]
+        away = flat - mean
+        off = _farthest(away - away @ basis.T @ basis)
+        centre = np.median(off)
+        spread = 1.4826 * np.median(np.abs(off - centre))
+        before, kept = kept, off <= max(centre + 8 * spread, JUMP)
+        if (kept == before).all():
+            break
+    return np.asarray(~kept)
+
+
+def _farthest(away: FloatArray) -> FloatArray:
+    """Distance (T,) of the dot that is farthest, of (T, 3 K)."""
+    return np.asarray(np.linalg.norm(away.reshape(len(away), -1, 3), axis=2).max(axis=1))
+
+
+def checksum(speaker: Speaker) -> str:
+    """What tells one speaker's mesh from another's: 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for part in (speaker.vertices, speaker.faces, speaker.facet_class):
+        digest.update(np.ascontiguousarray(part).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
+    """Refuse physics that was learned on another head.
+
+    Raises
+    ------
+    ModelFormatError
+        If it was.
+    """
+    if physics.speaker and physics.speaker != checksum(speaker):
+        raise ModelFormatError(
+            "the lips were trained with another speaker's head", "give that head with --speaker"
+        )
+
+
+def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) -> None:
+    if n_modes < 1 or n_train < FRAMES_A_MODE * n_modes:
+        raise ParameterError(
+            f"{n_modes} modes cannot be learned from {n_train} frames",
+            f"give at least one mode (--modes) and {FRAMES_A_MODE} frames for each (--train)",
+        )
+    if n_modes >= 3 * len(LIPS16):
+        raise ParameterError(
+            f"{n_modes} modes of {3 * len(LIPS16)} observed coordinates leave none to tell the "
+            "errors of observation by",
+            f"learn {3 * len(LIPS16) - 1} modes or fewer",
+        )
+    if complete < n_train:
+        raise TooFewPointsError(
+            f"all {len(LIPS16)} dots were found in {complete} of {frames} frames, "
+            + (f"without {jumped} in which one jumps, " if jumped else "")
+            + f"{n_train} are to be learned from",
+            "correct the lost dots, film more frames, or learn from fewer (--train)",
+        )
+
+
+def _noise(goals: FloatArray, n_modes: int) -> float:
+    """Standard deviation, mm, of a dot's coordinate about as many modes of the dots (T, n).
+
+    The likeliest one for a linear model with so many modes (Tipping and Bishop 1999, eq. 8): the
+    mean of the other variances. Nothing is kept below a thousandth of a mm, for exact data.
+    """
+    centred = goals - goals.mean(axis=0)
+    values = np.linalg.svd(centred, compute_uv=False) ** 2 / max(1, len(goals) - 1)
+    beyond = goals.shape[1] - n_modes
+    spread = float(np.sqrt(values[n_modes:].sum() / beyond)) if beyond > 0 else 0.0
+    return max(spread, 1e-3)

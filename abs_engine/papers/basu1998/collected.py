@@ -1,0 +1,105 @@
+"""What a reproduction collects: numbers, remarks, and the figures of the fits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from abs_engine.core.scene import Renderer
+from abs_engine.files import png
+from abs_engine.papers.basu1998.error_plot import error_plot
+from abs_engine.papers.basu1998.experiment import FrameError, TrainedLips
+from abs_engine.papers.basu1998.filmed import FRONT, YAWS, camera_name
+from abs_engine.papers.basu1998.pictures import (
+    ShownFit,
+    convergence_figure,
+    fits_figure,
+    probability_figure,
+)
+from abs_engine.truth.view import Truth
+
+BEST = "simplex"
+"""The driver whose errors are held against the goals."""
+
+
+@dataclass
+class Report:
+    """What is collected on the way.
+
+    Parameters
+    ----------
+    folder : Path
+    results : dict
+    figures : list of (str, str)
+        File and caption.
+    remarks : list of str
+    """
+
+    folder: Path
+    results: dict[str, Any] = field(default_factory=dict)
+    figures: list[tuple[str, str]] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+    def picture(self, name: str, image: Any, caption: str) -> None:
+        """Keep a figure."""
+        (self.folder / name).write_bytes(png(image))
+        self.figures.append((name, caption))
+
+
+def fit_figures(
+    report: Report,
+    lips: TrainedLips,
+    sides: Mapping[str, Truth],
+    known: Sequence[FrameError],
+    renderer: Renderer,
+) -> None:
+    """Keep figures 3 to 9, of one person.
+
+    Parameters
+    ----------
+    report : Report
+    lips : TrainedLips
+    sides : mapping of str to Truth
+        The person's test clip by camera.
+    known : sequence of FrameError
+        Fits with the pose known, of this person and by `BEST` among them.
+    renderer : Renderer
+    """
+    front = sides[FRONT]
+    opened = int(np.argmax(front.aperture))
+    picture = list(front.pictures())[opened]
+    pose, camera = front.pose(opened), front.camera
+    report.picture(
+        "figure3.png", probability_figure(lips, picture, pose, camera, renderer),
+        "Figures 3 and 4: probability maps of lips and skin, raw and smoothed; teeth and dark.",
+    )  # fmt: skip
+    truth = lips.model.shell.nodes(front.vertices(opened))
+    report.picture(
+        "figure5.png", convergence_figure(lips, picture, pose, camera, renderer, truth),
+        "Figure 5: from the initial image to the final fit.",
+    )  # fmt: skip
+    shown = []
+    for yaw in (YAWS[0], 0, YAWS[-1]):
+        view = sides[camera_name(yaw)]
+        fit = next(
+            e.fit for e in known
+            if (e.camera, e.frame, e.driver) == (camera_name(yaw), opened, BEST)
+        )  # fmt: skip
+        image = list(view.pictures())[opened]
+        shown.append(ShownFit(f"seen from {yaw} degrees", image, view.camera, fit.pose, fit.nodes))
+    report.picture(
+        "figure6.png", fits_figure(renderer, lips, shown),
+        "Figures 6 to 9: initial image, final fit, and the shape in 3D.",
+    )  # fmt: skip
+    curves: dict[str, list[float]] = {}
+    breaks: dict[int, str] = {}
+    for name in ("forces", "gradient", "simplex"):
+        mine = [e for e in known if e.driver == name and e.person == lips.person]
+        breaks = {i: e.camera for i, e in enumerate(mine) if e.frame == 0}
+        curves[name] = [e.rms for e in mine]
+    (report.folder / "errors.svg").write_text(error_plot(curves, goal=1.0, breaks=breaks))
+    report.figures.append(("errors.svg", "Error of the lips in each frame, by driver."))

@@ -1,0 +1,211 @@
+"""The fits of the experiments: by every driver, from every side, with and without the pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.compare.forces import Rule as Integral
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.shape.lip_model import LipModel, lip_model
+from abs_engine.face.shape.lip_shell import COLUMNS
+from abs_engine.fit.shell import POSE_FREE, ShellSetting
+from abs_engine.fit.shell_frame import (
+    ITERATIONS,
+    ShellFit,
+    fit_frame,
+    seen_shapes,
+    typical_shapes,
+)
+from abs_engine.learn.training import Training, train
+from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
+from abs_engine.tracking.blobs import find_lips
+from abs_engine.tracking.lips import lip_model as head_model
+from abs_engine.tracking.prepare import HeadMotion
+from abs_engine.truth.view import Truth
+
+FloatArray = NDArray[np.float64]
+OBSERVED = 0.12
+"""mm of error in each coordinate of a dot: 0.21 mm in space, as in the filmed sessions."""
+
+BLOB_FREE = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
+"""Standard deviations, rad and mm, of a pose that is the blob's across the line of sight."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrainedLips:
+    """A person's lips, ready to be found.
+
+    Parameters
+    ----------
+    person : str
+    training : Training
+    model : LipModel
+    starts : (K, P) float64
+    classes : ColourClasses
+    """
+
+    person: str
+    training: Training
+    model: LipModel
+    starts: FloatArray
+    classes: ColourClasses
+
+    def setting(
+        self, camera: Camera, renderer: Renderer, pose_deviation: FloatArray | None = None
+    ) -> ShellSetting:
+        """What a fit needs."""
+        scene = self.model.scene()
+        seen = seen_shapes(self.model.physics, self.training.displacements)
+        return ShellSetting(
+            self.model, scene, self.classes, camera, renderer, pose_deviation, seen=seen
+        )
+
+
+def learn_lips(
+    speaker: Speaker,
+    person: str,
+    classes: ColourClasses,
+    seed: int,
+    motion: Motion | None = None,
+) -> TrainedLips:
+    """Lips of a person from dots; by default while they speak (`spoken_motion`)."""
+    motion = spoken_motion(speaker, person) if motion is None else motion
+    dots = observed_motion(speaker, motion, noise=OBSERVED, seed=seed)
+    training = train(dots, speaker, person, n_train=len(motion))
+    model = lip_model(speaker, training.shell, training.physics, speaker.named(person))
+    starts = typical_shapes(training.physics, training.displacements, seed=seed)
+    return TrainedLips(person, training, model, starts, classes)
+
+
+@dataclass(frozen=True, eq=False)
+class FrameError:
+    """How one fit came out.
+
+    Parameters
+    ----------
+    person, camera, driver : str
+    frame : int
+    rms : float, mm
+        Of the lip nodes, head coordinates.
+    highest : float, mm
+        The same of the highest maximum alone.
+    fit : ShellFit
+    """
+
+    person: str
+    camera: str
+    driver: str
+    frame: int
+    rms: float
+    highest: float
+    fit: ShellFit
+
+    @classmethod
+    def of(
+        cls, lips: TrainedLips, camera: str, driver: str, frame: int, fit: ShellFit, view: Truth
+    ) -> FrameError:
+        """How a fit of a view's frame came out, by the view's truth."""
+        truth = lips.model.shell.nodes(view.vertices(frame))
+        rms, highest = (lip_error(lips.model, nodes, truth) for nodes in (fit.nodes, fit.highest))
+        return cls(lips.person, camera, driver, frame, rms, highest, fit)
+
+
+def lip_error(model: LipModel, nodes: FloatArray, truth: FloatArray) -> float:
+    """RMS distance, mm, of the lips' nodes (three rings) from the truth; both (N, 3)."""
+    away = (nodes - truth)[: 3 * COLUMNS]
+    return float(np.sqrt((away**2).sum(axis=1).mean()))
+
+
+def pose_known(
+    lips: TrainedLips,
+    views: Mapping[str, Truth],
+    renderer: Renderer,
+    drivers: Sequence[str],
+    rule: str = "whole",
+    score: Integral = "exact",
+    step: int = 1,
+) -> Iterator[FrameError]:
+    """Fit frames of every view, each by itself, with the pose known.
+
+    Parameters
+    ----------
+    lips : TrainedLips
+    views : mapping of camera to Truth
+    renderer : Renderer
+    drivers : sequence of str
+    rule : str
+        How forces are integrated.
+    score : {"exact", "sample"}
+        How the posterior is.
+    step : int
+        Every so many frames.
+
+    Yields
+    ------
+    FrameError
+    """
+    for camera, view in views.items():
+        setting = replace(lips.setting(view.camera, renderer), score=score)
+        for frame, picture in enumerate(view.pictures()):
+            if frame % step:
+                continue
+            for driver in drivers:
+                fit = fit_frame(setting, picture, view.pose(frame), lips.starts, driver, rule)
+                yield FrameError.of(lips, camera, driver, frame, fit, view)
+
+
+def placed_by_blob(
+    lips: TrainedLips, views: Mapping[str, Truth], renderer: Renderer, driver: str
+) -> Iterator[FrameError]:
+    """As the paper does: depth and rotation are given, the place in the picture is the blob's.
+
+    Frames in which no mouth is found are left out.
+    """
+    for camera, view in views.items():
+        setting = lips.setting(view.camera, renderer, BLOB_FREE)
+        for frame, picture in enumerate(view.pictures()):
+            blob = find_lips(lips.classes, picture)
+            if blob is None:
+                continue
+            pose, place = view.pose(frame), blob.centre
+            fit = fit_frame(setting, picture, pose, lips.starts, driver, centre=place)
+            if fit.found:
+                yield FrameError.of(lips, camera, driver, frame, fit, view)
+
+
+def pose_estimated(
+    lips: TrainedLips, speaker: Speaker, view: Truth, renderer: Renderer, driver: str
+) -> Iterator[FrameError]:
+    """Fit a moving head: its pose is found by details of the upper face, then fitted along.
+
+    Frames in which no mouth is found are left out.
+    """
+    setting = lips.setting(view.camera, renderer, POSE_FREE)
+    motion = HeadMotion(head_model(speaker, lips.person), view.camera, renderer)
+    for frame, (picture, pose) in enumerate(motion.poses(view.pictures())):
+        if pose is None:
+            continue
+        fit = fit_frame(setting, picture, pose, lips.starts, driver)
+        if fit.found:
+            yield FrameError.of(lips, "moving", driver, frame, fit, view)
+
+
+def rms_of(errors: Sequence[FrameError]) -> float:
+    """RMS over frames, mm."""
+    return float(np.sqrt(np.mean([e.rms**2 for e in errors]))) if errors else float("nan")
+
+
+def converged(errors: Sequence[FrameError]) -> float:
+    """Share of fits that ended by themselves within the paper's iterations."""
+    ended = [
+        e.fit.solution.status == "converged" and e.fit.solution.n_iterations <= ITERATIONS
+        for e in errors
+    ]
+    return float(np.mean(ended))

@@ -1,0 +1,237 @@
+"""Figures 3 to 9: probability maps, the way from the first placement to the fit, and fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.chroma import sampled
+from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.fit.shell import (
+    DRAWN_MOUTH,
+    PULL,
+    ShellPosterior,
+    shell_posterior,
+    shell_window,
+)
+from abs_engine.fit.shell_frame import ITERATIONS, fit_frame
+from abs_engine.optimise.ascent import Forces
+from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
+from abs_engine.papers.basu1998.figures import Posture, draw_postures
+from abs_engine.papers.basu1998.wireframe import CloseUp, arrows
+from abs_engine.systems.inspect.layout import Image, beside, captioned, framed, sheet, stacked
+
+FloatArray = NDArray[np.float64]
+TILE = 250  # pixels across a tile
+_TEXT = 15
+_WIDER, _HIGHER = 1.15, 0.75  # than the fit's window; share of what is added above
+_ARROW = 0.09  # of a tile's width: the longest one
+_ARROWS = (255, 120, 40)
+_HUES = {
+    "skin": (226, 190, 168), "lips": (196, 70, 80), "teeth": (250, 250, 240), "dark": (50, 30, 40),
+}  # fmt: skip
+_UNLIKELY = (130, 130, 130)
+
+
+def probability_figure(
+    lips: TrainedLips, picture: Image, pose: Pose, camera: Camera, renderer: Renderer
+) -> Image:
+    """Figures 3 and 4: how probable each class is in each pixel around a mouth, raw and smoothed.
+
+    Beyond the paper: teeth and the dark of the mouth, and the most probable class. The smoothed
+    maps are those of which the forces are made.
+
+    Parameters
+    ----------
+    lips : TrainedLips
+    picture : (H, W, 3) uint8 RGB
+    pose : Pose
+        Of the head: where the mouth is.
+    camera : Camera
+    renderer : Renderer
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+        White is probable.
+    """
+    close = _close_up(lips, pose, camera, renderer)
+    raw, smooth = _maps(lips, close, picture)
+    pairs = {
+        name: [_told(close.grey(raw[k]), f"{name}, PDF"),
+               _told(close.grey(smooth[k]), f"{name}, smoothed PDF")]
+        for k, name in enumerate(CLASSES)
+    }  # fmt: skip
+    classes = cv2.resize(_most_probable(raw), close.window.drawn, interpolation=cv2.INTER_NEAREST)
+    image = _told(close.cut(picture), "image")
+    most = _told(np.asarray(classes, np.uint8), "most probable class")
+    tiles = [image, *pairs["lips"], *pairs["skin"], most, *pairs["teeth"], *pairs["dark"]]
+    return sheet(tiles, 5)
+
+
+def _close_up(lips: TrainedLips, pose: Pose, camera: Camera, renderer: Renderer) -> CloseUp:
+    """The fit's window and a little more, or the shell's nodes on the nose would be cut off."""
+    window = shell_window(lips.setting(camera, renderer), pose)
+    width, height = _WIDER * np.array([window.width, window.height])
+    x, y = window.x - (width - window.width) / 2, window.y - _HIGHER * (height - window.height)
+    return CloseUp(camera, Window(x, y, width, height, TILE / width), window.scale)
+
+
+def _maps(lips: TrainedLips, close: CloseUp, picture: Image) -> tuple[FloatArray, FloatArray]:
+    """Probability maps (C, H, W) as the fit has them, and those of which it makes forces."""
+    raw = lips.classes.probabilities(sampled(close.fitted, picture))
+    return raw, hamming(raw, PULL * DRAWN_MOUTH)
+
+
+def _told(tile: Image, text: str) -> Image:
+    return captioned(framed(tile), text, _TEXT)
+
+
+def _most_probable(maps: FloatArray) -> Image:
+    """Classes (C, H, W) as colours (H, W, 3); grey where none is likely."""
+    hues = np.array([*(_HUES[name] for name in CLASSES), _UNLIKELY], np.uint8)
+    return hues[np.where(maps.max(axis=0) > 0.5, maps.argmax(axis=0), len(CLASSES))]
+
+
+def convergence_figure(
+    lips: TrainedLips,
+    picture: Image,
+    pose: Pose,
+    camera: Camera,
+    renderer: Renderer,
+    truth: FloatArray | None = None,
+) -> Image:
+    """Figure 5: from the first placement of the mean shape to the fit, by the forces.
+
+    Parameters
+    ----------
+    lips : TrainedLips
+    picture : (H, W, 3) uint8 RGB
+    pose : Pose
+        Known, or placed by the blob; it is held.
+    camera : Camera
+    renderer : Renderer
+    truth : (N, 3) float64, mm, head frame, optional
+        True nodes of the shell, by which the captions give the lips' error.
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+        The image; the placement; the smoothed lip map with the forces on the nodes; the shape
+        after the first iteration; the converged fit; and, beyond the paper, what is found from
+        the typical shapes instead of the mean.
+    """
+    setting = lips.setting(camera, renderer)
+    posterior = shell_posterior(setting, picture, pose)
+    close = _close_up(lips, pose, camera, renderer)
+    image, start = close.cut(picture), np.zeros(len(setting.free))
+    one, last = (
+        Forces(limit=limit).minimise(posterior, start, setting.spec) for limit in (1, ITERATIONS)
+    )
+    how = "converged" if last.status == "converged" else "stopped"
+    shown = [
+        ("initial placement", start),
+        ("after iteration 1", one.x),
+        (f"{how} after {last.n_iterations}", last.x),
+    ]
+    wired = [
+        _wired(lips, close, image, renderer, pose, _nodes(lips, posterior, x), name, truth)
+        for name, x in shown
+    ]
+    dark = close.grey(_maps(lips, close, picture)[1][CLASSES.index("lips")])
+    pulled = _told(_forced(dark, close, lips, posterior, start), "smoothed lip PDF, forces")
+    fit = fit_frame(setting, picture, pose, lips.starts)
+    ours = _wired(lips, close, image, renderer, pose, fit.nodes, "from typical shapes", truth)
+    return sheet([_told(image, "image"), wired[0], pulled, *wired[1:], ours], 3)
+
+
+def _wired(
+    lips: TrainedLips,
+    close: CloseUp,
+    tile: Image,
+    renderer: Renderer,
+    pose: Pose,
+    nodes: FloatArray,
+    name: str,
+    truth: FloatArray | None,
+) -> Image:
+    """A tile with a shape over it, its name, and its error where that is known."""
+    told = "" if truth is None else f": {lip_error(lips.model, nodes, truth):.2f} mm"
+    return _told(close.wired(tile, renderer, lips.model.shell, nodes, pose), name + told)
+
+
+def _nodes(lips: TrainedLips, posterior: ShellPosterior, x: FloatArray) -> FloatArray:
+    weights = posterior.whole(x)[6:]
+    return posterior.setting.scene.vertices(weights)[: len(lips.model.shell)]
+
+
+def _forced(
+    tile: Image, close: CloseUp, lips: TrainedLips, posterior: ShellPosterior, x: FloatArray
+) -> Image:
+    """A tile with the forces on the shell's nodes at `x`, the strongest as long as is good."""
+    forces, drawn = posterior.node_forces(posterior.whole(x))
+    forces = forces[: len(lips.model.shell)]
+    points = _nodes(lips, posterior, x) @ drawn.rotations[0].T + drawn.translations[0]
+    begin = close.pixels(points)
+    strongest = max(float(np.linalg.norm(forces, axis=1).max()), 1e-12)
+    step = close.pixels(points + forces / strongest) - begin
+    longest = max(float(np.linalg.norm(step, axis=1).max()), 1e-12)
+    return arrows(tile, begin, begin + step * (_ARROW * TILE / longest), _ARROWS)
+
+
+@dataclass(frozen=True, eq=False)
+class ShownFit:
+    """A fit to be drawn.
+
+    Parameters
+    ----------
+    name : str
+    picture : (H, W, 3) uint8 RGB
+    camera : Camera
+    pose : Pose
+        Head to camera.
+    nodes : (N, 3) float64, mm, head frame
+        Of the shell, as fitted.
+    """
+
+    name: str
+    picture: Image
+    camera: Camera
+    pose: Pose
+    nodes: FloatArray
+
+
+def fits_figure(renderer: Renderer, lips: TrainedLips, fits: Sequence[ShownFit]) -> Image:
+    """Figures 6 to 9, a row for each fit: image, fit, and the shape from the front and the side.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    lips : TrainedLips
+        Of the person who is seen.
+    fits : sequence of ShownFit
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+    """
+    return stacked([_row(renderer, lips, fit) for fit in fits])
+
+
+def _row(renderer: Renderer, lips: TrainedLips, fit: ShownFit) -> Image:
+    shell = lips.model.shell
+    close = _close_up(lips, fit.pose, fit.camera, renderer)
+    image = close.cut(fit.picture)
+    tiles = [
+        _told(image, fit.name),
+        _told(close.wired(image, renderer, shell, fit.nodes, fit.pose), "fit"),
+    ]
+    shape = Posture("shape from the front and the side", fit.nodes)
+    return beside([sheet(tiles, 2), draw_postures(renderer, shell, [shape], columns=1)])

@@ -1,0 +1,132 @@
+"""Closures in real clips, where they are at hand, against frames labelled by eye."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import shipped
+from abs_engine.core.errors import InputFileError
+from abs_engine.core.scene import Renderer
+from abs_engine.evaluate.metrics import spikes
+from abs_engine.papers.basu1998.motion import data_folder
+from abs_engine.tracking.lips import BLOBS, LipOptions
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run import track_video
+
+SPIKE_MM = 4.0
+FOLDER = "grid"
+
+
+@dataclass(frozen=True, eq=False)
+class ClosureLabels:
+    """When lips are closed in a clip, as seen by eye.
+
+    Parameters
+    ----------
+    closed : (T,) bool
+    sure : (T,) bool
+        Where that could be told.
+    runs : list of [int, int]
+        First and last frame of each closure.
+    """
+
+    closed: NDArray[np.bool_]
+    sure: NDArray[np.bool_]
+    runs: list[list[int]]
+
+
+def closure_labels() -> dict[str, ClosureLabels]:
+    """The labels of all clips, by name."""
+    told = json.loads(shipped("labels/grid_closures.json").read_text())
+    return {name: _labels(entry) for name, entry in told["clips"].items()}
+
+
+def _labels(entry: dict[str, Any]) -> ClosureLabels:
+    closed, sure = np.zeros(entry["n_frames"], bool), np.ones(entry["n_frames"], bool)
+    for first, last in entry["closed"]:
+        closed[first : last + 1] = True
+    sure[entry["unsure"]] = False
+    return ClosureLabels(closed, sure, entry["closed"])
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How a run agrees with the labels, in frames that could be told.
+
+    Parameters
+    ----------
+    hits, found, labelled : int
+        Frames closed in both, in the run, by the labels.
+    met, closures : int
+        Closures that have a closed frame in the run, and all.
+    spikes : int
+        Single-frame spikes of the aperture above 4 mm.
+    """
+
+    hits: int
+    found: int
+    labelled: int
+    met: int
+    closures: int
+    spikes: int
+
+    def __add__(self, other: Agreement) -> Agreement:
+        """Both together."""
+        return Agreement(*(a + b for a, b in zip(_values(self), _values(other), strict=True)))
+
+    @property
+    def precision(self) -> float:
+        """Share of the run's closed frames that are closed."""
+        return self.hits / max(1, self.found)
+
+    @property
+    def recall(self) -> float:
+        """Share of the closed frames that are closed in the run."""
+        return self.hits / max(1, self.labelled)
+
+
+def _values(agreement: Agreement) -> tuple[int, ...]:
+    return tuple(vars(agreement).values())
+
+
+def agreement(labels: ClosureLabels, run: dict[str, Any]) -> Agreement:
+    """How the arrays of a run agree with labels."""
+    found, sure = np.asarray(run["closed"], bool), labels.sure
+    met = sum(bool(found[first : last + 1].any()) for first, last in labels.runs)
+    return Agreement(
+        int((found & labels.closed & sure).sum()), int((found & sure).sum()),
+        int((labels.closed & sure).sum()), met, len(labels.runs),
+        int(spikes(np.asarray(run["aperture"]), SPIKE_MM)),
+    )  # fmt: skip
+
+
+def grid_agreement(renderer: Renderer, tell: Callable[[str], None]) -> dict[str, Any] | None:
+    """Track the labelled clips and compare; None where they are not at hand."""
+    labels = closure_labels()
+    try:
+        folder = data_folder(FOLDER)
+    except InputFileError:
+        return None
+    clips = [name for name in labels if (folder / f"{name}.mpg").is_file()]
+    if not clips:
+        return None
+    total = Agreement(0, 0, 0, 0, 0, 0)
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in clips:
+            tell(f"tracking {name}")
+            out = Path(scratch) / name
+            track_video(folder / f"{name}.mpg", out, renderer, LipOptions(start=BLOBS))
+            total += agreement(labels[name], load_run(out))
+    return {
+        "closure_precision": total.precision, "closure_recall": total.recall,
+        "closures_met": total.met, "closures": total.closures,
+        "closures_missed": total.closures - total.met, "spikes": total.spikes, "clips": clips,
+    }  # fmt: skip

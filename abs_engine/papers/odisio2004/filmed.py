@@ -1,0 +1,169 @@
+"""Visemes filmed for the appearance models: the corpus as pictures, with the head's motion known.
+
+The studio's pictures (`abs_engine.synth`) have lamps, shading, blur and noise that the tracker's
+own renderer does not have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Several
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.articulated import FaceShape
+from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.synth.look import Look
+from abs_engine.synth.make import Crew, Order, Progress, make
+from abs_engine.synth.people import Person, dots, paint
+from abs_engine.synth.sequence import Sequence, portrait, wander
+from abs_engine.synth.studio import plan_of
+from abs_engine.truth import load_truth
+
+FloatArray = NDArray[np.float64]
+SIZE = (320, 240)
+BEADS = 230
+"""Coloured beads on the face, as the paper's speaker wears a few hundred (figure 1); none lie on
+the lips."""
+COMMAND = "abs-engine reproduce 001"
+_LONG = 600.0  # seconds of head motion of which each picture shows a moment
+
+
+@dataclass(frozen=True, eq=False)
+class VisemePictures:
+    """A picture of each viseme of a corpus.
+
+    Parameters
+    ----------
+    visemes : tuple of str, V
+    pictures : (V, H, W, 3) uint8 RGB
+        As the camera took them, without compression.
+    vertices : (V, M, 3) float32, mm, head frame
+        The whole head as it was filmed.
+    poses : tuple of Pose, V
+        Head to camera.
+    camera : Camera
+    """
+
+    visemes: tuple[str, ...]
+    pictures: NDArray[np.uint8]
+    vertices: NDArray[np.float32]
+    poses: tuple[Pose, ...]
+    camera: Camera
+
+    def __len__(self) -> int:
+        """Return the number of visemes, V."""
+        return len(self.visemes)
+
+
+def film_visemes(
+    speaker: Speaker,
+    spoken: SpokenCorpus,
+    person: str,
+    folder: Path,
+    *,
+    size: tuple[int, int] = SIZE,
+    beads: int = 0,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> VisemePictures:
+    """Film each viseme of a corpus once, from the front, the head moved a little each time.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    spoken : SpokenCorpus
+        Spoken by `person`.
+    person : str
+    folder : Path
+        Gets the data set; must not exist.
+    size : tuple of int
+        Width and height of the pictures.
+    beads : int
+        How many are on the face; see `BEADS`.
+    seed : int
+        Of the head's motion and the sensor's noise.
+    progress : callable, optional
+        Told the number of pictures done and of all.
+
+    Raises
+    ------
+    ParameterError
+        If the corpus is another person's.
+    OutputError
+        If the folder exists or cannot be written.
+    StudioError
+        If pyrender cannot draw on this machine.
+    """
+    neutral = speaker.named(person)
+    if not np.array_equal(neutral, spoken.neutral):
+        raise ParameterError(f"the corpus is not spoken by {person}", "speak it by the same person")
+    camera = Camera.ideal(size)
+    rng = np.random.default_rng([seed, 1])
+    times = rng.uniform(0.0, _LONG, len(spoken.weights))
+    rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng)
+    names = spoken.corpus.visemes
+    nothing = np.zeros(len(names), np.bool_)
+    act = Sequence(person, "visemes", 25.0, spoken.weights, rotations, shifts, names, nothing)
+    plan = plan_of(speaker, act, camera, Look(), seed, COMMAND)
+    if beads:
+        worn = Person(person, person, beads=beads)
+        plan = replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
+    order, crew = Order(COMMAND, seed, (), keep_frames=True), Crew(filming=progress)
+    make([plan], 1, folder, speaker, order, crew)
+    return read_visemes(folder, names)
+
+
+def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:
+    """What `film_visemes` filmed.
+
+    Raises
+    ------
+    ParameterError
+        If there are not as many pictures as visemes.
+    InputFileError, ModelFormatError
+        If the data set cannot be read.
+    """
+    truth = load_truth(folder)
+    if len(truth) != len(visemes):
+        raise ParameterError(
+            f"{len(truth)} pictures for {len(visemes)} visemes", "film the same corpus"
+        )
+    count = range(len(truth))
+    heads = np.stack([truth.vertices(t) for t in count])
+    return VisemePictures(
+        tuple(visemes), np.stack(list(truth.pictures())), heads,
+        tuple(truth.pose(t) for t in count), truth.camera,
+    )  # fmt: skip
+
+
+def split(
+    count: int, seed: int = 0, share: float = 0.8
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of a random share of so many visemes, and those of the others, ascending."""
+    order = np.random.default_rng([seed, 2]).permutation(count)
+    cut = round(share * count)
+    return np.sort(order[:cut]), np.sort(order[cut:])
+
+
+def sightings(shape: FaceShape, pictures: VisemePictures, alpha: FloatArray) -> list[Sighting]:
+    """Pictures with the geometry that the articulatory model gives them.
+
+    Parameters
+    ----------
+    shape : FaceShape
+    pictures : VisemePictures
+    alpha : (V, P) float64
+        Parameters of the visemes.
+    """
+    return [
+        Sighting(picture, shape.scene.vertices(row), pose, row)
+        for picture, pose, row in zip(pictures.pictures, pictures.poses, alpha, strict=True)
+    ]

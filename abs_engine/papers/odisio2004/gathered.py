@@ -1,0 +1,139 @@
+"""What a reproduction gathers on the way: how much is done, results, figures, finished stages."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from abs_engine.assets import Speaker
+from abs_engine.core.scene import Renderer
+
+STAGES = "stages"
+"""Folder of the stages that an interrupted run finished."""
+
+
+@dataclass(frozen=True)
+class Amount:
+    """How much is done.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Of the pictures.
+    rounds : int
+        Splits of the visemes; five test each once.
+    searched, stopped : int
+        Visemes in the comparisons of solvers and of stopping rules.
+    budgets : tuple of int
+    sentences : int or None
+        How many, evenly chosen; None is all.
+    frames : int or None
+        Of each sentence, from its start; None is all.
+    twins : int or None
+        How many of the sentences the constant models are tracked on, evenly chosen; None is all.
+    worn : int or None
+        Frames of each sequence of the worn camera.
+    practised : int
+        Frames of the sentence that is kept for practice; 0 leaves it out.
+    """
+
+    size: tuple[int, int]
+    rounds: int
+    searched: int
+    stopped: int
+    budgets: tuple[int, ...]
+    sentences: int | None = None
+    frames: int | None = None
+    twins: int | None = None
+    worn: int | None = None
+    practised: int = 0
+
+
+QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)
+FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=24)
+
+
+@dataclass
+class Report:
+    """What is collected on the way; the parts that come later add to it.
+
+    Parameters
+    ----------
+    folder : Path
+    renderer : Renderer
+    speaker : Speaker
+    person : str
+    seed : int
+    quick : bool
+    tell : callable
+        Told what is done next.
+    amount : Amount
+    workers : int
+        Processes that track sentences.
+    renderer_name : str
+        What they draw with; see `open_renderer`.
+    results : dict
+    figures : list of (str, str)
+        Address and caption.
+    """
+
+    folder: Path
+    renderer: Renderer
+    speaker: Speaker
+    person: str
+    seed: int
+    quick: bool
+    tell: Callable[[str], None]
+    amount: Amount
+    workers: int = 1
+    renderer_name: str = "auto"
+    results: dict[str, Any] = field(default_factory=dict)
+    figures: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def command(self) -> str:
+        """What is typed to make it."""
+        usual = QUICK if self.quick else FULL
+        words = ["abs-engine reproduce 001", *(["--quick"] if self.quick else [])]
+        words += [f"--seed {self.seed}", f"--person {self.person}"]
+        for option, own, default in (
+            ("sentences", self.amount.sentences, usual.sentences),
+            ("twins", self.amount.twins, usual.twins), ("workers", self.workers, 1),
+        ):  # fmt: skip
+            words += [f"--{option} {own}"] if own != default else []
+        return " ".join(words)
+
+    def figure(self, name: str, content: bytes, caption: str) -> None:
+        """Write a figure."""
+        (self.folder / name).write_bytes(content)
+        self.figures.append((name, caption))
+
+    def stage(self, name: str, make: Callable[[Report], None]) -> None:
+        """Do a part, or take what an interrupted run in the same folder found of it.
+
+        Parameters
+        ----------
+        name : str
+            Of its file among the stages.
+        make : callable
+            Adds to the results and figures of the report that it is given.
+        """
+        path = self.folder / STAGES / f"{name}.json"
+        if path.is_file():
+            told = json.loads(path.read_text(encoding="utf-8"))
+        else:
+            own, started = replace(self, results={}, figures=[]), time.perf_counter()
+            make(own)
+            told = {"results": own.results, "figures": own.figures}
+            told["seconds"] = round(time.perf_counter() - started, 1)
+            path.parent.mkdir(exist_ok=True)
+            made = path.with_suffix(".part")
+            made.write_text(json.dumps(told), encoding="utf-8")
+            made.replace(path)
+        self.results |= told["results"]
+        self.results.setdefault("stage_seconds", {})[name] = told["seconds"]
+        self.figures += [(address, caption) for address, caption in told["figures"]]

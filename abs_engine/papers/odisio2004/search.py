@@ -1,0 +1,253 @@
+"""The search: solvers at equal numbers of evaluations, and when to stop (item 4 of the paper)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.scene import Renderer
+from abs_engine.face.talking import TalkingFace
+from abs_engine.fit.talking import FROM_NEUTRAL, Problem, Solver, problem
+from abs_engine.optimise.free import DerivativeFree
+from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.restarted import RestartedSimplex
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.variations import LocalVariations
+from abs_engine.papers.odisio2004.visemes import Speech
+
+FloatArray = NDArray[np.float64]
+FAILED = 2.0
+"""mm of residual above which a fit has failed."""
+BUDGETS = (150, 300, 600)
+TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
+_NEVER = 1e-12
+_POSE_OFF = np.array([0.02, 0.02, 0.02, 1.0, 1.0, 4.0])  # rad, mm
+
+SOLVERS: dict[str, Callable[[float, int], Solver]] = {
+    "nelder_mead": Simplex,
+    "nelder_mead_restarted": lambda t, n: RestartedSimplex(max(t, 1e-3), n, 99),
+    "levenberg_marquardt": LevenbergMarquardt,  # type: ignore[dict-item]
+    "local_variations": LocalVariations,
+    "sbplx": lambda t, n: DerivativeFree("sbplx", t, n),
+    "bobyqa": lambda t, n: DerivativeFree("bobyqa", t, n),
+    "cobyla": lambda t, n: DerivativeFree("cobyla", t, n),
+    "praxis": lambda t, n: DerivativeFree("praxis", t, n),
+}
+"""By the key of results.json: a solver of a tolerance and a limit of evaluations."""
+
+
+@dataclass(eq=False)
+class Watched:
+    """A problem in units of a wrong match, that remembers the best place after each evaluation."""
+
+    problem: Problem
+    best: list[FloatArray] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    _value: float = np.inf
+    _start: float = field(default_factory=time.perf_counter)
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Epsilon in units of what a wrong match costs."""
+        found = self.problem(x).value / self.problem.wrong
+        self._note(x, found)
+        return Evaluation(found)
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """What makes epsilon in the same units when it is squared and summed."""
+        found = np.asarray(self.problem.residuals(x) / np.sqrt(self.problem.wrong), np.float64)
+        self._note(x, float(found @ found))
+        return found
+
+    def _note(self, x: FloatArray, value: float) -> None:
+        if value < self._value or not self.best:
+            self._value = value
+            self.best.append(np.array(x))
+        else:
+            self.best.append(self.best[-1])
+        self.seconds.append(time.perf_counter() - self._start)
+
+    def after(self, count: int) -> tuple[FloatArray, float, int]:
+        """Best place, seconds and evaluations when at most so many were spent."""
+        at = min(count, len(self.best)) - 1
+        return self.best[at], self.seconds[at], at + 1
+
+
+@dataclass(frozen=True)
+class SearchRow:
+    """How a solver fared within so many evaluations of each fit.
+
+    Parameters
+    ----------
+    solver, model : str
+    budget : int
+        Evaluations that each fit might have.
+    mm : float
+        Median residual over the fits, all points, head coordinates.
+    lips_mm : float
+        Of the lips' points.
+    failures : float
+        Share of the fits with more than `FAILED` mm.
+    seconds : float
+        Of a fit, mean.
+    evaluations : float
+        Used of the budget, mean.
+    """
+
+    solver: str
+    model: str
+    budget: int
+    mm: float
+    lips_mm: float
+    failures: float
+    seconds: float
+    evaluations: float
+
+
+def moved_problem(
+    speech: Speech, face: TalkingFace, name: str, which: int, renderer: Renderer, seed: int
+) -> Problem:
+    """A picture's epsilon over 13 parameters, from neutral and a pose that is somewhat wrong."""
+    seen = speech.pictures
+    true = seen.poses[which]
+    away = np.random.default_rng([seed, which]).normal(0.0, _POSE_OFF)
+    turned = rotations(away[None, :3])[0] @ true.rotation
+    pivot = speech.shape.pivot
+    shift = true.apply(pivot) + away[3:] - turned @ pivot
+    return problem(
+        face, name, seen.pictures[which], seen.camera, Pose(turned, shift),
+        speech.shape.neutral, renderer,
+    )  # fmt: skip
+
+
+def compare_solvers(
+    speech: Speech,
+    face: TalkingFace,
+    tests: Iterable[int],
+    renderer: Renderer,
+    *,
+    model: str = "tex_lin",
+    budgets: Sequence[int] = BUDGETS,
+    solvers: Sequence[str] = tuple(SOLVERS),
+    seed: int = 0,
+) -> list[SearchRow]:
+    """All solvers on the same fits over all 13 parameters, at equal numbers of evaluations.
+
+    No solver stops by itself before it has collapsed; the best place after each budget counts.
+
+    Parameters
+    ----------
+    speech : Speech
+    face : TalkingFace
+        Learned from other visemes.
+    tests : iterable of int
+    renderer : Renderer
+    model : str
+    budgets : sequence of int
+        Ascending.
+    solvers : sequence of str
+        Of `SOLVERS`.
+    seed : int
+        Of how the pose at the start is wrong.
+    """
+    tests = list(tests)
+    rows = []
+    for name in solvers:
+        runs = [
+            _watched(speech, face, model, k, renderer, SOLVERS[name](_NEVER, budgets[-1]), seed)
+            for k in tests
+        ]
+        for budget in budgets:
+            rows.append(_row(speech, name, model, budget, dict(zip(tests, runs, strict=True))))
+    return rows
+
+
+def _watched(
+    speech: Speech,
+    face: TalkingFace,
+    model: str,
+    which: int,
+    renderer: Renderer,
+    solver: Solver,
+    seed: int,
+) -> Watched:
+    asked = moved_problem(speech, face, model, which, renderer, seed)
+    watched = Watched(asked)
+    start = np.concatenate([np.zeros(6), speech.shape.neutral])
+    solver.minimise(watched, start, asked.spec, FROM_NEUTRAL)
+    return watched
+
+
+def _row(speech: Speech, name: str, model: str, budget: int, runs: dict[int, Watched]) -> SearchRow:
+    after = {k: run.after(budget) for k, run in runs.items()}
+    missed = [speech.missed(runs[k].problem.alpha(x), k) for k, (x, _, _) in after.items()]
+    every, lips = np.array(missed).T
+    seconds, counts = (np.mean([a[i] for a in after.values()]) for i in (1, 2))
+    return SearchRow(
+        name, model, budget, float(np.median(every)), float(np.median(lips)),
+        float((every > FAILED).mean()), float(seconds), float(counts),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StopRow:
+    """What a stopping rule costs and gives.
+
+    Parameters
+    ----------
+    tolerance : float
+        In units of what a wrong match costs.
+    model : str
+    mm : float
+        Median residual, all points.
+    mean_mm : float
+    evaluations : float
+        Mean.
+    """
+
+    tolerance: float
+    model: str
+    mm: float
+    mean_mm: float
+    evaluations: float
+
+
+def compare_tolerances(
+    speech: Speech,
+    face: TalkingFace,
+    tests: Iterable[int],
+    renderer: Renderer,
+    *,
+    model: str = "tex_lin",
+    tolerances: Sequence[float] = TOLERANCES,
+) -> list[StopRow]:
+    """Nelder-Mead from neutral, the pose known, with tighter and tighter stopping rules.
+
+    Parameters
+    ----------
+    speech, face, tests, renderer, model
+        As for `compare_solvers`; the visemes must not be those that results are reported of.
+    tolerances : sequence of float
+    """
+    tests, rows = list(tests), []
+    for tolerance in tolerances:
+        errors, counts = [], []
+        for k in tests:
+            watched = Watched(speech.problem(face, model, k, renderer))
+            start, spec = speech.shape.neutral, watched.problem.spec
+            solver = RestartedSimplex(tolerance, 2000, 2)
+            found = solver.minimise(watched, start, spec, FROM_NEUTRAL)
+            errors.append(speech.missed(found.x, k)[0])
+            counts.append(found.n_evaluations)
+        rows.append(
+            StopRow(
+                tolerance, model, float(np.median(errors)), float(np.mean(errors)),
+                float(np.mean(counts)),
+            )
+        )  # fmt: skip
+    return rows

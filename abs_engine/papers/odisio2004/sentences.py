@@ -1,0 +1,231 @@
+"""Experiment (b): sentences, head motion and articulation tracked together (section 5.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from abs_engine.assets import Speaker
+from abs_engine.core.scene import Renderer
+from abs_engine.face.talking import MODELS, TalkingFace
+from abs_engine.papers.odisio2004.sentences_figures import curves_figure
+from abs_engine.papers.odisio2004.sentences_filmed import RATE, Filmed
+from abs_engine.papers.odisio2004.sentences_scores import Closures, Curves, closing_gap, closures
+from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
+from abs_engine.papers.odisio2004.sentences_work import Job, Tell, Work, track_sentences
+from abs_engine.papers.odisio2004.trees import (
+    Tree,
+    faces_at_centres,
+    phoneme_tree,
+    trees_figure,
+)
+from abs_engine.papers.odisio2004.visemes import Speech
+from abs_engine.synth.french import SENTENCES, Sentence
+from abs_engine.systems.articulate.figures import figure_bytes
+from abs_engine.tracking.sequence import Tracked
+
+FIGURE, TREES = "figure8.svg", "figure7.svg"
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A sentence that was tracked with each model.
+
+    Parameters
+    ----------
+    filmed : Filmed
+        Without its pictures.
+    tracked : dict of str to Tracked
+        By model; not every sentence need have all.
+    curves : dict of str to Curves
+    closures : dict of str to Closures
+    """
+
+    filmed: Filmed
+    tracked: dict[str, Tracked]
+    curves: dict[str, Curves]
+    closures: dict[str, Closures]
+
+
+@dataclass(frozen=True, eq=False)
+class Sentences:
+    """All sentences that were tracked.
+
+    Parameters
+    ----------
+    runs : tuple of Run
+    closed_below : float, mm
+        See `sentences_scores.closing_gap`.
+    """
+
+    runs: tuple[Run, ...]
+    closed_below: float
+
+    def told(self) -> dict[str, Any]:
+        """The table over all sentences, for ``results.json``."""
+        out: dict[str, Any] = {"frames": sum(len(run.filmed) for run in self.runs)}
+        out |= {"sentences": len(self.runs), "closed_below_mm": self.closed_below}
+        for model in MODELS:
+            own = [run for run in self.runs if model in run.curves]
+            if own:
+                out[model] = _told(model, own)
+        return out
+
+    def told_each(self) -> list[dict[str, Any]]:
+        """A row for each sentence: what was said, frames, and by model its mm and closures."""
+        place = {sentence.name: k for k, sentence in enumerate(SENTENCES)}
+        return [_row(run) for run in sorted(self.runs, key=lambda run: place[run.filmed.name])]
+
+    @property
+    def seconds(self) -> float:
+        """What tracking took, all models and processes together."""
+        return sum(own.seconds for run in self.runs for own in run.tracked.values())
+
+
+def _told(model: str, runs: Sequence[Run]) -> dict[str, float]:
+    """A model's line of the table."""
+    curves = [run.curves[model] for run in runs]
+    shut = sum((run.closures[model] for run in runs), Closures(0, 0, 0, 0))
+    frames = sum(len(c.rms) for c in curves)
+    return {
+        "rms_mm": _mean([c.rms for c in curves]),
+        "lips_mm": _mean([c.lips for c in curves]),
+        "face_mm": _mean([c.rest for c in curves]),
+        "depth_mm": _mean([c.depth for c in curves]),
+        "worst_sentence_mm": max(float(c.rms.mean()) for c in curves),
+        "evaluations_per_frame": _mean([c.evaluations for c in curves]),
+        "seconds_per_frame": sum(run.tracked[model].seconds for run in runs) / frames,
+        "closure_precision": shut.precision,
+        "closure_recall": shut.recall,
+        "closures": shut.spoken,
+        "closures_found": shut.found,
+        "sentences": len(runs),
+        "frames": frames,
+    }
+
+
+def _row(run: Run) -> dict[str, Any]:
+    """A sentence's line."""
+    row: dict[str, Any] = {"name": run.filmed.name, "text": run.filmed.text}
+    row |= {"frames": len(run.filmed)}
+    for model, own in run.curves.items():
+        shut = run.closures[model]
+        row[model] = {
+            **own.told(), "worst_frame_mm": float(own.rms.max()),
+            "spoken": shut.spoken, "closed": shut.closed, "found": shut.found, "true": shut.true,
+        }  # fmt: skip
+    return row
+
+
+def _mean(rows: Sequence[Any]) -> float:
+    return float(np.concatenate(rows).mean())
+
+
+def chosen(count: int | None, of: Sequence[Sentence] = SENTENCES) -> tuple[Sentence, ...]:
+    """So many sentences, evenly spread, the first among them, in their order; by default all.
+
+    Fewer are always among more, so that a run may be made longer.
+    """
+    spread = in_spread_order(of)[: len(of) if count is None else count]
+    return tuple(s for s in of if s in spread)
+
+
+def in_spread_order(of: Sequence[Sentence]) -> tuple[Sentence, ...]:
+    """All, such that those of any beginning are evenly spread: by their reversed binary number."""
+    bits = max(1, (len(of) - 1).bit_length())
+    return tuple(of[k] for k in sorted(range(len(of)), key=lambda k: f"{k:0{bits}b}"[::-1]))
+
+
+def run_sentences(
+    work: Work,
+    speaker: Speaker,
+    speech: Speech,
+    renderer: Renderer,
+    folder: Path | None = None,
+    *,
+    jobs: Sequence[Job],
+    workers: int = 1,
+    renderer_name: str = "auto",
+    tell: Tell = lambda _text: None,
+) -> Sentences:
+    """Film sentences and track each with its models; what is kept of an earlier run is taken.
+
+    The head's pose in the first frame is given, about, and the face starts from rest.
+
+    Parameters
+    ----------
+    work : Work
+    speaker : Speaker
+    speech : Speech
+        The corpus that the face was learned from.
+    renderer : Renderer
+    folder : Path, optional
+        Gets figure 8, of the first sentence.
+    jobs : sequence of Job
+    workers, renderer_name, tell
+        See `track_sentences`.
+
+    Raises
+    ------
+    StudioError
+        If pyrender cannot draw on this machine.
+    OutputError
+        If results cannot be kept.
+    """
+    track_sentences(
+        work, jobs, speaker, renderer, workers=workers, renderer_name=renderer_name, tell=tell
+    )
+    tell("scoring sentences")
+    shape = work.face.shape
+    below = closing_gap(speaker, shape, speech.spoken.corpus.visemes, speech.built.alpha)
+    runs = [_run(work, job, speaker, below) for job in jobs]
+    if folder is not None:
+        figure = curves_figure(shape, runs[0].filmed, runs[0].curves)
+        (folder / FIGURE).write_bytes(figure_bytes(figure, "svg"))
+    return Sentences(tuple(runs), below)
+
+
+def _run(work: Work, job: Job, speaker: Speaker, below: float) -> Run:
+    """Scores of a sentence that is kept."""
+    filmed, shape = work.truth(speaker, job.sentence), work.face.shape
+    kept = {model: work.load(job.sentence, model) for model in job.models}
+    tracked = {model: own for model, own in kept.items() if own is not None}
+    curves = {m: curves_of(speaker, shape, filmed, own) for m, own in tracked.items()}
+    shut = {m: closures(filmed, own.gap, below) for m, own in curves.items()}
+    return Run(filmed, tracked, curves, shut)
+
+
+def run_trees(
+    done: Sentences, face: TalkingFace, folder: Path | None = None, model: str = "tex_cst"
+) -> dict[str, Tree]:
+    """Figure 7: trees of vowels and of consonants, from the tracked sentences.
+
+    Parameters
+    ----------
+    done : Sentences
+    face : TalkingFace
+    folder : Path, optional
+        Gets the figure.
+    model : str
+        With which they were tracked; the paper's is tex_cst.
+
+    Raises
+    ------
+    ParameterError
+        If fewer than two vowels or two consonants were said.
+    """
+    said = []
+    for run in done.runs:
+        if model not in run.tracked:
+            continue
+        points = np.array([face.shape.points(row) for row in run.tracked[model].alpha])
+        inside = [s for s in run.filmed.utterance.segments if s.middle * RATE < len(points)]
+        said.append((inside, RATE, points))
+    trees = {kind: phoneme_tree(own) for kind, own in faces_at_centres(said).items()}
+    if folder is not None:
+        (folder / TREES).write_bytes(figure_bytes(trees_figure(trees), "svg"))
+    return trees

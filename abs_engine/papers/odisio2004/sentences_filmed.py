@@ -1,0 +1,205 @@
+"""Sentences of a bundled person, filmed by the studio, with what is true of each frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.synth.contact import widest_gap
+from abs_engine.synth.corpus.subtle import subtle
+from abs_engine.synth.french import Sentence
+from abs_engine.synth.look import Look
+from abs_engine.synth.people import Person, dots, paint
+from abs_engine.synth.plan import ClipPlan
+from abs_engine.synth.sequence import Sequence, deform, expression, portrait, wander
+from abs_engine.synth.speech import Utterance, articulate
+from abs_engine.synth.studio import plan_of
+from abs_engine.synth.take import Take
+from abs_engine.truth.codec import CLOSED_BELOW
+
+FloatArray = NDArray[np.float64]
+RATE = 25.0
+"""Frames per second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Filmed:
+    """A sentence as a camera saw it.
+
+    Parameters
+    ----------
+    name, text : str
+    utterance : Utterance
+    camera : Camera
+    pictures : (T, H, W, 3) uint8 RGB
+        Without compression.
+    poses : tuple of Pose, T
+        Head to camera.
+    points : (T, N, 3) float64, mm, head frame
+        Where the named points are.
+    gaps : (T,) float64, mm
+        Widest gap between the lips; see `abs_engine.synth.contact.widest_gap`.
+    """
+
+    name: str
+    text: str
+    utterance: Utterance
+    camera: Camera
+    pictures: NDArray[np.uint8]
+    poses: tuple[Pose, ...]
+    points: FloatArray
+    gaps: FloatArray
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.pictures)
+
+    def without_pictures(self) -> Filmed:
+        """The same, with black pictures of a pixel, to be kept."""
+        return replace(self, pictures=np.zeros((len(self), 1, 1, 3), np.uint8))
+
+    @property
+    def closed(self) -> NDArray[np.bool_]:
+        """Frames (T,) in which the lips touch all along."""
+        return np.asarray(self.gaps < CLOSED_BELOW)
+
+
+def speak(speaker: Speaker, neutral: NDArray[np.floating], utterance: Utterance) -> FloatArray:
+    """Face-unit weights (T, 52) of an utterance, jaw thrust and pressed cheeks among them."""
+    weights = articulate(speaker, neutral, utterance, RATE).weights
+    times = np.arange(len(weights)) / RATE
+    more = subtle(utterance, times, speaker.unit_names)
+    return np.asarray(np.clip(weights + more, 0.0, 1.0), np.float64)
+
+
+def plan_sentence(
+    speaker: Speaker, person: str, sentence: Sentence, camera: Camera, seed: int, beads: int = 0
+) -> ClipPlan:
+    """A sentence before a camera: small head motion, blinks and brows; lamps, shading, noise.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    person : str
+        One of the speaker's.
+    sentence : Sentence
+    camera : Camera
+        The head is placed so that the face fills most of its picture's height.
+    seed : int
+        Of the head's motion, the blinks and the noise.
+    beads : int
+        On the face, as `filmed.film_visemes` has them.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such person, or the camera cannot film it.
+    """
+    neutral, utterance = speaker.named(person), sentence.utterance
+    rng = np.random.default_rng([seed, *map(ord, sentence.name)])
+    weights = speak(speaker, neutral, utterance)
+    times = np.arange(len(weights)) / RATE
+    weights = weights + expression(times, speaker.unit_names, rng)
+    rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng)
+    nothing = np.zeros(len(times), np.bool_)
+    act = Sequence(
+        person, sentence.text, RATE, weights, rotations, shifts, ("",) * len(times), nothing
+    )
+    plan = plan_of(speaker, act, camera, Look(), int(rng.integers(2**31)))
+    return with_beads(speaker, plan, beads) if beads else plan
+
+
+def with_beads(speaker: Speaker, plan: ClipPlan, beads: int) -> ClipPlan:
+    """A plan whose person wears so many coloured beads."""
+    worn = Person(plan.person, plan.person, beads=beads)
+    return replace(plan, texture=paint(speaker, worn), dots=dots(speaker, worn).vertices)
+
+
+def truth_of(
+    speaker: Speaker, plan: ClipPlan, sentence: Sentence, vertices: NDArray[np.integer]
+) -> Filmed:
+    """What is true of each frame of a plan, with black pictures of a pixel; nothing is drawn."""
+    heads = [plan.neutral + deform(speaker, row).astype(np.float32) for row in plan.weights]
+    view = plan.views[0]
+    return Filmed(
+        sentence.name, sentence.text, sentence.utterance, view.camera,
+        np.zeros((len(plan), 1, 1, 3), np.uint8),
+        tuple(plan.pose(view, frame) for frame in range(len(plan))),
+        np.array([head[vertices] for head in heads], np.float64),
+        np.array([widest_gap(speaker, head) for head in heads]),
+    )  # fmt: skip
+
+
+def film_plan(
+    speaker: Speaker, plan: ClipPlan, sentence: Sentence, vertices: NDArray[np.integer]
+) -> Filmed:
+    """Film a plan with its only camera, in memory.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    plan : ClipPlan
+        Of `plan_sentence`, or one like it.
+    sentence : Sentence
+        What it says.
+    vertices : (N,) int
+        The named points.
+
+    Raises
+    ------
+    StudioError
+        If pyrender cannot draw on this machine.
+    """
+    with Take(speaker, plan, 0, ()) as take:
+        pictures = [shot.picture for _, shot in take.film(0, len(plan))]
+    return replace(truth_of(speaker, plan, sentence, vertices), pictures=np.stack(pictures))
+
+
+def film_sentence(
+    speaker: Speaker,
+    person: str,
+    sentence: Sentence,
+    camera: Camera,
+    vertices: NDArray[np.integer],
+    *,
+    seed: int = 0,
+    beads: int = 0,
+    frames: int | None = None,
+) -> Filmed:
+    """Film a sentence from the front; parameters and errors as `plan_sentence`, `film_plan`.
+
+    `frames` films only so many, from the start.
+    """
+    plan = plan_sentence(speaker, person, sentence, camera, seed, beads)
+    return film_plan(speaker, cut(plan, frames), sentence, vertices)
+
+
+def cut(plan: ClipPlan, frames: int | None) -> ClipPlan:
+    """The first frames of a plan, or all, what belongs to them cut alike."""
+    if frames is None:
+        return plan
+    first = slice(frames)
+    views = tuple(
+        replace(
+            v, gain=v.gain[first], blur=v.blur[first], rotations=v.rotations[first],
+            translations=v.translations[first],
+        )
+        for v in plan.views
+    )  # fmt: skip
+    props = tuple(
+        replace(
+            p, rotations=p.rotations[first], translations=p.translations[first],
+            present=p.present[first],
+        )
+        for p in plan.props
+    )  # fmt: skip
+    return replace(
+        plan, weights=plan.weights[first], rotations=plan.rotations[first],
+        translations=plan.translations[first], phonemes=plan.phonemes[first],
+        lights=plan.lights[first], views=views, props=props,
+    )  # fmt: skip

@@ -1,0 +1,110 @@
+"""Sentences, trees and teleconference as parts of ``abs-engine reproduce 001``."""
+
+from __future__ import annotations
+
+from abs_engine.face.talking import MODELS, TalkingFace
+from abs_engine.papers.odisio2004.filmed import SIZE
+from abs_engine.papers.odisio2004.gathered import Amount, Report
+from abs_engine.papers.odisio2004.reproduce import FILMED
+from abs_engine.papers.odisio2004.sentences import (
+    FIGURE,
+    TREES,
+    chosen,
+    in_spread_order,
+    run_sentences,
+    run_trees,
+)
+from abs_engine.papers.odisio2004.sentences_filmed import film_sentence
+from abs_engine.papers.odisio2004.sentences_work import Job, Work
+from abs_engine.papers.odisio2004.sequence_measure import practise
+from abs_engine.papers.odisio2004.teleconference import FIGURE as FIGURE_10
+from abs_engine.papers.odisio2004.teleconference import run_teleconference
+from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
+from abs_engine.papers.odisio2004.visemes import Speech, film_speech
+from abs_engine.synth.french import PRACTICE, SENTENCES
+
+TRACKED = "tracked"
+TREE_MODEL = "tex_cst"
+"""That of the paper's figure 7; where not all sentences have it, trees are of the first linear one,
+which has them all."""
+LINEAR = tuple(name for name in MODELS if name.endswith("lin"))
+_CUT = {VOWELS: 3, CONSONANTS: 6}
+"""Into how many groups the paper's text cuts its trees."""
+
+
+def sentences_part(report: Report, speech: Speech) -> None:
+    """Practice, figures 7 and 8, and the tables over the sentences; all in 320x240."""
+    if speech.pictures.camera.size != SIZE:
+        report.tell("filming visemes for the sentences")
+        speech = film_speech(
+            report.speaker, report.person, report.folder / FILMED / "sentences",
+            beads=speech.beads, size=SIZE, seed=report.seed,
+        )  # fmt: skip
+    report.tell("learning appearance for the sentences")
+    face = speech.learn(range(len(speech.pictures)), report.renderer)
+    if report.amount.practised:
+        report.stage("practice", lambda own: _practice(own, speech, face))
+    count = report.amount.sentences or len(SENTENCES)
+    twins = report.amount.twins or count
+    report.stage(f"sentences-{count}-{twins}", lambda own: _sentences(own, speech, face))
+
+
+def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
+    report.tell("practising")
+    frames = report.amount.practised
+    filmed = film_sentence(
+        report.speaker, report.person, PRACTICE, speech.pictures.camera, face.shape.vertices,
+        seed=report.seed, beads=speech.beads, frames=frames,
+    )  # fmt: skip
+    report.results["practice_frames"] = frames
+    report.results["practice"] = practise(speech, face, filmed, report.renderer)
+
+
+def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
+    work = Work(
+        report.folder / TRACKED, report.person, speech.beads, speech.pictures.camera, face,
+        speech.built.alpha, report.renderer.description, report.seed, report.amount.frames,
+    )  # fmt: skip
+    done = run_sentences(
+        work, report.speaker, speech, report.renderer, report.folder,
+        jobs=jobs_of(report.amount), workers=report.workers, renderer_name=report.renderer_name,
+        tell=report.tell,
+    )  # fmt: skip
+    report.results["sentences"] = done.told()
+    report.results["sentences_each"] = done.told_each()
+    report.results["tracking_seconds"] = round(done.seconds, 1)
+    report.figures.append((FIGURE, "Figure 8: a tracked sentence; the truth is the solid line."))
+    papers = all(TREE_MODEL in run.tracked for run in done.runs)
+    model = TREE_MODEL if papers else LINEAR[0]
+    trees = run_trees(done, face, report.folder, model)
+    report.results["trees_of"] = model
+    report.results["trees"] = {
+        kind: [list(group) for group in tree.groups(_CUT[kind])] for kind, tree in trees.items()
+    }
+    report.figures.append((TREES, f"Figure 7: phonemes by the faces that {model} found."))
+
+
+def jobs_of(amount: Amount) -> list[Job]:
+    """The sentences in spread order; the constant models have some, the linear ones all."""
+    if amount.frames:
+        return [Job(s, MODELS) for s in SENTENCES[: amount.sentences]]
+    twins = chosen(amount.twins)
+    which = in_spread_order(SENTENCES)[: amount.sentences]
+    return [Job(s, MODELS if s in twins else LINEAR) for s in which]
+
+
+def teleconference_part(report: Report, speech: Speech) -> None:
+    """Figure 10 and the errors with the worn camera."""
+    report.stage("teleconference", lambda own: _teleconference(own, speech))
+
+
+def _teleconference(report: Report, speech: Speech) -> None:
+    done = run_teleconference(
+        report.speaker, speech, report.renderer, report.folder, seed=report.seed,
+        tell=report.tell, frames=report.amount.worn,
+    )  # fmt: skip
+    report.results["teleconference"] = done.told()
+    report.figures.append((FIGURE_10, "Figure 10: a sequence that a worn camera filmed."))
+
+
+PARTS = (sentences_part, teleconference_part)

@@ -1,0 +1,149 @@
+"""What search, stopping and models are worth, side by side on a sentence kept for practice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.choose import choose_points
+from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.talking import TalkingFace
+from abs_engine.learn.talking import SPACING
+from abs_engine.papers.odisio2004.sentences_filmed import Filmed
+from abs_engine.papers.odisio2004.sentences_work import settings_of
+from abs_engine.papers.odisio2004.visemes import Speech
+from abs_engine.tracking.sequence import PAPER, Settings, track
+
+TOLERANCES = (1e-2, 1e-3, 1e-4)
+_NEXT_TO_NOTHING = 1e-5
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A search over a sequence.
+
+    Parameters
+    ----------
+    rms_mm : float
+        Mean over the frames of the root mean square over the points, head coordinates.
+    evaluations_per_frame : float
+    restarted : float
+        Share of the frames that started again from the corpus.
+    """
+
+    rms_mm: float
+    evaluations_per_frame: float
+    restarted: float
+
+
+def searches(usual: Settings) -> dict[str, Settings]:
+    """The paper's warm start, the same with prediction, and the search along axes without it."""
+    return {
+        "simplex": PAPER,
+        "simplex_predicted": replace(PAPER, predict=True),
+        "axes": replace(usual, predict=False),
+        "axes_predicted": usual,
+    }
+
+
+def stopping(usual: Settings, tolerances: tuple[float, ...] = TOLERANCES) -> dict[str, Settings]:
+    """The same search with looser and tighter ends."""
+    return {f"{t:g}": replace(usual, tolerance=t, coarse=min(usual.coarse, t)) for t in tolerances}
+
+
+def compare_searches(
+    speech: Speech,
+    face: TalkingFace,
+    model: str,
+    filmed: Filmed,
+    renderer: Renderer,
+    which: Mapping[str, Settings],
+    frames: int | None = None,
+) -> dict[str, Measured]:
+    """Track one sequence with several searches.
+
+    Parameters
+    ----------
+    speech : Speech
+        The corpus that `face` was learned from.
+    face : TalkingFace
+    model : str
+        Of appearance.
+    filmed : Filmed
+        Of `french.PRACTICE`, so that nothing is chosen on what is reported.
+    renderer : Renderer
+    which : mapping of str to Settings
+    frames : int, optional
+        From the start; by default all.
+    """
+    out = {}
+    for name, how in which.items():
+        found = track(
+            face, model, filmed.pictures[:frames], filmed.camera, filmed.poses[0],
+            face.shape.neutral, renderer, how, speech.built.alpha,
+        )  # fmt: skip
+        points = np.array([face.shape.points(row) for row in found.alpha])
+        away = ((points - filmed.points[:frames]) ** 2).sum(axis=2)
+        out[name] = Measured(
+            float(np.sqrt(away.mean(axis=1)).mean()), float(found.evaluations.mean()),
+            float(found.restarted.mean()),
+        )  # fmt: skip
+    return out
+
+
+def variants(speech: Speech, face: TalkingFace, renderer: Renderer) -> dict[str, TalkingFace]:
+    """The face as it is, and with one thing at a time as it was before or as the paper has it."""
+    shape, local = face.shape, face.la_lin
+    seen = speech.sightings(range(len(speech.pictures)))
+    every = learn_local(
+        seen, shape.scene, shape.marks, speech.pictures.camera, renderer, scale=face.la_scale
+    )
+    places = shape.scene.mean[shape.marks].astype(np.float64)
+    papers = choose_points(every, len(local), places, SPACING, whiten=True)
+    free = replace(shape, penalty=replace(shape.penalty, strength=_NEXT_TO_NOTHING))
+    return {
+        "points by articulation only, as in the paper": replace(
+            face, la_lin=every.only(papers).within(shape.kept)
+        ),
+        "noise of each point for itself": replace(
+            face, la_lin=replace(local, left_out=np.zeros_like(local.left_out))
+        ),
+        "hardly any A(a)": replace(face, shape=free),
+    }
+
+
+def practise(
+    speech: Speech, face: TalkingFace, filmed: Filmed, renderer: Renderer, frames: int | None = None
+) -> list[dict[str, str | float]]:
+    """A table of all of it: searches and stopping rules of both linear models, and variants.
+
+    Parameters
+    ----------
+    speech : Speech
+        The corpus that `face` was learned from.
+    face : TalkingFace
+    filmed : Filmed
+        Of `french.PRACTICE`.
+    renderer : Renderer
+    frames : int, optional
+        From the start; by default all.
+    """
+    rows: list[dict[str, str | float]] = []
+
+    def add(model: str, own: TalkingFace, which: Mapping[str, Settings]) -> None:
+        found = compare_searches(speech, own, model, filmed, renderer, which, frames)
+        rows.extend({"what": name, "model": model, **asdict(m)} for name, m in found.items())
+
+    others = variants(speech, face, renderer)
+    for model in ("tex_lin", "la_lin"):
+        usual = settings_of(model)
+        ends = {f"axes_predicted, stopped at {k}": v for k, v in stopping(usual).items()
+                if v != usual}  # fmt: skip
+        add(model, face, {**searches(usual), **ends})
+        for name, own in others.items():
+            if model == "la_lin" or own.shape is not face.shape:
+                add(model, own, {name: usual})
+    return rows

@@ -1,0 +1,237 @@
+"""Experiment (a): visemes that appearance was not learned from, found from neutral (figure 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.articulated import FaceShape
+from abs_engine.face.talking import (
+    MODELS,
+    TalkingFace,
+)
+from abs_engine.fit.talking import FROM_NEUTRAL, Problem, fit, problem
+from abs_engine.learn.articulated import face_shape
+from abs_engine.learn.articulatory import Build, build
+from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.learn.talking import learn_face
+from abs_engine.optimise.restarted import RestartedSimplex
+from abs_engine.papers.odisio2004.filmed import (
+    BEADS,
+    SIZE,
+    VisemePictures,
+    film_visemes,
+    read_visemes,
+    sightings,
+    split,
+)
+from abs_engine.synth.corpus import NOISE, PAPER_VISEMES, speak_corpus
+
+FloatArray = NDArray[np.float64]
+NEUTRAL = "neutral"
+PRINTED = {"tex_lin_printed": "tex_lin", "tex_cst_printed": "tex_cst"}
+"""Textures compared by epsilon as printed, beside the whitened comparison of `fitting.problem`."""
+ASKED = (*MODELS, *PRINTED)
+LIMIT, RESTARTS = 800, 2
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Speech:
+    """A speaker's corpus, the shape learned from it, and a picture of each of its visemes.
+
+    Parameters
+    ----------
+    person : str
+    spoken : SpokenCorpus
+    built : Build
+    shape : FaceShape
+    pictures : VisemePictures
+    beads : int
+        How many are on the face in the pictures.
+    """
+
+    person: str
+    spoken: SpokenCorpus
+    built: Build
+    shape: FaceShape
+    pictures: VisemePictures
+    beads: int
+
+    def sightings(self, which: Iterable[int]) -> list[Sighting]:
+        """Some of the pictures, with the model's geometry of them."""
+        every = sightings(self.shape, self.pictures, self.built.alpha)
+        return [every[k] for k in which]
+
+    def learn(self, which: Iterable[int], renderer: Renderer) -> TalkingFace:
+        """The appearance models of some of the pictures."""
+        return learn_face(self.shape, self.sightings(which), self.pictures.camera, renderer)
+
+    def problem(
+        self, face: TalkingFace, name: str, which: int, renderer: Renderer, whiten: bool = False
+    ) -> Problem:
+        """A picture's epsilon from neutral, its pose known; `whiten` as of `fitting.problem`."""
+        seen = self.pictures
+        return problem(
+            face, name, seen.pictures[which], seen.camera, seen.poses[which],
+            self.shape.neutral, renderer, pose_known=True, whiten=whiten,
+        )  # fmt: skip
+
+    def missed(self, alpha: FloatArray, which: int) -> tuple[float, float]:
+        """Root mean square of `distances`, mm, over all points, and over those of the lips."""
+        away = self.distances(alpha, which)
+        return _rms(away), _rms(away[self.shape.lips])
+
+    def distances(self, alpha: FloatArray, which: int) -> FloatArray:
+        """How far each of the model's points (N,) is from where it was filmed, mm."""
+        true = self.pictures.vertices[which][self.shape.vertices]
+        return np.asarray(np.linalg.norm(self.shape.points(alpha) - true, axis=1), np.float64)
+
+
+def film_speech(
+    speaker: Speaker,
+    person: str,
+    folder: Path,
+    *,
+    beads: int = BEADS,
+    size: tuple[int, int] = SIZE,
+    seed: int = 0,
+    visemes: Sequence[str] = PAPER_VISEMES,
+    filming: Callable[[int, int], None] | None = None,
+) -> Speech:
+    """Speak a corpus, build its model, and film its visemes.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    person : str
+        One of the speaker's.
+    folder : Path
+        Gets the data set of the pictures; where it exists, that is taken for this corpus.
+    beads : int
+        On the face; 0 films it bare.
+    size : tuple of int
+        Of the pictures.
+    seed : int
+        Of the corpus' noise, the head's motion and the sensor.
+    visemes : sequence of str
+    filming : callable, optional
+        Told the number of pictures done and of all.
+
+    Raises
+    ------
+    ParameterError, OutputError, StudioError, InputFileError, ModelFormatError
+        As `speak_corpus`, `build`, `film_visemes` and `read_visemes`.
+    """
+    spoken = speak_corpus(speaker, speaker.named(person), visemes, noise=NOISE, seed=seed)
+    built = build(spoken.corpus)
+    if folder.exists():
+        pictures = read_visemes(folder, spoken.corpus.visemes)
+    else:
+        pictures = film_visemes(
+            speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
+        )
+    shape = face_shape(speaker, spoken, built, person)
+    return Speech(person, spoken, built, shape, pictures, beads)
+
+
+@dataclass(frozen=True, eq=False)
+class VisemeError:
+    """How a viseme came out.
+
+    Parameters
+    ----------
+    viseme, model : str
+        `NEUTRAL` is where the search starts.
+    distances : (N,) float64, mm
+        Of the points from the truth, head coordinates.
+    rms, lips : float, mm
+        Root mean square over all points, and over those of the lips and around them.
+    evaluations : int
+    """
+
+    viseme: str
+    model: str
+    distances: FloatArray
+    rms: float
+    lips: float
+    evaluations: int
+
+
+def find_visemes(
+    speech: Speech,
+    face: TalkingFace,
+    tests: Iterable[int],
+    renderer: Renderer,
+    models: Sequence[str] = ASKED,
+) -> list[VisemeError]:
+    """Find visemes from neutral, their pose known, by every model; and what neutral misses.
+
+    Parameters
+    ----------
+    speech : Speech
+    face : TalkingFace
+        Learned from other visemes.
+    tests : iterable of int
+    renderer : Renderer
+    models : sequence of str
+        Of `ASKED`.
+    """
+    out = []
+    for which in tests:
+        out.append(_error(speech, NEUTRAL, which, speech.shape.neutral, 0))
+        for name in models:
+            printed = name in PRINTED
+            asked = speech.problem(face, PRINTED.get(name, name), which, renderer, not printed)
+            solver = RestartedSimplex(asked.tolerance, LIMIT, RESTARTS)
+            found = fit(asked, speech.shape.neutral, step=FROM_NEUTRAL, solver=solver)
+            count = found.solution.n_evaluations
+            out.append(_error(speech, name, which, found.alpha, count))
+    return out
+
+
+def _error(speech: Speech, model: str, which: int, alpha: FloatArray, count: int) -> VisemeError:
+    away = speech.distances(alpha, which)
+    viseme = speech.pictures.visemes[which]
+    return VisemeError(viseme, model, away, *speech.missed(alpha, which), count)
+
+
+def _rms(distances: FloatArray) -> float:
+    return float(np.sqrt((distances**2).mean()))
+
+
+def splits(count: int, seed: int, rounds: int) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Random shares of four fifths to learn from, and the rest to test on.
+
+    Of five rounds each viseme is tested once: the shuffled visemes are cut into five parts; fewer
+    rounds take the first parts.
+    """
+    if rounds == 1:
+        return [split(count, seed)]
+    parts = np.array_split(np.random.default_rng([seed, 2]).permutation(count), 5)
+    every = np.arange(count)
+    return [(np.setdiff1d(every, p), np.sort(p)) for p in parts[:rounds]]
+
+
+def summary(errors: Sequence[VisemeError]) -> dict[str, dict[str, float]]:
+    """By model: medians and worst over the visemes, mm, and evaluations for each."""
+    out = {}
+    for name in (*ASKED, NEUTRAL):
+        own = [e for e in errors if e.model == name]
+        if own:
+            out[name] = {
+                "median_mm": float(np.median([e.rms for e in own])),
+                "worst_mm": float(max(e.rms for e in own)),
+                "lips_median_mm": float(np.median([e.lips for e in own])),
+                "below_half_mm": float(np.mean([e.rms <= 0.5 for e in own])),
+                "evaluations": float(np.mean([e.evaluations for e in own])),
+                "visemes": len(own),
+            }
+    return out

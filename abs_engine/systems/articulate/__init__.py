@@ -1,0 +1,1 @@
+"""What the command `articulate` writes of an articulatory model."""

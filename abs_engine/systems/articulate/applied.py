@@ -1,0 +1,111 @@
+"""An articulatory model applied to recorded points: parameters of every frame."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError, TooFewPointsError
+from abs_engine.face.shape.articulatory_model import ArticulatoryModel
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """Parameters of T frames.
+
+    Parameters
+    ----------
+    names : tuple of str, P
+        Of the parameters.
+    alpha : (T, P) float64, standard deviations
+        NaN where too few points are seen.
+    error : (T,) float64, mm
+        Root mean square distance of the points seen from where the model puts them.
+    seen : (T,) int64
+        How many of the model's points are seen.
+    lacking : tuple of str
+        The model's points that are in no frame.
+    """
+
+    names: tuple[str, ...]
+    alpha: FloatArray
+    error: FloatArray
+    seen: NDArray[np.int64]
+    lacking: tuple[str, ...]
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """Which frames (T,) have parameters."""
+        return np.asarray(np.isfinite(self.error), np.bool_)
+
+    def as_csv(self) -> str:
+        """A line for each frame; the cells of what was not found are empty."""
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(("frame", *self.names, "rms_mm", "points"))
+        rows = zip(self.alpha, self.error, self.seen, self.found, strict=True)
+        for frame, (alpha, error, seen, found) in enumerate(rows):
+            values = [f"{v:.4f}" if found else "" for v in (*alpha, error)]
+            table.writerow((frame, *values, seen))
+        return text.getvalue()
+
+
+def apply_model(model: ArticulatoryModel, names: Sequence[str], points: FloatArray) -> Applied:
+    """The direct inversion of each frame; points go together by their names.
+
+    Parameters
+    ----------
+    model : ArticulatoryModel
+    names : sequence of str, N
+        Of the recorded points; those that the model lacks are not used.
+    points : (T, N, 3) float64, mm, the frame of the model's corpus
+        NaN where one is missing.
+
+    Raises
+    ------
+    ParameterError
+        If none of the points is the model's.
+    TooFewPointsError
+        If no frame has enough of them.
+    """
+    at = {name: k for k, name in enumerate(names)}
+    own = [k for k, name in enumerate(model.names) if name in at]
+    if not own:
+        raise ParameterError(
+            "none of the points is one of the model's",
+            f"name them as in its corpus, such as {', '.join(model.names[:3])}",
+        )
+    placed = np.full((len(points), len(model.names), 3), np.nan)
+    placed[:, own] = points[:, [at[model.names[k]] for k in own]]
+    alpha = np.array([_inverted(model, frame) for frame in placed])
+    away = np.linalg.norm(placed - model.points(alpha), axis=2)
+    there = np.isfinite(placed).all(axis=2)
+    found = np.isfinite(alpha).all(axis=1)
+    if not found.any():
+        raise TooFewPointsError(
+            f"no frame has enough points for {len(model.parameters)} parameters",
+            "record more of the model's points, and those of the upper teeth with them",
+        )
+    count = np.maximum(there.sum(axis=1), 1)
+    error = np.sqrt((np.where(there, away, 0.0) ** 2).sum(axis=1) / count)
+    seen = there.any(axis=0)
+    return Applied(
+        model.parameters, alpha, np.where(found, error, np.nan),
+        np.asarray(there.sum(axis=1), np.int64),
+        tuple(name for name, ever in zip(model.names, seen, strict=True) if not ever),
+    )  # fmt: skip
+
+
+def _inverted(model: ArticulatoryModel, points: FloatArray) -> FloatArray:
+    """Parameters (P,) of a frame (N, 3); NaN where its points do not determine them."""
+    try:
+        return model.invert(points)
+    except TooFewPointsError:
+        return np.full(len(model.parameters), np.nan)

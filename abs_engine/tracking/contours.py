@@ -1,0 +1,97 @@
+"""Lip contours drawn on pictures, for people to look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.setting import FrameResult, TrackerSetting
+
+Image = NDArray[np.uint8]
+FloatArray = NDArray[np.float64]
+Colour = tuple[int, int, int]
+
+OUTER: Colour = (60, 255, 120)
+UPPER: Colour = (255, 230, 0)
+LOWER: Colour = (80, 190, 255)
+LOST: Colour = (255, 70, 60)
+WHITE: Colour = (235, 235, 235)
+GREY: Colour = (120, 120, 120)
+LEGEND: tuple[tuple[str, Colour], ...] = (
+    ("outer contour", OUTER),
+    ("upper lip, inner", UPPER),
+    ("lower lip, inner", LOWER),
+)
+
+_FRACTION = 4  # bits of OpenCV's sub-pixel coordinates
+
+
+@dataclass(frozen=True, eq=False)
+class LipDrawing:
+    """Draws what was found on windows of the frame.
+
+    Parameters
+    ----------
+    camera : Camera
+    sizes : tuple of int
+        Number of points of the outer, upper inner and lower inner contour in `FrameResult.lips`.
+    mouth : (M, 3) float64, mm, head frame
+        Outer lip contour of the head at rest: it says where the mouth is, whatever it does.
+    """
+
+    camera: Camera
+    sizes: tuple[int, int, int]
+    mouth: FloatArray
+
+    @classmethod
+    def of(cls, setting: TrackerSetting) -> LipDrawing:
+        """What draws the results of a clip."""
+        model = setting.model
+        outer, upper, lower = (len(model.rings[name]) for name in ("outer", "upper", "lower"))
+        ring = model.border(setting.calibration.person)
+        return cls(setting.camera, (outer, upper, lower), ring)
+
+    def contours(self, result: FrameResult) -> list[tuple[FloatArray, bool, Colour]]:
+        """Image points (K, 2) of each contour, whether it is closed, and its colour."""
+        if result.pose is None or not result.found:
+            return []
+        pixels = self.camera.project(result.pose.apply(result.lips))
+        outer, upper, lower = np.split(pixels, np.cumsum(self.sizes)[:2])
+        return [(upper, False, UPPER), (lower, False, LOWER), (outer, True, OUTER)]
+
+    def draw(self, picture: Image, window: Window, result: FrameResult) -> None:
+        """Draw the contours on the picture of a window, in place."""
+        for points, closed, colour in self.contours(result):
+            fixed = np.rint(window.to_drawn(points) * 2**_FRACTION).astype(np.int32)
+            cv2.polylines(picture, [fixed], closed, colour, 1, cv2.LINE_AA, _FRACTION)
+
+    def mouth_window(self, pose: Pose, size: tuple[int, int], across: float) -> Window:
+        """The window around the mouth, `across` mouth widths wide, drawn at `size` pixels."""
+        pixels = self.camera.project(pose.apply(self.mouth))
+        low, high = pixels.min(axis=0), pixels.max(axis=0)
+        scale = size[0] / (across * max(1.0, float(high[0] - low[0])))
+        width, height = size[0] / scale, size[1] / scale
+        centre = 0.5 * (low + high) + np.array([0.0, 0.08 * (high[0] - low[0])])
+        return Window(
+            float(centre[0] - width / 2), float(centre[1] - height / 2), width, height, scale
+        )
+
+
+def cut(window: Window, image: Image) -> Image:
+    """The window of a frame, a picture of its own to draw on."""
+    return np.ascontiguousarray(window.sample(image), np.uint8)
+
+
+def write_text(
+    picture: Image, text: str, at: tuple[int, int], colour: Colour = WHITE, size: float = 0.45
+) -> None:
+    """Write a line with its lower left corner at `at`, in place."""
+    font = cv2.FONT_HERSHEY_SIMPLEX
+    for shift, ink in ((1, (0, 0, 0)), (0, colour)):
+        place = at[0] + shift, at[1] + shift
+        cv2.putText(picture, text, place, font, size, ink, 1, cv2.LINE_AA)

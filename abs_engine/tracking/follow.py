@@ -1,0 +1,88 @@
+"""The lips' blob followed from frame to frame by a Kalman filter (Basu et al., section 5.2)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.tracking.blobs import LipBlob, LipPrior, find_lips
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+SURE = 0.5
+"""Posterior from which on a blob is taken for the mouth."""
+PATIENCE = 0.5
+"""Seconds without a sure blob after which the whole picture is looked at again."""
+
+_JERK = 4.0  # mouth widths per s^2, standard deviation: how a head's motion changes
+_NOISE = 0.06  # mouth widths: how far the blob's centre is off, speech included
+
+
+class LipFollower:
+    """Finds the lips by colour in frame after frame; constant velocity in between.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    rate : float
+        Frames per second.
+    """
+
+    def __init__(self, classes: ColourClasses, rate: float) -> None:
+        self._classes, self._step = classes, 1.0 / rate
+        self._filter: cv2.KalmanFilter | None = None
+        self._width = self._area = 0.0
+        self._missed = 0
+
+    @property
+    def expected(self) -> LipPrior | None:
+        """Where the lips are expected by the frames so far; None where nothing is known."""
+        if self._filter is None:
+            return None
+        centre = np.asarray(self._filter.statePost[:2, 0], np.float64)
+        spread = np.sqrt(np.diag(self._filter.errorCovPost)[:2] + (0.25 * self._width) ** 2)
+        return LipPrior(centre, np.asarray(spread, np.float64), self._area)
+
+    def step(self, image: Image) -> LipBlob | None:
+        """The lips in the next frame (H, W, 3) RGB; None where none are sure.
+
+        Without sure lips for `PATIENCE` the whole picture is looked at.
+        """
+        if self._filter is not None:
+            self._predict(self._filter)
+        blob = find_lips(self._classes, image, self.expected)
+        if blob is None or blob.posterior < SURE:
+            self._missed += 1
+            if self._missed * self._step >= PATIENCE:
+                self._filter = None
+            return None
+        self._missed = 0
+        self._take(blob)
+        return blob
+
+    def _take(self, blob: LipBlob) -> None:
+        self._width, self._area = float(blob.size[0]), blob.area
+        if self._filter is None:
+            self._filter = self._started(blob)
+            return
+        self._filter.measurementNoiseCov = np.eye(2) * (_NOISE * self._width) ** 2
+        self._filter.correct(blob.centre.reshape(2, 1))
+
+    def _started(self, blob: LipBlob) -> cv2.KalmanFilter:
+        new = cv2.KalmanFilter(4, 2, 0, cv2.CV_64F)
+        move = np.eye(4)
+        move[:2, 2:] = np.eye(2) * self._step
+        new.transitionMatrix, new.measurementMatrix = move, np.eye(2, 4)
+        new.statePost = np.r_[blob.centre, 0.0, 0.0].reshape(4, 1)
+        place, speed = (_NOISE * self._width) ** 2, self._width**2
+        new.errorCovPost = np.diag([place, place, speed, speed])
+        return new
+
+    def _predict(self, known: cv2.KalmanFilter) -> None:
+        t, change = self._step, (_JERK * self._width) ** 2
+        one = np.array([[t**4 / 4, t**3 / 2], [t**3 / 2, t**2]]) * change
+        known.processNoiseCov = np.kron(one, np.eye(2))
+        known.predict()  # into the posterior state too, until it is corrected

@@ -1,0 +1,137 @@
+"""What landmarks and pupils say of a head, linearised: of its pose, who it is, and its posture.
+
+The landmarks' errors are those of `LandmarkNoise`: the error that all frames of a person share is
+estimated with the person, and the error that a frame's landmarks share is integrated out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import pose_moves
+from abs_engine.tracking.landmark_fit import STRAY, motions, shown
+from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.seen_rays import SeenRays
+
+FloatArray = NDArray[np.float64]
+
+_GAZE = np.array([3.0, 2.0])
+"""How far eyes that look elsewhere take both pupils along, mm, across and down the face."""
+_PUPIL, _PIXEL = 0.6, 0.5  # mm and px, what each pupil is off by itself
+
+
+class Equations(NamedTuple):
+    """Information (D, D) and gradient (D,) of a -log likelihood."""
+
+    information: FloatArray
+    gradient: FloatArray
+
+
+class HeadGuess(NamedTuple):
+    """Where a frame's head is taken to be, and who it is.
+
+    Parameters
+    ----------
+    pose : Pose
+    identity : (K,) float64
+    error : (Q,) float64
+        The network's error of this person, by the factors of `LandmarkNoise.between`.
+    posture : (M,) float64
+    """
+
+    pose: Pose
+    identity: FloatArray
+    error: FloatArray
+    posture: FloatArray
+
+
+def landmark_equations(
+    shape: LandmarkShape, noise: LandmarkNoise, seen: SeenRays, guess: HeadGuess
+) -> Equations:
+    """Of pose (6), identity (K), the person's error (Q) and posture (M), in this order."""
+    k = len(guess.identity)
+    modes = np.concatenate([shape.identity, shape.posture])
+    points = shape.mean + np.tensordot(np.r_[guess.identity, guess.posture], modes, 1)
+    there = guess.pose.apply(points)
+    z, reach = there[:, 2], _reach(shape, seen)
+    ray = there[:, :2] / z[:, None]
+    deep = seen.depth * float(z.mean()) - z
+    off = np.column_stack([(seen.rays - ray) * reach @ seen.axes.T, deep - deep.mean()])
+    off = off - noise.bias - np.tensordot(guess.error, noise.between, 1)
+    moved = motions(shape, guess.pose, there, modes)
+    across = (moved[..., :2] - ray * moved[..., 2:]) * (reach / z)[:, None] @ seen.axes.T
+    sunk = moved[..., 2] - seen.depth * moved[..., 2].mean(axis=1, keepdims=True)
+    sunk = sunk - sunk.mean(axis=1, keepdims=True)
+    slope = np.concatenate([across, sunk[..., None]], axis=-1)
+    parts = [slope[: 6 + k], noise.between, slope[6 + k :], noise.within]
+    flat = np.concatenate(parts).reshape(-1, off.size)
+    weighed = flat * _weights(shape, noise, guess.pose, there, off).ravel()
+    return _without(
+        Equations(weighed @ flat.T, -(weighed @ off.ravel())), len(flat) - len(noise.within)
+    )
+
+
+def _reach(shape: LandmarkShape, seen: SeenRays) -> float:
+    """How far a face would be that is as high as the average one, mm.
+
+    The network's errors are a share of the face that it sees. Measured at the fitted head they
+    would shrink with it, and a smaller head would always be more probable.
+    """
+    return float(np.ptp(shape.mean[:, 1])) / max(float(np.ptp(seen.rays @ seen.axes[1])), 1e-9)
+
+
+def _weights(
+    shape: LandmarkShape, noise: LandmarkNoise, pose: Pose, there: FloatArray, off: FloatArray
+) -> FloatArray:
+    """Inverse variances (468, 3): less where a landmark is hidden, or far off (Cauchy)."""
+    whole = noise.variance + (noise.within**2).sum(axis=0)
+    away = (off[:, :2] ** 2 / whole[:, :2]).sum(axis=1) / STRAY**2
+    return np.asarray((shown(shape, pose, there) / (1 + away))[:, None] / noise.variance)
+
+
+def _without(whole: Equations, kept: int) -> Equations:
+    """The equations with all but the first `kept` integrated out, their prior a unit Gaussian."""
+    a, b = slice(0, kept), slice(kept, None)
+    information, gradient = whole
+    own = information[b, b] + np.eye(len(gradient) - kept)
+    gain = np.linalg.solve(own, information[b, a])
+    return Equations(information[a, a] - information[a, b] @ gain, gradient[a] - gradient[b] @ gain)
+
+
+def pupil_equations(
+    pupils: FloatArray, modes: FloatArray, pivot: FloatArray, seen: FloatArray, camera: Camera,
+    pose: Pose,
+    axes: FloatArray,
+) -> Equations:  # fmt: skip
+    """What the pupils (2, 2), px, say of pose (6) and identity (K).
+
+    Parameters
+    ----------
+    pupils : (2, 3) float64, mm
+        The head's own.
+    modes : (K, 2, 3) float64
+        How they move with the identity.
+    pivot : (3,) float64
+    seen : (2, 2) float64, px
+    camera : Camera
+    pose : Pose
+    axes : (2, 2) float64
+        Of the face in the picture, as in `Landmarks.axes`.
+    """
+    there = pose.apply(pupils)
+    pixel = there[:, 2].mean() / camera.matrix[0, 0]
+    off = ((seen - camera.project(there)) * pixel @ axes.T).ravel()
+    moved = np.concatenate([pose_moves(there - pose.apply(pivot)), modes @ pose.rotation.T])
+    depth = there[:, 2:]
+    scale = np.diag(camera.matrix)[:2] * pixel / depth
+    across = (moved[..., :2] - there[:, :2] / depth * moved[..., 2:]) * scale
+    slope = (across @ axes.T).reshape(-1, 4)
+    common = np.tile(np.diag(_GAZE**2), (2, 2))
+    precision = np.linalg.inv(common + (_PUPIL**2 + (_PIXEL * pixel) ** 2) * np.eye(4))
+    return Equations(slope @ precision @ slope.T, -slope @ precision @ off)

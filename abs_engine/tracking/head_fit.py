@@ -1,0 +1,157 @@
+"""Somebody's whole head, by the landmarks, pupils and texture of several frames, at a scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.scene import Renderer
+from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.mouth import mouth_shape
+from abs_engine.face.shape.upper_face import upper_face_modes
+from abs_engine.tracking.correspondence import Correspondence
+from abs_engine.tracking.head_joint import HeadFrameSeen, HeadProblem, fit_jointly, views_of
+from abs_engine.tracking.head_pose import TexturedHead
+from abs_engine.tracking.head_texture import HeadBody, gray_of
+from abs_engine.tracking.landmark_fit import one_thread
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.pupils import pupils_of
+from abs_engine.tracking.scale import Scale, pupil_distance, pupil_vertices
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FittedHead:
+    """A person's head.
+
+    Parameters
+    ----------
+    speaker : Speaker
+        All of it as large as the person: its units, too.
+    neutral : (V, 3) float32, mm
+    expression : LinearShape
+        How this head's mouth moves.
+    shape : LandmarkShape
+        The person's landmarks, with nothing of the identity left to fit.
+    identity : (K,) float64
+        Standard deviations from the average person, along `head_modes`.
+    scale : Scale
+    textured : TexturedHead
+        The head with what the frames show of it.
+    """
+
+    speaker: Speaker
+    neutral: NDArray[np.float32]
+    expression: LinearShape
+    shape: LandmarkShape
+    identity: FloatArray
+    scale: Scale
+    textured: TexturedHead
+
+
+def fit_head(
+    speaker: Speaker,
+    correspondence: Correspondence,
+    frames: Sequence[HeadFrameSeen],
+    camera: Camera,
+    scale: Scale,
+    renderer: Renderer,
+    expression: LinearShape | None = None,
+    modes: int = 10,
+) -> FittedHead:
+    """Identity over the whole head, by several frames, at a scale.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    correspondence : Correspondence
+    frames : sequence of HeadFrameSeen
+    camera : Camera
+    scale : Scale
+    renderer : Renderer
+        Carries the texture from frame to frame.
+    expression : LinearShape, optional
+        How the average head's mouth moves; by default `mouth_shape`.
+    modes : int
+        Number of its modes, by default.
+    """
+    average = expression or mouth_shape(speaker, speaker.vertices, modes)
+    larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
+    sized, moves = scaled(speaker, larger), _scaled_shape(average, larger)
+    people, upper = head_modes(sized), upper_face_modes(sized)
+    body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
+    anybody = landmark_shape(sized, correspondence, moves, sized.vertices, people)
+    problem = HeadProblem(
+        body, anybody, correspondence.noise, pupil_vertices(sized), scale.pupils, camera
+    )
+    with one_thread():
+        found = fit_jointly(problem, frames, renderer)
+    moved = np.tensordot(found.identity, people, 1)
+    neutral = np.asarray(sized.vertices + moved, np.float32)
+    own = replace(moves, mean=np.asarray(moves.mean + moved, moves.mean.dtype))
+    shape = landmark_shape(sized, correspondence, own, neutral, None)
+    known = replace(
+        body, mean=own.mean.astype(np.float64), identity=body.identity[:0], pivot=shape.pivot
+    )
+    noise = correspondence.noise.person(found.error)
+    textured = TexturedHead(
+        known, shape, noise, tuple(views_of(body, frames, found)), camera, renderer
+    )
+    return FittedHead(sized, neutral, own, shape, found.identity, scale, textured)
+
+
+def seen_in(image: NDArray[np.uint8], landmarks: Landmarks) -> HeadFrameSeen:
+    """What a frame (H, W, 3) shows of the head that has these landmarks."""
+    return HeadFrameSeen(gray_of(image), landmarks, pupils_of(image, landmarks))
+
+
+def landmark_shape(
+    speaker: Speaker,
+    correspondence: Correspondence,
+    expression: LinearShape,
+    neutral: NDArray[np.floating],
+    people: NDArray[np.floating] | None,
+) -> LandmarkShape:
+    """The landmarks of a head (V, 3) that moves by mouth modes and the upper face's units.
+
+    `people` are modes (K, V, 3) of who it may be.
+    """
+    upper = upper_face_modes(speaker)
+    identity = np.zeros((0, *neutral.shape)) if people is None else people
+    vertices = expression.mean.astype(np.float64)
+    return LandmarkShape.of(
+        correspondence,
+        vertices,
+        vertex_normals(neutral.astype(np.float64), speaker.faces),
+        identity,
+        np.concatenate([expression.modes, upper]),
+        neutral[speaker.lip_ring].astype(np.float64).mean(axis=0),
+    )
+
+
+def scaled(speaker: Speaker, factor: float) -> Speaker:
+    """The speaker with all of its lengths times a factor."""
+    return replace(
+        speaker,
+        vertices=np.asarray(speaker.vertices * factor, np.float32),
+        units=np.asarray(speaker.units * factor, np.float16),
+        identity=np.asarray(speaker.identity * factor, np.float16),
+    )
+
+
+def _scaled_shape(shape: LinearShape, factor: float) -> LinearShape:
+    """A mouth's motion on a head that is larger by a factor."""
+    return replace(
+        shape,
+        mean=np.asarray(shape.mean * factor, shape.mean.dtype),
+        modes=np.asarray(shape.modes * factor, shape.modes.dtype),
+    )

@@ -1,0 +1,250 @@
+"""One head to several frames: by landmarks, by pupils, and by where its texture lies in each.
+
+Gauss-Newton over the identity, the network's error of this person, and each frame's pose and
+posture. Rounds carry the texture over with the head as it is by then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Renderer
+from abs_engine.tracking.head_equations import HeadGuess, landmark_equations, pupil_equations
+from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, linearised, match
+from abs_engine.tracking.landmark_fit import looking_ahead, turned
+from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.seen_rays import SeenRays
+
+FloatArray = NDArray[np.float64]
+
+ROUNDS = 3
+_FIRST, _STEPS = 8, 3  # Gauss-Newton steps by landmarks and pupils alone, and in each round
+_NEAR = 3  # frames that each is compared with, those that face most alike
+_TURN = 0.4  # rad, most in a step
+_SETTLED = 1e-3
+_DAMPING = 1e-6
+_SCALE_MM = 0.5  # how sharply the pupils' distance is held; in a clip nothing else tells the size
+
+
+@dataclass(frozen=True, eq=False)
+class HeadFrameSeen:
+    """What a frame shows of a head.
+
+    Parameters
+    ----------
+    gray : (H, W) uint8
+    landmarks : Landmarks
+    pupils : (2, 2) float64, px, or None
+    """
+
+    gray: Gray
+    landmarks: Landmarks
+    pupils: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class JointHead:
+    """Who somebody is, and where the head was in each frame.
+
+    Parameters
+    ----------
+    identity : (K,) float64
+    error : (Q,) float64
+        The network's error of this person.
+    poses : tuple of Pose
+    postures : (N, M) float64
+    """
+
+    identity: FloatArray
+    error: FloatArray
+    poses: tuple[Pose, ...]
+    postures: FloatArray
+
+    def guess(self, k: int) -> HeadGuess:
+        """What it says of a frame."""
+        return HeadGuess(self.poses[k], self.identity, self.error, self.postures[k])
+
+
+@dataclass(frozen=True, eq=False)
+class HeadProblem:
+    """What is fitted.
+
+    Parameters
+    ----------
+    body : HeadBody
+    shape : LandmarkShape
+        With identity modes, those of the body at the landmarks.
+    noise : LandmarkNoise
+    pupils : tuple of two (N,) int
+        Vertices about the right and the left pupil.
+    apart : float, mm
+        Distance of the pupils.
+    camera : Camera
+    """
+
+    body: HeadBody
+    shape: LandmarkShape
+    noise: LandmarkNoise
+    pupils: tuple[NDArray[np.integer], NDArray[np.integer]]
+    apart: float
+    camera: Camera
+
+    @property
+    def sizes(self) -> tuple[int, int, int]:
+        """Numbers of identity modes, of the person's errors, and of posture modes."""
+        return len(self.shape.identity), len(self.noise.between), len(self.shape.posture)
+
+    def eyes(self, identity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The pupils (2, 3) of a person, and how they move (K, 2, 3)."""
+        modes = np.stack([self.body.identity[:, v].mean(axis=1) for v in self.pupils], axis=1)
+        mean = np.stack([self.body.mean[v].mean(axis=0) for v in self.pupils])
+        return mean + np.tensordot(identity, modes, 1), modes
+
+
+def fit_jointly(
+    problem: HeadProblem, frames: Sequence[HeadFrameSeen], renderer: Renderer, rounds: int = ROUNDS
+) -> JointHead:
+    """The most probable head; with no `rounds` its texture is not looked at."""
+    k, q, m = problem.sizes
+    seen = [SeenRays.of(f.landmarks, problem.camera) for f in frames]
+    poses = tuple(looking_ahead(problem.shape, s) for s in seen)
+    head = JointHead(np.zeros(k), np.zeros(q), poses, np.zeros((len(frames), m)))
+    head = _settled(problem, frames, seen, head, {}, _FIRST)
+    for _ in range(rounds):
+        pairs = _pairs(problem, frames, head, renderer)
+        head = _settled(problem, frames, seen, head, pairs, _STEPS)
+    return head
+
+
+def views_of(body: HeadBody, frames: Sequence[HeadFrameSeen], head: JointHead) -> list[HeadView]:
+    """The frames as they show the head."""
+    return [
+        HeadView.of(f.gray, p, body.vertices(head.identity, x), body)
+        for f, p, x in zip(frames, head.poses, head.postures, strict=True)
+    ]
+
+
+_Pairs = dict[tuple[int, int], Matches]
+
+
+def _pairs(
+    problem: HeadProblem, frames: Sequence[HeadFrameSeen], head: JointHead, renderer: Renderer
+) -> _Pairs:
+    """Matches of each frame with those that face most alike."""
+    views, found = views_of(problem.body, frames, head), {}
+    for second, view in enumerate(views):
+        away = np.array([v.pose.angle_to(view.pose) for v in views])
+        away[second] = np.inf
+        for first in np.argsort(away)[: min(_NEAR, len(views) - 1)]:
+            matches = match(problem.body, views[first], view, problem.camera, renderer)
+            if matches is not None:
+                found[int(first), second] = matches
+    return found
+
+
+def _settled(
+    problem: HeadProblem,
+    frames: Sequence[HeadFrameSeen],
+    seen: Sequence[SeenRays],
+    head: JointHead,
+    pairs: _Pairs,
+    steps: int,
+) -> JointHead:
+    """Some steps of Gauss-Newton, fewer where it settles."""
+    for _ in range(steps):
+        system = _System.of(problem, head)
+        for k, one in enumerate(frames):
+            system.add_frame(k, seen[k], one.pupils)
+        if pairs:
+            views = views_of(problem.body, frames, head)
+            for (i, j), matches in pairs.items():
+                system.add_matches(i, j, matches, views)
+        head, moved = system.step()
+        if moved < _SETTLED:
+            break
+    return head
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Normal equations over identity, the person's error, and each frame's pose and posture."""
+
+    problem: HeadProblem
+    head: JointHead
+    information: FloatArray
+    gradient: FloatArray
+
+    @classmethod
+    def of(cls, problem: HeadProblem, head: JointHead) -> _System:
+        """The priors: unit Gaussians of all but the poses, and the pupils' distance."""
+        k, q, m = problem.sizes
+        n = len(head.poses)
+        own = np.concatenate([np.zeros((n, 6)), head.postures], axis=1)
+        gradient = np.concatenate([head.identity, head.error, own.ravel()])
+        each = np.r_[np.full(6, _DAMPING), np.ones(m)]
+        information = np.diag(np.concatenate([np.ones(k + q), np.tile(each, n)]))
+        pupils, modes = problem.eyes(head.identity)
+        across = pupils[1] - pupils[0]
+        apart = float(np.linalg.norm(across))
+        slope = (modes[:, 1] - modes[:, 0]) @ across / apart
+        information[:k, :k] += np.outer(slope, slope) / _SCALE_MM**2
+        gradient[:k] += slope * (apart - problem.apart) / _SCALE_MM**2
+        return cls(problem, head, information, gradient)
+
+    def _at(self, frame: int) -> NDArray[np.int_]:
+        """Where a frame's pose and posture are."""
+        k, q, m = self.problem.sizes
+        return k + q + frame * (6 + m) + np.arange(6 + m)
+
+    def _add(self, where: NDArray[np.int_], information: FloatArray, gradient: FloatArray) -> None:
+        self.information[np.ix_(where, where)] += information
+        self.gradient[where] += gradient
+
+    def add_frame(self, frame: int, seen: SeenRays, pupils: FloatArray | None) -> None:
+        """A frame's landmarks and pupils."""
+        p, (k, q, _) = self.problem, self.problem.sizes
+        guess, at = self.head.guess(frame), self._at(frame)
+        told = landmark_equations(p.shape, p.noise, seen, guess)
+        self._add(np.r_[at[:6], np.arange(k + q), at[6:]], *told)
+        if pupils is not None:
+            own, modes = p.eyes(self.head.identity)
+            told = pupil_equations(
+                own, modes, p.body.pivot, pupils, p.camera, guess.pose, seen.axes
+            )
+            self._add(np.r_[at[:6], np.arange(k)], *told)
+
+    def add_matches(
+        self, first: int, second: int, matches: Matches, views: Sequence[HeadView]
+    ) -> None:
+        """What two frames show of the same skin."""
+        p, k = self.problem, self.problem.sizes[0]
+        e = linearised(p.body, matches, views[first], views[second], p.camera)
+        slope = np.concatenate([e.first, e.second, e.identity])
+        flat = slope.reshape(len(slope), -1)
+        weighed = flat * np.repeat(e.weight, 2)
+        where = np.r_[self._at(first)[:6], self._at(second)[:6], np.arange(k)]
+        self._add(where, weighed @ flat.T, -(weighed @ e.residual.ravel()))
+
+    def step(self) -> tuple[JointHead, float]:
+        """The head after a step, and how far the poses turned, or the identity moved, in it."""
+        head, (k, q, _) = self.head, self.problem.sizes
+        held = self.information + _DAMPING * np.diag(np.diag(self.information))
+        step = -np.linalg.solve(held, self.gradient)
+        each = np.stack([step[self._at(n)] for n in range(len(head.poses))])
+        each[:, :3] = np.clip(each[:, :3], -_TURN, _TURN)
+        poses = tuple(
+            turned(self.problem.shape, p, s[:6]) for p, s in zip(head.poses, each, strict=True)
+        )
+        new = replace(
+            head, identity=head.identity + step[:k], error=head.error + step[k : k + q],
+            poses=poses, postures=head.postures + each[:, 6:],
+        )  # fmt: skip
+        return new, float(max(np.abs(each[:, :3]).max(), 0.1 * np.abs(step[:k]).max(initial=0.0)))

@@ -1,0 +1,98 @@
+"""The whole tracked head drawn over a frame, for people to look at: ears and chin included."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.core.scene import Candidates, Scene
+from abs_engine.tracking.placed import in_picture
+from abs_engine.tracking.setting import FrameResult, TrackerSetting
+
+Image = NDArray[np.uint8]
+
+_SIDE = 480  # pixels, height of the picture
+_ABOUT = 0.35  # of the head's size, that is shown around it
+_LIPS, _INSIDE, _SKIN = (255, 70, 60), (60, 0, 0), (90, 160, 255)
+_OPAQUE = 0.55
+
+
+def head_picture(setting: TrackerSetting, image: Image, result: FrameResult) -> Image:
+    """The frame, and beside it the same with the head drawn over it.
+
+    Parameters
+    ----------
+    setting : TrackerSetting
+    image : (H, W, 3) uint8 RGB
+    result : FrameResult
+        In which the mouth was found.
+
+    Returns
+    -------
+    (h, w, 3) uint8 RGB
+    """
+    pose = result.pose
+    if pose is None:
+        return image
+    scene = _head(setting, result)
+    window = _window(scene, pose, setting.camera)
+    one = Candidates.one(np.zeros(0), pose)
+    buffers = setting.renderer.draw(scene, one, setting.camera, window)[0]
+    plain = np.asarray(window.sample(image), np.uint8)
+    plain = np.where(in_picture(window, image.shape)[..., None], plain, 0).astype(np.uint8)
+    normals = vertex_normals(scene.mean.astype(np.float64), scene.faces)[scene.faces]
+    facing = np.einsum("hwc,hwcd->hwd", buffers.barycentrics, normals[buffers.facet_id - 1])
+    shade = np.clip(-(facing @ pose.rotation.T)[..., 2], 0.15, 1.0)[..., None]
+    ink = _inks(setting)[buffers.class_id] * shade
+    drawn = np.where(buffers.covered[..., None], (1 - _OPAQUE) * plain + _OPAQUE * ink, plain)
+    return np.hstack([plain, np.asarray(np.rint(drawn), np.uint8)])
+
+
+def _head(setting: TrackerSetting, result: FrameResult) -> Scene:
+    model = setting.model
+    moved = np.tensordot(result.vector[6:], model.expression.modes, 1)
+    vertices = np.asarray(model.whole(setting.calibration.person) + moved, np.float32)
+    head = model.head
+    none = np.zeros((0, *vertices.shape), np.float32)
+    return Scene(vertices, none, head.faces, head.uv, head.facet_class, head.texture)
+
+
+def _window(scene: Scene, pose: Pose, camera: Camera) -> Window:
+    pixels = camera.project(pose.apply(scene.mean.astype(np.float64)))
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    size = (1 + 2 * _ABOUT) * (high - low)
+    corner = low - _ABOUT * (high - low)
+    x, y, width, height = (float(v) for v in (*corner, *size))
+    return Window(x, y, width, height, _SIDE / height)
+
+
+def _inks(setting: TrackerSetting) -> NDArray[np.float64]:
+    """A colour for each facet class."""
+    shown = {"lips": _LIPS, "dark": _INSIDE, "teeth": (255, 255, 255), None: (255, 255, 255)}
+    return np.array([shown.get(c, _SKIN) for c in setting.model.colour_classes], np.float64)
+
+
+class HeadKeeper:
+    """Keeps the frame for the picture: the first found from half-way on, else the last before.
+
+    Parameters
+    ----------
+    setting : TrackerSetting
+    frames : int
+        Number of frames that are expected, 0 where that is not known.
+    """
+
+    def __init__(self, setting: TrackerSetting, frames: int) -> None:
+        self._setting, self._wanted = setting, frames // 2
+        self._kept: tuple[Image, FrameResult] | None = None
+
+    def add(self, image: Image, result: FrameResult) -> None:
+        """Look at the next frame."""
+        if result.found and (self._kept is None or self._kept[1].index < self._wanted):
+            self._kept = image, result
+
+    def picture(self) -> Image | None:
+        """The picture; None where no mouth was found."""
+        return None if self._kept is None else head_picture(self._setting, *self._kept)

@@ -1,0 +1,149 @@
+"""A known head's pose in a frame: by where its texture lies, and by landmarks.
+
+Landmarks alone err by 2 to 3 degrees from frame to frame, and by as much for a whole person; the
+texture ties each frame to those that the head was fitted on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Renderer
+from abs_engine.tracking.head_equations import HeadGuess, landmark_equations
+from abs_engine.tracking.head_texture import (
+    Gray,
+    HeadBody,
+    HeadView,
+    Matches,
+    gray_of,
+    linearised,
+    match,
+)
+from abs_engine.tracking.landmark_fit import (
+    FrameLandmarks,
+    HeldPose,
+    fit_frame,
+    one_thread,
+    sound_fit,
+    turned,
+)
+from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.place import shifted
+from abs_engine.tracking.seen_rays import SeenRays
+
+FloatArray = NDArray[np.float64]
+
+_STEPS, _SETTLED = 5, 1e-3
+_DAMPING = 1e-6
+_FLOOR = np.array([0.006, 0.006, 0.006, 0.3, 0.3, 2.0])
+"""How far a pose is off at best, radians and mm: the head's shape is not quite the person's."""
+
+
+@dataclass(frozen=True, eq=False)
+class TexturedHead:
+    """A person's head, and frames that show its texture.
+
+    Parameters
+    ----------
+    body : HeadBody
+        Of the person, with nothing of the identity left to fit.
+    shape : LandmarkShape
+        The person's landmarks, without a bias.
+    noise : LandmarkNoise
+        Of the network on this person.
+    views : tuple of HeadView
+    camera : Camera
+    renderer : Renderer
+    shift : (6,) float64 or None
+        A constant correction of all poses, radians and mm: what the mouth says of them.
+    """
+
+    body: HeadBody
+    shape: LandmarkShape
+    noise: LandmarkNoise
+    views: tuple[HeadView, ...]
+    camera: Camera
+    renderer: Renderer
+    shift: FloatArray | None = None
+
+    def pose(self, gray: Gray, landmarks: Landmarks, start: FrameLandmarks) -> HeldPose:
+        """The head's pose in a frame, from where landmarks alone put it."""
+        seen, posture = SeenRays.of(landmarks, self.camera), start.posture
+        pose = start.pose
+        if self.shift is not None:
+            pose = shifted(pose, -self.shift, self.shape.pivot)
+        vertices = self.body.vertices(np.zeros(0), posture)
+        view = HeadView.of(gray, pose, vertices, self.body)
+        nearest = min(self.views, key=lambda v: v.pose.angle_to(pose))
+        matches = match(self.body, nearest, view, self.camera, self.renderer)
+        for _ in range(_STEPS):
+            information, gradient, posture = self._told(seen, pose, posture)
+            if matches is not None:
+                told = self._texture(matches, nearest, gray, pose, vertices)
+                information, gradient = information + told[0], gradient + told[1]
+            step = -np.asarray(np.linalg.solve(information, gradient), np.float64)
+            pose = turned(self.shape, pose, step)
+            if np.abs(step[:3]).max() < _SETTLED:
+                break
+        if self.shift is not None:
+            pose = shifted(pose, self.shift, self.shape.pivot)
+        covariance = np.linalg.inv(information) + np.diag(_FLOOR**2)
+        return HeldPose(pose, np.asarray(np.linalg.inv(covariance), np.float64))
+
+    def _told(
+        self, seen: SeenRays, pose: Pose, posture: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Information (6, 6) and gradient (6,) by landmarks, and the posture (M,) that they see."""
+        guess = HeadGuess(pose, np.zeros(0), np.zeros(0), posture)
+        told = landmark_equations(self.shape, self.noise, seen, guess)
+        whole, pull = told.information, told.gradient + np.r_[np.zeros(6), posture]
+        own = whole[6:, 6:] + np.eye(len(posture))
+        gain = np.linalg.solve(own, np.column_stack([whole[6:, :6], pull[6:]]))
+        information = whole[:6, :6] - whole[:6, 6:] @ gain[:, :6]
+        damped = information + _DAMPING * np.diag(np.diag(information))
+        return damped, pull[:6] - whole[:6, 6:] @ gain[:, 6], posture - gain[:, 6]
+
+    def _texture(
+        self, matches: Matches, nearest: HeadView, gray: Gray, pose: Pose, vertices: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The same (6, 6), (6,) by the texture."""
+        view = HeadView(gray, pose, vertices, nearest.normals)
+        e = linearised(self.body, matches, nearest, view, self.camera, who=False)
+        flat = e.second.reshape(6, -1)
+        weighed = flat * np.repeat(e.weight, 2)
+        return weighed @ flat.T, -(weighed @ e.residual.ravel())
+
+
+def placed_fit(
+    textured: TexturedHead,
+    shape: LandmarkShape,
+    image: NDArray[np.uint8],
+    landmarks: Landmarks,
+    last: FrameLandmarks | None = None,
+) -> FrameLandmarks | None:
+    """What landmarks and texture say of a frame; None where the landmarks are no face's.
+
+    Parameters
+    ----------
+    textured : TexturedHead
+    shape : LandmarkShape
+        The person's landmarks as they are known by now, with their bias.
+    image : (H, W, 3) uint8 RGB
+    landmarks : Landmarks
+    last : FrameLandmarks, optional
+        The frame before.
+    """
+    first = sound_fit(shape, landmarks, textured.camera, last)
+    if first is None:
+        return None
+    with one_thread():
+        held = textured.pose(gray_of(image), landmarks, first)
+    found = fit_frame(shape, landmarks, textured.camera, first, held)
+    return found if found.sound(shape) else first

@@ -1,0 +1,258 @@
+"""Head pose and posture by the landmarks alone: Gauss-Newton on their places.
+
+Landmarks are where fits start, and one soft piece of evidence: what they say of a frame is kept as
+a Gaussian over its pose and posture (`FrameLandmarks`), which costs nothing to evaluate.
+"""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
+
+from abs_engine.compare.prior import InformationPrior
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose, rotations
+from abs_engine.core.pose import pose_moves
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import COUNT, EYES, LIPS, Landmarks
+from abs_engine.tracking.seen_rays import SeenRays
+
+FloatArray = NDArray[np.float64]
+
+LIPS_TOGETHER, OTHERS_TOGETHER = 2.0, 100.0
+"""Landmarks that err together: so many count as one. Of what the network is off by within a person,
+the 936 numbers of all landmarks move like 9 independent ones. Of the lips, most of what they have
+in common moves with the head's pose; 4 rather than 12 were chosen on p01 to p06 of the strangers'
+clips, where apertures by landmarks then correlate by 0.79 to 0.92 with another network's (0.62)."""
+MOST_MISFIT, NEAREST = 6.0, 50.0
+"""Misfit from which on landmarks are no face's, and least distance from the camera, mm. Of faces it
+is about 1 to 2; of points strewn over a picture, 25."""
+STRAY = 3.0  # standard deviations, from where on a landmark counts less and less
+_HIDDEN = 0.15  # cosine between surface and line of sight, below which a landmark is guessed
+_GUESSED = 0.05  # weight of such a landmark
+_STEPS, _SETTLED = 12, 1e-3  # of Gauss-Newton; radians or standard deviations
+_DAMPING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class FrameLandmarks:
+    """What the landmarks of one frame say.
+
+    Parameters
+    ----------
+    pose : Pose
+        Head to camera.
+    posture : (M,) float64
+        Most probable weights, with their prior.
+    information : (6 + M, 6 + M) float64
+        Of the landmarks alone, about rotation (camera axes, about the pivot; rad), the pivot's
+        place (mm) and posture: the inverse of their covariance.
+    gradient : (6 + M,) float64
+        Of the landmarks' -log likelihood there (the priors' pull balances it).
+    misfit : float
+        RMS distance of the landmarks from where the fit puts them, in their standard deviations.
+    """
+
+    pose: Pose
+    posture: FloatArray
+    information: FloatArray
+    gradient: FloatArray
+    misfit: float
+
+    def sound(self, shape: LandmarkShape) -> bool:
+        """Whether the landmarks are a face's that lies before the camera."""
+        near = float(self.pose.apply(shape.pivot)[2]) < NEAREST
+        return bool(np.isfinite(self.misfit) and self.misfit < MOST_MISFIT and not near)
+
+    def evidence(self, modes: int) -> InformationPrior:
+        """What the landmarks alone say of pose (about `pose`) and the first `modes` of posture.
+
+        The rest of the posture is integrated out, with its prior.
+
+        Returns
+        -------
+        InformationPrior
+            Over (6 + modes).
+        """
+        kept, rest = np.arange(6 + modes), np.arange(6 + modes, len(self.gradient))
+        own = self.information[np.ix_(rest, rest)] + np.eye(len(rest))
+        gain = np.linalg.solve(own, self.information[np.ix_(rest, kept)])
+        information = self.information[np.ix_(kept, kept)]
+        information = information - self.information[np.ix_(kept, rest)] @ gain
+        pull = self.gradient[rest] + self.posture[modes:]
+        gradient = self.gradient[kept] - pull @ gain
+        held = information + _DAMPING * np.diag(np.diag(information)) + 1e-9 * np.eye(len(kept))
+        start = np.r_[np.zeros(6), self.posture[:modes]]
+        return InformationPrior(start - np.linalg.solve(held, gradient), information)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldPose:
+    """A pose that other evidence tells.
+
+    Parameters
+    ----------
+    pose : Pose
+    information : (6, 6) float64
+        About rotation (camera axes, about the pivot; rad) and the pivot's place (mm).
+    """
+
+    pose: Pose
+    information: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """Normal equations of a frame: information and gradient over (6 + M), and its value."""
+
+    information: FloatArray
+    gradient: FloatArray
+    misfit: float
+
+
+_TOGETHER = np.full(COUNT, OTHERS_TOGETHER)
+_TOGETHER[LIPS] = LIPS_TOGETHER
+
+
+def fit_frame(
+    shape: LandmarkShape,
+    landmarks: Landmarks,
+    camera: Camera,
+    start: FrameLandmarks | None = None,
+    held: HeldPose | None = None,
+) -> FrameLandmarks:
+    """Pose and posture of a known person by the landmarks of a frame.
+
+    Parameters
+    ----------
+    shape : LandmarkShape
+        Of a person: without identity modes.
+    landmarks : Landmarks
+    camera : Camera
+    start : FrameLandmarks, optional
+        Where to begin, as the frame before; by default the face is taken to look ahead.
+    held : HeldPose, optional
+        What other evidence tells of the pose. It is part of the result's information.
+    """
+    with one_thread():
+        seen = SeenRays.of(landmarks, camera)
+        pose = looking_ahead(shape, seen) if start is None else start.pose
+        posture = np.zeros(len(shape.posture)) if start is None else start.posture
+        moved = np.zeros(6)  # from the held pose
+        if held is not None:
+            pose = held.pose
+        for _ in range(_STEPS):
+            step = _step(_normal(shape, seen, pose, posture), held, moved, posture)
+            moved, posture = moved + step[:6], posture + step[6:]
+            base, way = (pose, step[:6]) if held is None else (held.pose, moved)
+            pose = turned(shape, base, way)
+            if np.abs(np.r_[step[:3], step[6:]]).max() < _SETTLED:
+                break
+        found = _normal(shape, seen, pose, posture)
+    information, gradient = found.information.copy(), found.gradient.copy()
+    if held is not None:
+        information[:6, :6] += held.information
+        gradient[:6] += held.information @ moved
+    return FrameLandmarks(pose, posture, information, gradient, found.misfit)
+
+
+def _step(
+    found: _Normal, held: HeldPose | None, moved: FloatArray, posture: FloatArray
+) -> FloatArray:
+    """Newton's step (6 + M,); the prior of a posture is a unit Gaussian, a pose has none."""
+    own = found.information + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
+    pull = found.gradient + np.r_[np.zeros(6), posture]
+    if held is not None:
+        own[:6, :6] += held.information
+        pull[:6] += held.information @ moved
+    own = own + _DAMPING * np.diag(np.diag(own))
+    return -np.asarray(np.linalg.solve(own, pull), np.float64)
+
+
+def sound_fit(
+    shape: LandmarkShape, landmarks: Landmarks, camera: Camera, last: FrameLandmarks | None
+) -> FrameLandmarks | None:
+    """`fit_frame` from the frame before, or afresh if that leads astray; None where both do."""
+    for start in [None] if last is None else [last, None]:
+        try:
+            found = fit_frame(shape, landmarks, camera, start)
+        except np.linalg.LinAlgError:
+            continue
+        if found.sound(shape):
+            return found
+    return None
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Keep BLAS to one thread: on matrices as small as these its threads wait for each other."""
+    context: AbstractContextManager[object] = _threads().limit(limits=1)
+    return context
+
+
+@cache
+def _threads() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def looking_ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
+    """A head that looks ahead, as large as the eyes are apart, or the face is high."""
+    right, left = (seen.rays[pair].mean(axis=0) for pair in EYES)
+    apart = np.linalg.norm(shape.mean[EYES[0]].mean(axis=0) - shape.mean[EYES[1]].mean(axis=0))
+    height = float(np.ptp(shape.mean[:, 1])) / max(float(np.ptp(seen.rays @ seen.axes[1])), 1e-9)
+    depth = min(height, float(apart) / max(float(np.linalg.norm(left - right)), 1e-9))
+    (along, _), roll = seen.axes, np.zeros((1, 3))
+    roll[0, 2] = np.arctan2(along[1], along[0])
+    rotation = rotations(roll)[0] @ FACING
+    middle = np.r_[seen.rays.mean(axis=0), 1.0] * depth
+    return Pose(rotation, middle - rotation @ shape.mean.mean(axis=0))
+
+
+def turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
+    """A pose after a step (6,) of it: radians about the camera's axes, and mm of the pivot."""
+    turned = rotations(step[None, :3])[0] @ pose.rotation
+    return Pose(turned, pose.apply(shape.pivot) + step[3:] - turned @ shape.pivot)
+
+
+def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArray) -> _Normal:
+    """Linearise the landmarks' residuals, mm at the head, in their standard deviations."""
+    points = shape.mean + np.tensordot(posture, shape.posture, 1)
+    there = pose.apply(points)
+    z, depth = there[:, 2], float(pose.apply(shape.pivot)[2])
+    ray = there[:, :2] / z[:, None]
+    off = (ray - seen.rays) * depth @ seen.axes.T + shape.bias
+    sunk = seen.depth * depth - z
+    residual = np.column_stack([off, sunk.mean() - sunk]) / shape.deviation
+    motion = motions(shape, pose, there, shape.posture)  # (6 + M, 468, 3), camera frame
+    across = (motion[..., :2] - ray * motion[..., 2:]) * (depth / z)[:, None] @ seen.axes.T
+    deep = motion[..., 2] - motion[..., 2].mean(axis=1, keepdims=True)
+    slope = np.concatenate([across, deep[..., None]], axis=-1) / shape.deviation
+    residual[LIPS, 2], slope[:, LIPS, 2] = 0.0, 0.0  # depths of lips say nothing of their opening
+    trust = _trust(shape, pose, there, residual) / _TOGETHER
+    flat = (slope * trust[:, None]).reshape(len(slope), -1)
+    information = flat @ slope.reshape(len(slope), -1).T
+    misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))
+    return _Normal(information, flat @ residual.ravel(), misfit)
+
+
+def motions(shape: LandmarkShape, pose: Pose, there: FloatArray, modes: FloatArray) -> FloatArray:
+    """How points (468, 3), camera frame, move for a step of pose and modes (D), (6 + D, 468, 3)."""
+    moves = pose_moves(there - pose.apply(shape.pivot))
+    return np.concatenate([moves, modes @ pose.rotation.T])
+
+
+def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatArray) -> FloatArray:
+    """Weight (468,) of each landmark: less where it is hidden, or far off (Cauchy)."""
+    away = (residual[:, :2] ** 2).sum(axis=1) / STRAY**2
+    return np.asarray(shown(shape, pose, there) / (1 + away))
+
+
+def shown(shape: LandmarkShape, pose: Pose, there: FloatArray) -> FloatArray:
+    """How well each landmark (468,) shows, by which way its surface faces; `there` (468, 3)."""
+    sight = there / np.linalg.norm(there, axis=1, keepdims=True)
+    facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
+    return np.asarray(np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0))

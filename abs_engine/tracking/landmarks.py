@@ -1,0 +1,188 @@
+"""468 points of a face by the face mesh network of Kartynnik et al. (2019), run by OpenCV.
+
+"Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", arXiv:1907.06724. The
+network is MediaPipe's, as shipped in `assets/detector`. It says where to begin, and is one soft
+piece of evidence with a measured noise (`tracking.correspondence`); what is reported comes from
+rendering and comparing. A process has one network, not to be used from several threads at once.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import shipped
+from abs_engine.tracking.detect import MARKS, Face
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+COUNT = 468
+OUTER_RING = np.array(
+    [61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185]
+)
+"""The outer edge of the lips: from the subject's right corner along the lower lip and back."""
+INNER_RING = np.array(
+    [78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191]
+)
+"""Where the lips meet, in the same order."""
+LIPS = np.concatenate([OUTER_RING, INNER_RING])
+EYES = (np.array([33, 133]), np.array([263, 362]))
+"""Corners of the subject's right and left eye, the outer one first."""
+_SIDE = 192  # pixels, of the picture that the network looks at
+_AROUND = 1.5  # times a face's size: what it looks at (as MediaPipe does)
+_PRESENT = 0.5  # least probability that it looks at a face
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """A face's points as the network sees them.
+
+    Parameters
+    ----------
+    points : (468, 3) float64, px
+        Column, row, and depth: towards the camera it is less; its zero is arbitrary.
+    presence : float
+        How probably a face was looked at, 0 to 1.
+    unlike : float
+        How far the network puts the points elsewhere in the mirror image (RMS), in sizes of the
+        face; 0 where it was not asked. About 0.01 of a face that lies where it looks.
+    """
+
+    points: FloatArray
+    presence: float
+    unlike: float = 0.0
+
+    @property
+    def pixels(self) -> FloatArray:
+        """Columns and rows (468, 2)."""
+        return self.points[:, :2]
+
+    @property
+    def axes(self) -> tuple[FloatArray, FloatArray]:
+        """Unit vectors (2,) in the picture: from the right to the left eye, and down the face."""
+        return _axes(*(self.pixels[pair].mean(axis=0) for pair in EYES))
+
+    @property
+    def size(self) -> float:
+        """Longer side of the upright box about the points, px."""
+        return float(max(np.ptp(self.pixels @ axis) for axis in self.axes))
+
+    @property
+    def openness(self) -> float:
+        """Height between the inner lips' middles over the distance of the eyes' outer corners."""
+        upper, lower, right, left = self.pixels[[13, 14, 33, 263]]
+        across = float(np.linalg.norm(left - right))
+        return float(np.linalg.norm(upper - lower)) / max(across, 1e-9)
+
+
+def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | None:
+    """The points of a face that was detected; None where the network sees no face there.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+    face : Face
+    both : bool
+        Whether the network looks at the mirrored face, too.
+    """
+    right, left = (face.points[MARKS.index(name)] for name in ("right_eye", "left_eye"))
+    first = _looked_at(image, face.centre, face.size, right, left, both=False)
+    return None if first is None else landmarks_again(image, first, both)
+
+
+def landmarks_again(image: Image, last: Landmarks, both: bool = True) -> Landmarks | None:
+    """The points of a face that was at `last`, in the frame before or by a first look."""
+    right, left = (last.pixels[pair].mean(axis=0) for pair in EYES)
+    along, down = last.axes
+    ends = [0.5 * (v.min() + v.max()) for v in (last.pixels @ along, last.pixels @ down)]
+    return _looked_at(image, ends[0] * along + ends[1] * down, last.size, right, left, both)
+
+
+def _axes(right: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors from the right to the left eye, and down the face."""
+    along = (left - right) / max(float(np.linalg.norm(left - right)), 1e-9)
+    return along, np.array([-along[1], along[0]])
+
+
+def _looked_at(
+    image: Image,
+    centre: FloatArray,
+    size: float,
+    right: FloatArray,
+    left: FloatArray,
+    both: bool,
+) -> Landmarks | None:
+    """What the network sees in an upright square about a face; black lies around the picture.
+
+    In `both` the square and its mirror image it errs in different ways: the mean errs less.
+    """
+    along, across = _axes(right, left)
+    if not (np.isfinite(centre).all() and size > 1.0):
+        return None
+    step = _AROUND * size / _SIDE  # image pixels for one of the network's
+    matrix = np.column_stack([step * along, step * across, np.zeros(2)])
+    matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (_SIDE - 1))
+    patch = _cut(image, matrix, step)
+    found, presence = _seen(patch)
+    if presence < _PRESENT:
+        return None
+    unlike = 0.0
+    if both:
+        other = _seen(patch[:, ::-1])[0][mirrored()]
+        other = np.column_stack([_SIDE - other[:, 0], other[:, 1:]])
+        away = ((found - other)[:, :2] ** 2).sum(axis=1)
+        unlike = float(np.sqrt(away.mean())) * _AROUND / _SIDE
+        found = 0.5 * (found + other)
+    there = (found[:, :2] - 0.5) @ matrix[:, :2].T + matrix[:, 2]
+    return Landmarks(np.column_stack([there, step * found[:, 2]]), presence, unlike)
+
+
+def _seen(patch: Image) -> tuple[FloatArray, float]:
+    """The points (468, 3) in a square of `_SIDE` pixels, and how probably it shows a face."""
+    network = _network()
+    network.setInput((patch.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
+    logit = float(np.ravel(network.forward("conv2d_31"))[0])
+    presence = float(1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0))))
+    return network.forward("conv2d_21").reshape(COUNT, 3).astype(np.float64), presence
+
+
+@cache
+def mirrored() -> NDArray[np.int_]:
+    """Which landmark (468,) each one is in a mirror image (`assets/make_landmarks.py`)."""
+    return np.array(json.loads(shipped("detector/landmark_mirror.json").read_text()), np.int_)
+
+
+def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
+    """The square of `_SIDE` pixels that `matrix` (2, 3) maps to the image."""
+    low, high = _bounds(matrix, image.shape)
+    if (high <= low).any():
+        return np.zeros((_SIDE, _SIDE, 3), np.uint8)
+    part = image[low[1] : high[1], low[0] : high[0]]
+    if step > 1:  # else pixels would be skipped
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 * step), np.uint8)
+    moved = matrix.copy()
+    moved[:, 2] -= low
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(part, moved, (_SIDE, _SIDE), flags=flags), np.uint8)
+
+
+def _bounds(
+    matrix: FloatArray, shape: tuple[int, ...]
+) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """The first and last column and row of the image that the square reaches."""
+    ends = np.array([[0, 0], [_SIDE, 0], [0, _SIDE], [_SIDE, _SIDE]]) - 0.5
+    corners = ends @ matrix[:, :2].T + matrix[:, 2]
+    limits = np.array([shape[1], shape[0]])
+    low = np.clip(np.floor(corners.min(axis=0)).astype(int) - 2, 0, limits)
+    return low, np.clip(np.ceil(corners.max(axis=0)).astype(int) + 3, 0, limits)
+
+
+@cache
+def _network() -> cv2.dnn.Net:
+    return cv2.dnn.readNetFromTFLite(str(shipped("detector/face_landmark.tflite")))

@@ -1,0 +1,63 @@
+"""How far drawn lips lie off the lips that the landmark network sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import LIPS, Landmarks
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LipLandmarks:
+    """The 40 landmarks of the lips on a person's head.
+
+    Parameters
+    ----------
+    mean : (40, 3) float64, mm, head frame
+    modes : (P, 40, 3) float64, mm per standard deviation
+    deviation : (40, 2) float64, mm
+        Of the network, along the line of the eyes and down the face.
+    bias : (40, 2) float64, mm
+        By how much it sees this person's lips off.
+    camera : Camera
+    """
+
+    mean: FloatArray
+    modes: FloatArray
+    deviation: FloatArray
+    bias: FloatArray
+    camera: Camera
+
+    @classmethod
+    def of(
+        cls, shape: LandmarkShape, modes: int, camera: Camera, person: FloatArray | None = None
+    ) -> LipLandmarks:
+        """Of a person's landmarks, whose posture's first `modes` are the mouth's.
+
+        With `person` (Q, 468, 3), mm, these modes of the person's come after them.
+        """
+        more = np.zeros((0, len(LIPS), 3)) if person is None else person[:, LIPS]
+        moves = np.concatenate([shape.posture[:modes, LIPS], more])
+        return cls(shape.mean[LIPS], moves, shape.deviation[LIPS, :2], shape.bias[LIPS], camera)
+
+    def apart(self, seen: Landmarks, pose: Pose, posture: FloatArray) -> tuple[float, float]:
+        """RMS distance of lips in a pose and posture (P,) from those seen.
+
+        Returns
+        -------
+        mm, deviations : float
+            Across the line of sight; and in standard deviations of the network.
+        """
+        there = pose.apply(self.mean + np.tensordot(posture, self.modes, 1))
+        off = self.camera.project(there) - seen.pixels[LIPS]
+        mm = off @ np.stack(seen.axes).T * there[:, 2:] / self.camera.matrix[0, 0] + self.bias
+        off_mm = float(np.sqrt((mm**2).sum(axis=1).mean()))
+        return off_mm, float(np.sqrt(((mm / self.deviation) ** 2).mean()))

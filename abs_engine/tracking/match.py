@@ -1,0 +1,201 @@
+"""Where the details of a drawn head are seen in a picture, and the pose that puts them there.
+
+Patches of the drawing are looked for by normalised correlation, which feels neither brightness nor
+contrast. Each match counts by how sharply it is placed, as brows and nostrils are and smooth skin
+is not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+
+FloatArray = NDArray[np.float64]
+Gray = NDArray[np.float32]
+PATCH = 0.055  # half the side of a patch, face widths
+APART = 1 / 30  # least distance of patches, face widths
+MOST_PATCHES = 150
+LEAST_MATCHES = 12
+LEAST_LIKE = 0.5  # correlation of a match
+SHARE_DRAWN = 0.9  # of a patch
+_BEST_NOISE = 0.02  # 1 - correlation that the best of matches are taken to have
+_TRUST = 0.1  # independent pixels of a patch; few, as what is wrong about a drawing is smooth
+_SMALL = 1 / 3  # residual, standard deviations, beyond which a match counts less
+_PULL = 1 / np.array([0.5, 0.5, 0.5, 60.0, 60.0, 200.0])  # rad^-1, mm^-1: hardly any
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Patches of a drawing that were found in a picture.
+
+    Parameters
+    ----------
+    at : (N, 2) int
+        Column and row of each in the drawing.
+    found : (N, 2) float64
+        Where it is in the picture, in drawn pixels.
+    root : (N, 2, 2) float64, px^-1
+        R with R'R the inverse covariance of `found`.
+    agreement : float
+        Mean correlation of all patches where they were drawn, -1 to 1.
+    """
+
+    at: NDArray[np.int64]
+    found: FloatArray
+    root: FloatArray
+    agreement: float
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A drawing to be looked for in a picture, of H by W drawn pixels.
+
+    Parameters
+    ----------
+    gray : (H, W) float32
+    covered : (H, W) bool
+        Where anything is drawn.
+    wanted : (H, W) bool
+        What is looked for.
+    width : float
+        Of the face, drawn pixels.
+    """
+
+    gray: Gray
+    covered: NDArray[np.bool_]
+    wanted: NDArray[np.bool_]
+    width: float
+
+    @property
+    def half(self) -> int:
+        """Half the side of a patch, drawn pixels."""
+        return max(3, round(PATCH * self.width))
+
+    @property
+    def near(self) -> NDArray[np.bool_]:
+        """What lies in patches about what is wanted, (H, W)."""
+        side = 2 * self.half + 3
+        return cv2.dilate(self.wanted.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+
+    def corners(self, edge: int) -> NDArray[np.int64]:
+        """Middles (N, 2), column and row, of patches with structure, `edge` pixels inside."""
+        side = 2 * self.half + 1
+        whole = cv2.blur(self.covered.astype(np.float32), (side, side)) >= SHARE_DRAWN
+        wanted = cv2.erode(self.wanted.astype(np.uint8), np.ones((3, 3), np.uint8))
+        usable = np.zeros(wanted.shape, np.uint8)
+        inside = slice(edge, -edge), slice(edge, -edge)
+        usable[inside] = wanted[inside] * whole[inside]
+        found = cv2.goodFeaturesToTrack(
+            self.gray, MOST_PATCHES, 0.003, max(2.0, APART * self.width), mask=usable,
+            blockSize=self.half,
+        )  # fmt: skip
+        nothing = np.zeros((0, 2), np.int64)
+        return nothing if found is None else found.reshape(-1, 2).astype(np.int64)
+
+
+def match(drawn: Drawn, seen: Gray, reach: float) -> Matches:
+    """Look for a drawing's details in a picture.
+
+    Parameters
+    ----------
+    drawn : Drawn
+    seen : (H, W) float32
+        The picture at the drawn pixels.
+    reach : float
+        How far from where it was drawn each is looked for, face widths.
+    """
+    half, far = drawn.half, max(2, round(reach * drawn.width))
+    at, found, roots, here = [], [], [], []
+    for x, y in drawn.corners(half + far + 1):
+        patch = drawn.gray[y - half : y + half + 1, x - half : x + half + 1]
+        around = seen[y - half - far : y + half + far + 1, x - half - far : x + half + far + 1]
+        like = np.asarray(cv2.matchTemplate(around, patch, cv2.TM_CCOEFF_NORMED), np.float64)
+        here.append(like[far, far])
+        peak = _peak(like)
+        if peak is not None:
+            at.append((x, y))
+            found.append(peak[0] - far + [x, y])
+            roots.append(peak[1])
+    return Matches(
+        np.array(at, np.int64).reshape(-1, 2), np.array(found).reshape(-1, 2),
+        np.array(roots).reshape(-1, 2, 2), float(np.mean(here)) if here else -1.0,
+    )  # fmt: skip
+
+
+def _peak(like: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Where a correlation is highest (column, row), and the root of that place's information.
+
+    None where it is low, at the border, or no peak. By the paraboloid through its neighbours.
+    """
+    y, x = np.unravel_index(int(like.argmax()), like.shape)
+    highest = float(like[y, x])
+    inside = 0 < y < like.shape[0] - 1 and 0 < x < like.shape[1] - 1
+    if highest < LEAST_LIKE or not inside:
+        return None
+    near = like[y - 1 : y + 2, x - 1 : x + 2]
+    slope = 0.5 * np.array([near[1, 2] - near[1, 0], near[2, 1] - near[0, 1]])
+    across = 0.25 * (near[2, 2] - near[2, 0] - near[0, 2] + near[0, 0])
+    bend = np.array([
+        [near[1, 2] - 2 * highest + near[1, 0], across],
+        [across, near[2, 1] - 2 * highest + near[0, 1]],
+    ])  # fmt: skip
+    if bend[0, 0] >= 0 or np.linalg.det(bend) <= 1e-12:
+        return None
+    shift = -np.linalg.solve(bend, slope)
+    if np.abs(shift).max() > 1:
+        return None
+    information = -bend * _TRUST / max(1 - highest, _BEST_NOISE)
+    root = np.asarray(np.linalg.cholesky(information).T, np.float64)
+    return np.array([x, y]) + shift, root
+
+
+def pose_of_matches(
+    points: FloatArray,
+    motions: FloatArray,
+    pixels: FloatArray,
+    root: FloatArray,
+    camera: Camera,
+    start: tuple[Pose, FloatArray],
+) -> tuple[Pose, FloatArray]:
+    """The pose of a head, and its expression, that put points where they were found.
+
+    Robust to points that were found in the wrong place.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, mm, head frame
+    motions : (N, K, 3) float64, mm per standard deviation
+        How each moves with the head's expression.
+    pixels : (N, 2) float64
+    root : (N, 2, 2) float64, px^-1
+        Of the inverse covariance of `pixels`.
+    camera : Camera
+    start : tuple of Pose and (K,) float64
+        Where to begin, and what the pose is weakly held to.
+    """
+    pose, weights = start
+    centre = points.mean(axis=0)
+    at = pose.apply(centre)
+
+    def pose_at(x: FloatArray) -> Pose:
+        turned = Pose.from_vectors(x[:3], np.zeros(3)).rotation @ pose.rotation
+        return Pose(turned, at + x[3:6] - turned @ centre)
+
+    def residuals(x: FloatArray) -> FloatArray:
+        moved = points + np.einsum("k,nkd->nd", x[6:], motions)
+        away = np.einsum("nij,nj->ni", root, camera.project(pose_at(x).apply(moved)) - pixels)
+        return np.concatenate([away.ravel(), x[:6] * _PULL, x[6:]])
+
+    scale = np.r_[0.02, 0.02, 0.02, 2.0, 2.0, 10.0, np.full(len(weights), 0.5)]
+    first = np.r_[np.zeros(6), weights]
+    fit = least_squares(
+        residuals, first, loss="soft_l1", f_scale=_SMALL, x_scale=scale, max_nfev=30
+    )
+    return pose_at(fit.x), np.asarray(fit.x[6:], np.float64)

@@ -1,0 +1,105 @@
+"""Whether the mouth can be seen, where landmarks say where it would be.
+
+A landmark network goes on to say where a mouth is behind a hand. The colours within the lips' outer
+edge and around it tell: within it a mouth shows lips, teeth or dark, in whatever proportion, and
+around it skin. A hand shows skin within, a microphone what is no skin around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Window
+from abs_engine.face.appearance.chroma import sampled
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+_ACROSS = 48.0  # pixels that the mouth is looked at in
+_NEAR, _FAR = 1.25, 1.75  # times the lips' outline: what lies around it
+_LEAST_INSIDE, _LEAST_AROUND, _LEAST_LIPS = 0.45, 0.45, 0.2  # of what is usual in the clip
+_LEAST_SEEN = 0.7  # of a mouth's outline that lies in the picture
+
+
+@dataclass(frozen=True)
+class MouthLook:
+    """What the colours about a mouth are.
+
+    Parameters
+    ----------
+    inside : float
+        Mean probability of lips, teeth or dark within the lips' outer edge, 0 to 1.
+    around : float
+        Mean probability of skin around it.
+    lips : float
+        Mean probability of lips within the edge: few in a wide mouth, none behind a microphone.
+    """
+
+    inside: float
+    around: float
+    lips: float
+
+    @classmethod
+    def of(cls, classes: ColourClasses, image: Image, seen: Landmarks) -> MouthLook | None:
+        """The look of a mouth by its landmarks; None where it lies outside of the picture."""
+        ring = seen.pixels[OUTER_RING]
+        height, width = image.shape[:2]
+        shown = (ring > -0.5).all(axis=1) & (ring < [width - 0.5, height - 0.5]).all(axis=1)
+        if shown.mean() < _LEAST_SEEN:
+            return None
+        centre = ring.mean(axis=0)
+        across = max(float(np.ptp(ring[:, 0])), float(np.ptp(ring[:, 1])), 2.0)
+        side, scale = 2 * across, min(2.0, _ACROSS / across)
+        low = centre - side / 2
+        window = Window(float(low[0]), float(low[1]), side, side, scale)
+        maps = classes.probabilities(sampled(window, image), 3.0)
+        skin = maps[CLASSES.index("skin")]
+        mouth = maps.sum(axis=0) - skin
+        within, near, far = (_filled(window, ring, centre, k) for k in (1.0, _NEAR, _FAR))
+        ring_around = far & ~near
+        if not (within.any() and ring_around.any()):
+            return None
+        lips = maps[CLASSES.index("lips")][within].mean()
+        return cls(float(mouth[within].mean()), float(skin[ring_around].mean()), float(lips))
+
+
+def _filled(
+    window: Window, ring: FloatArray, centre: FloatArray, times: float
+) -> NDArray[np.bool_]:
+    """Drawn pixels (H, W) within an outline that is enlarged about its centre."""
+    width, height = window.drawn
+    mask = np.zeros((height, width), np.uint8)
+    there = window.to_drawn(centre + times * (ring - centre))
+    cv2.fillPoly(mask, [np.rint(there).astype(np.int32)], 1)
+    return np.asarray(mask > 0)
+
+
+@dataclass(frozen=True)
+class UsualLook:
+    """What the mouth usually looks like in a clip: medians over some frames."""
+
+    inside: float
+    around: float
+    lips: float
+
+    @classmethod
+    def of(cls, looks: Sequence[MouthLook | None]) -> UsualLook | None:
+        """The medians; None where no frame shows the mouth."""
+        there = [look for look in looks if look is not None]
+        if not there:
+            return None
+        each = [(look.inside, look.around, look.lips) for look in there]
+        inside, around, lips = np.median(each, axis=0)
+        return cls(float(inside), float(around), float(lips))
+
+    def hidden(self, now: MouthLook) -> bool:
+        """Whether something is before the mouth."""
+        within = now.inside < _LEAST_INSIDE * self.inside or now.lips < _LEAST_LIPS * self.lips
+        return within or now.around < _LEAST_AROUND * self.around

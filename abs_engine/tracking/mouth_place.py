@@ -1,0 +1,97 @@
+"""Where in a window the mouth lies, as far as landmarks tell it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.pose import PoseFrame
+from abs_engine.face.appearance.colour import MouthPlace
+from abs_engine.face.head import MouthModel
+from abs_engine.fit.head_frame import DRAWN_MOUTH
+
+FloatArray = NDArray[np.float64]
+
+_BETWEEN_LIPS = 0.02  # mouth widths, over which one lip's colours go over into the other's
+_MARGIN, _SOFT = 2.0, 0.7  # mm from the outline, where a side is sure, and how softly it begins
+_SURE_WITHIN, _SURE_BEYOND = 0.998, 0.95
+"""Most that a place alone says. Within the lips no skin is seen, but teeth in shade may look so;
+beyond them, lips may still be where landmarks are wrong, and colours twenty times likelier win."""
+
+
+def mouth_place(
+    model: MouthModel,
+    base: PoseFrame,
+    camera: Camera,
+    window: Window,
+    person: FloatArray,
+    vector: FloatArray,
+) -> MouthPlace:
+    """Where a mouth with this pose and posture (6 + P,) lies in a window.
+
+    Parameters
+    ----------
+    model : MouthModel
+    base : PoseFrame
+    camera : Camera
+    window : Window
+    person : (Q,) float64
+    vector : (6 + P,) float64
+    """
+    vertices, pose = model.held(person).vertices(vector[6:]), base.pose(vector[:6])
+    line = camera.project(pose.apply(_where_lips_meet(model, vertices)))
+    outline = window.to_drawn(camera.project(pose.apply(vertices[model.rings["outer"]])))
+    away = _outside(window, outline)
+    depth = float(pose.apply(model.pivot)[2])
+    mm = float(camera.matrix[0, 0]) / depth * window.scale
+    within, beyond = (
+        sure / (1 + np.exp(np.clip((_MARGIN - side * away / mm) / _SOFT, -30, 30)))
+        for side, sure in ((-1.0, _SURE_WITHIN), (1.0, _SURE_BEYOND))
+    )
+    return MouthPlace(_upper_share(window, line), within, beyond)
+
+
+def _outside(window: Window, outline: FloatArray) -> FloatArray:
+    """Distance (H, W) of each drawn pixel from an outline (K, 2); less than 0 within it."""
+    width, height = window.drawn
+    mask = np.zeros((height, width), np.uint8)
+    cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 1)
+    outer, inner = (
+        cv2.distanceTransform(np.asarray(m, np.uint8), cv2.DIST_L2, 3) for m in (1 - mask, mask)
+    )
+    return np.asarray(outer, np.float64) - np.asarray(inner, np.float64)
+
+
+def _where_lips_meet(model: MouthModel, vertices: FloatArray) -> FloatArray:
+    """Half-way between the inner lips, from corner to corner, (15, 3) mm, head frame."""
+    upper, lower = (vertices[model.rings[name]] for name in ("upper", "lower"))
+    upper, lower = upper[np.argsort(upper[:, 0])], lower[np.argsort(lower[:, 0])]
+    x = np.linspace(max(upper[0, 0], lower[0, 0]), min(upper[-1, 0], lower[-1, 0]), 15)
+    line = [
+        0.5 * (np.interp(x, upper[:, 0], upper[:, d]) + np.interp(x, lower[:, 0], lower[:, d]))
+        for d in (1, 2)
+    ]
+    return np.column_stack([x, *line])
+
+
+def _upper_share(window: Window, line: FloatArray) -> FloatArray:
+    """How probably a lip that is seen at each drawn pixel (H, W) is the upper one.
+
+    Parameters
+    ----------
+    window : Window
+    line : (K, 2) float64, px
+        Where the lips would meet, from one corner to the other: half-way between their inner edges.
+    """
+    drawn = window.to_drawn(line)
+    ends = drawn[-1] - drawn[0]
+    along = ends / max(float(np.linalg.norm(ends)), 1e-9)
+    down = np.array([-along[1], along[0]])
+    order = np.argsort(drawn @ along)
+    width, height = window.drawn
+    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
+    level = np.interp(grid @ along, (drawn @ along)[order], (drawn @ down)[order])
+    below = (grid @ down - level) / (_BETWEEN_LIPS * DRAWN_MOUTH)
+    return np.asarray(1 / (1 + np.exp(np.clip(below, -30.0, 30.0))))

@@ -1,0 +1,95 @@
+"""Writes a run while it is tracked: tables, overlay video and contact sheet."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from abs_engine.files import png
+from abs_engine.tracking.contours import Image
+from abs_engine.tracking.head_picture import HeadKeeper
+from abs_engine.tracking.overlay import Overlay
+from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.sheet import ContactSheet
+
+OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
+HEAD = "head.png"
+
+Progress = Callable[[int, int], None]
+"""Called with the number of frames done and of all frames (0 where that is not known)."""
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """What a run says about its making, besides its results.
+
+    Parameters
+    ----------
+    settings : dict
+        JSON values.
+    frames : int
+        Number of frames that are expected, 0 where that is not known.
+    preparation : float
+        Seconds that were spent before the first frame.
+    """
+
+    settings: dict[str, Any]
+    frames: int = 0
+    preparation: float = 0.0
+
+
+def write_run(
+    folder: Path,
+    setting: TrackerSetting,
+    results: Iterable[tuple[Image, FrameResult]],
+    facts: RunFacts,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Track to the end and write everything into an existing folder.
+
+    Parameters
+    ----------
+    folder : Path
+    setting : TrackerSetting
+    results : iterable of (image, FrameResult)
+        As `track` yields them.
+    facts : RunFacts
+    progress : callable, optional
+        Called after every frame.
+
+    Returns
+    -------
+    dict
+        What ``run.json`` holds.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    """
+    recorder, sheet = Recorder(setting), ContactSheet(setting)
+    head = HeadKeeper(setting, facts.frames)
+    start = time.perf_counter()
+    with Overlay(folder / OVERLAY, setting) as overlay:
+        for image, result in results:
+            recorder.add(result)
+            overlay.add(image, result)
+            sheet.add(image, result)
+            head.add(image, result)
+            if progress is not None:
+                progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
+    took = time.perf_counter() - start
+    (folder / SHEET).write_bytes(png(sheet.picture()))
+    whole = head.picture()
+    if whole is not None:
+        (folder / HEAD).write_bytes(png(whole))
+    setting.classes.save(folder / COLOURS)
+    times = {
+        "preparation_seconds": round(facts.preparation, 3),
+        "seconds_per_frame": round(took / max(1, len(recorder)), 5),
+    }
+    return recorder.write(folder, {"settings": facts.settings, "summary": times})

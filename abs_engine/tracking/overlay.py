@@ -1,0 +1,145 @@
+"""The overlay video: the frame with the lips drawn on it, the mouth enlarged, and the aperture."""
+
+from __future__ import annotations
+
+from collections import deque
+from pathlib import Path
+from types import TracebackType
+
+import cv2
+import numpy as np
+
+from abs_engine.assets import CLOSED_APERTURE
+from abs_engine.core.camera import Window
+from abs_engine.tracking.contours import (
+    GREY,
+    LEGEND,
+    LOST,
+    OUTER,
+    WHITE,
+    Image,
+    LipDrawing,
+    cut,
+    write_text,
+)  # fmt: skip
+from abs_engine.tracking.record import closed_frames
+from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.video import VideoWriter
+
+LEAST_HEIGHT = 640  # of the drawn frame
+PANEL_WIDTH = 448
+ACROSS = 2.2  # mouth widths in the panel
+STRIP_HEIGHT = 96
+STRIP_SECONDS = 4.0
+STRIP_MM = 25.0  # aperture at the strip's top
+
+
+class Overlay:
+    """Writes ``overlay.mp4``, a frame at a time; a context manager.
+
+    Parameters
+    ----------
+    path : Path
+    setting : TrackerSetting
+    """
+
+    def __init__(self, path: Path, setting: TrackerSetting) -> None:
+        self._painter = Painter(setting)
+        self._writer = VideoWriter(path, self._painter.size, setting.rate)
+
+    def add(self, image: Image, result: FrameResult) -> None:
+        """Append a frame."""
+        self._writer.write(self._painter.paint(image, result))
+
+    def __enter__(self) -> Overlay:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._writer.__exit__(kind, error, trace)
+
+
+class Painter:
+    """Draws overlay pictures; remembers where the mouth was and the last seconds' apertures.
+
+    Parameters
+    ----------
+    setting : TrackerSetting
+    """
+
+    def __init__(self, setting: TrackerSetting) -> None:
+        width, height = setting.camera.size
+        scale = max(1.0, LEAST_HEIGHT / height)
+        self._whole = Window(0, 0, width, height, scale)
+        self._drawing = LipDrawing.of(setting)
+        self._rate = setting.rate
+        self._panel: Window | None = None
+        drawn_width, drawn_height = (2 * (n // 2) for n in self._whole.drawn)
+        self._frame = drawn_width, drawn_height
+        self._crop = PANEL_WIDTH, 2 * (drawn_height // 4)
+        self.size = drawn_width + PANEL_WIDTH, drawn_height + STRIP_HEIGHT
+        kept = max(2, round(STRIP_SECONDS * setting.rate))
+        self._apertures: deque[float] = deque(maxlen=kept)
+
+    def paint(self, image: Image, result: FrameResult) -> Image:
+        """The overlay picture of a frame, (H, W, 3) uint8 RGB; its size is `size`."""
+        self._apertures.append(result.aperture)
+        picture = np.zeros((self.size[1], self.size[0], 3), np.uint8)
+        width, height = self._frame
+        picture[:height, :width] = self._large(image, result)[:height, :width]
+        picture[:height, width:] = self._mouth(image, result)
+        picture[height:] = self._strip()
+        return picture
+
+    def _large(self, image: Image, result: FrameResult) -> Image:
+        """The whole frame with contours and what is known about it."""
+        picture = cut(self._whole, image)
+        self._drawing.draw(picture, self._whole, result)
+        write_text(picture, f"#{result.index}   {result.index / self._rate:.2f} s", (10, 22))
+        if result.found:
+            mark = "   closed" if closed_frames(result.aperture) else ""
+            write_text(picture, f"aperture {result.aperture:.1f} mm{mark}", (10, 44))
+        else:
+            cv2.rectangle(picture, (2, 2), (self._frame[0] - 3, self._frame[1] - 3), LOST, 3)
+            write_text(picture, result.status, (10, 44), LOST)
+        return picture
+
+    def _mouth(self, image: Image, result: FrameResult) -> Image:
+        """The enlarged mouth with contours, and below it as it is."""
+        if result.pose is not None:
+            self._panel = self._drawing.mouth_window(result.pose, self._crop, ACROSS)
+        panel = np.zeros((self._frame[1], PANEL_WIDTH, 3), np.uint8)
+        if self._panel is None:
+            return panel
+        plain = cut(self._panel, image)
+        drawn = plain.copy()
+        self._drawing.draw(drawn, self._panel, result)
+        for line, (name, colour) in enumerate(LEGEND if result.found else ()):
+            write_text(drawn, name, (8, 18 + 16 * line), colour, 0.4)
+        height = self._crop[1]
+        panel[:height], panel[height : 2 * height] = drawn, plain
+        return panel
+
+    def _strip(self) -> Image:
+        """The aperture over the last seconds; the right end is now."""
+        width = self.size[0]
+        strip = np.full((STRIP_HEIGHT, width, 3), 24, np.uint8)
+        bottom, top = STRIP_HEIGHT - 8, 8
+        values = np.array(self._apertures)
+        step = (width - 1) / max(1, (self._apertures.maxlen or 2) - 1)
+        x = width - 1 - step * np.arange(len(values))[::-1]
+        y = bottom - np.clip(values / STRIP_MM, 0, 1) * (bottom - top)
+        limit = round(bottom - CLOSED_APERTURE / STRIP_MM * (bottom - top))
+        cv2.line(strip, (0, limit), (width, limit), GREY, 1)
+        for k in range(1, len(values)):
+            if np.isfinite(values[k - 1 : k + 1]).all():
+                ends = np.rint(np.array([x[k - 1 : k + 1], y[k - 1 : k + 1]]).T * 16).astype(int)
+                cv2.line(strip, tuple(ends[0]), tuple(ends[1]), OUTER, 1, cv2.LINE_AA, 4)
+        write_text(
+            strip, f"aperture, last {STRIP_SECONDS:.0f} s, 0 to {STRIP_MM:.0f} mm", (8, 20), WHITE
+        )
+        return strip

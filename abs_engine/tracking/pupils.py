@@ -1,0 +1,92 @@
+"""Pupils by MediaPipe's iris network (Ablavatski et al. 2020), run by OpenCV.
+
+"Real-time Pupil Tracking from Monocular Video for Digital Puppetry", arXiv:2006.11341. Corners of
+eyes are seen by the landmark network where people usually have them; pupils are what a distance of
+pupils was measured between. A process has one network, not to be used from several threads at once.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import shipped
+from abs_engine.tracking.landmarks import Landmarks
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+_EYES = ((33, 133, 159, 145), (362, 263, 386, 374))
+"""Left and right end in an upright picture, upper and lower lid, of the right and the left eye."""
+_SIDE = 64  # pixels that the network looks at
+_AROUND = 2.3  # times an eye's width (as MediaPipe does)
+_TURNED = 0.5  # width of an eye over the other's, below which the head is turned too far
+_SHUT = 0.12  # height of an eye over its width, below which its iris is guessed
+
+
+def pupils_of(image: Image, landmarks: Landmarks) -> FloatArray | None:
+    """The pupils (2, 2) of the subject's right and left eye, pixels.
+
+    None where an eye is not seen well: shut, outside of the picture, or turned away.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+    landmarks : Landmarks
+    """
+    found: list[FloatArray] = []
+    size = np.array(image.shape[1::-1])
+    widths = [float(np.linalg.norm(np.subtract(*landmarks.pixels[list(e[:2])]))) for e in _EYES]
+    if min(widths) < _TURNED * max(widths):
+        return None
+    for mirrored, marks in zip((False, True), _EYES, strict=True):
+        start, end, upper, lower = landmarks.pixels[list(marks)]
+        width = float(np.linalg.norm(end - start))
+        outside = (np.minimum(start, end) < 0).any() or (np.maximum(start, end) > size - 1).any()
+        if width < 2.0 or outside or np.linalg.norm(upper - lower) < _SHUT * width:
+            return None
+        found.append(_pupil(image, start, end, mirrored))
+    return np.stack(found)
+
+
+def _pupil(image: Image, start: FloatArray, end: FloatArray, mirrored: bool) -> FloatArray:
+    """The middle (2,) of an iris between the ends of an eye.
+
+    The network knows eyes on the left of a picture only; others are mirrored.
+    """
+    along = (end - start) / np.linalg.norm(end - start)
+    step = _AROUND * float(np.linalg.norm(end - start)) / _SIDE
+    axes = step * np.stack([along, [-along[1], along[0]]], axis=1)
+    matrix = np.column_stack([axes, 0.5 * (start + end) - axes @ np.full(2, 0.5 * (_SIDE - 1))])
+    patch = _cut(image, matrix, step)
+    network = _network()
+    look = patch[:, ::-1] if mirrored else patch
+    network.setInput((look.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
+    seen = network.forward("output_iris").reshape(5, 3)[0, :2].astype(np.float64) - 0.5
+    if mirrored:
+        seen[0] = _SIDE - 1 - seen[0]
+    return np.asarray(matrix[:, :2] @ seen + matrix[:, 2])
+
+
+def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
+    """The square of `_SIDE` pixels that `matrix` (2, 3) maps to the image."""
+    reach = int(np.ceil(_SIDE * step)) + 4
+    middle = matrix[:, :2] @ np.full(2, 0.5 * _SIDE) + matrix[:, 2]
+    low = np.clip(middle.astype(int) - reach, 0, np.array(image.shape[1::-1]) - 1)
+    part = image[low[1] : low[1] + 2 * reach, low[0] : low[0] + 2 * reach]
+    if step > 1:  # else pixels would be skipped
+        part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 * step), np.uint8)
+    moved = matrix.copy()
+    moved[:, 2] -= low
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    edge = cv2.BORDER_REPLICATE
+    warped = cv2.warpAffine(part, moved, (_SIDE, _SIDE), flags=flags, borderMode=edge)
+    return np.asarray(warped, np.uint8)
+
+
+@cache
+def _network() -> cv2.dnn.Net:
+    return cv2.dnn.readNetFromTFLite(str(shipped("detector/iris_landmark.tflite")))

@@ -1,0 +1,277 @@
+"""What a run stores: arrays of all frames, a table for spreadsheets, and the reader of both.
+
+A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
+each frame), ``mesh.npz`` (the whole head, see `RunMesh`), ``run.json`` (settings and a summary),
+``overlay.mp4``, ``contact_sheet.png`` and ``head.png``; and the colour classes, ``colours.npz``.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import CLOSED_APERTURE, LIPS_OF_68
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.pose import POSE_NAMES, pose_spec
+from abs_engine.npz import read_npz
+from abs_engine.release import engine_version
+from abs_engine.tracking.doubt import doubts
+from abs_engine.tracking.mesh import RunMesh
+from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.tracker import HELD
+
+FORMAT, VERSION = "abs_engine.run", 1
+RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
+
+POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
+"""The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
+
+_MEASURES = ("width", "aperture", "value", "score", "evaluations")
+_LANDMARKS = ("landmark_distance", "landmark_aperture")
+_FOR_EACH_FRAME = (
+    *("index", "time", "found", "parameters", "rotation", "translation", "lip_points"),
+    *("closed", "status", *_MEASURES),
+)
+
+
+class Recorder:
+    """Collects the results of a clip.
+
+    Parameters
+    ----------
+    setting : TrackerSetting
+    """
+
+    def __init__(self, setting: TrackerSetting) -> None:
+        self._setting = setting
+        self._results: list[FrameResult] = []
+
+    def __len__(self) -> int:
+        """Return the number of frames so far."""
+        return len(self._results)
+
+    def add(self, result: FrameResult) -> None:
+        """Append the next frame."""
+        self._results.append(result)
+
+    def arrays(self) -> dict[str, Any]:
+        """What ``results.npz`` holds, T frames.
+
+        Rows of lost frames are NaN; so are those of covered frames, but for the head's pose.
+
+        Returns
+        -------
+        dict
+            `index` (T,), `time` (T,) s, `found`, `covered` (T,); `parameters` (T, 6 + P) named by
+            `parameter_names`; `rotation` (T, 3) rotation vector and `translation` (T, 3) mm, head
+            to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
+            (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
+            (T,) mm, `closed` (T,); `landmark_distance` and `landmark_aperture` (T,) mm, see
+            `FrameResult`; `value`, `score`, `evaluations`, `status` (T,); `person_weights`
+            (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
+            `engine_version`, `format`, `version`.
+        """
+        results, setting = self._results, self._setting
+        camera = setting.camera
+        each = {
+            k: np.array([getattr(r, k) for r in results])
+            for k in ("index", "found", "covered", *_MEASURES, *_LANDMARKS)
+        }
+        return {
+            "format": FORMAT,
+            "version": VERSION,
+            "engine_version": engine_version(),
+            "renderer": setting.renderer.description,
+            **each,
+            "time": self._times(),
+            "parameters": np.array([r.vector for r in results]),
+            "parameter_names": pose_spec(setting.model.n_expression).names,
+            "rotation": np.array([rotation_vector(r) for r in results]),
+            "translation": np.array([translation(r) for r in results]),
+            "lip_points": np.array([r.lips for r in results]),
+            "lip_vertex": lip_vertices(setting),
+            "closed": closed_frames(each["aperture"]),
+            "status": np.array([r.status for r in results]),
+            "person_weights": setting.calibration.person,
+            "camera_matrix": camera.matrix,
+            "camera_distortion": camera.distortion,
+            "camera_size": np.array(camera.size),
+            "rate": setting.rate,
+        }
+
+    def mesh(self) -> RunMesh:
+        """The whole head in every frame."""
+        model = self._setting.model
+        return RunMesh(
+            model.whole(self._setting.calibration.person),
+            model.expression.modes.astype(np.float32),
+            np.array([r.vector[6:] for r in self._results]).reshape(-1, model.n_expression),
+            model.speaker.faces,
+        )
+
+    def rows(self) -> Iterator[list[Any]]:
+        """The rows of ``results.csv``, its heading first."""
+        yield table_heading(self._setting)
+        for result, time in zip(self._results, self._times(), strict=True):
+            yield [_cell(value) for value in self._row(result, float(time))]
+
+    def _times(self) -> NDArray[np.float64]:
+        """When each frame is shown, (T,), seconds: as the video says, or by its rate."""
+        count, setting = len(self._results), self._setting
+        if len(setting.times) == count:
+            return np.array(setting.times, np.float64)
+        return np.arange(count) / setting.rate
+
+    def _row(self, result: FrameResult, time: float) -> list[Any]:
+        setting = self._setting
+        points = np.full((len(POINT_NAMES), 3), np.nan)
+        if result.found:
+            vertices = setting.scene.vertices(result.vector[6:])
+            points = vertices[setting.model.rings["points"]]
+        return [
+            result.index,
+            time,
+            int(result.found),
+            *rotation_vector(result),
+            *translation(result),
+            *result.vector,
+            *points.ravel(),
+            result.width,
+            result.aperture,
+            int(closed_frames(result.aperture)),
+            result.value,
+            result.score,
+            result.evaluations,
+            int(result.covered),
+            result.landmark_distance,
+            result.landmark_aperture,
+            result.status,
+        ]
+
+    def summary(self) -> dict[str, Any]:
+        """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost."""
+        tracked = [r for r in self._results if r.found]
+        work = [r.evaluations for r in tracked]
+        return {
+            "frames": len(self._results),
+            "lost_frames": len(self._results) - len(tracked),
+            "covered_frames": sum(r.covered for r in self._results),
+            "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
+            "mean_evaluations": float(np.mean(work)) if work else 0.0,
+            "mean_score": float(np.mean([r.score for r in tracked])) if tracked else 0.0,
+            **self._by_landmarks(tracked),
+        }
+
+    def _by_landmarks(self, tracked: Sequence[FrameResult]) -> dict[str, Any]:
+        """What landmarks and colours say of each other, where landmarks were asked."""
+        asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
+        if not asked:
+            return {}
+        held = [r.status == HELD for r in asked]
+        off = np.array([r.landmark_distance for r in asked])
+        aperture, told = (
+            np.array([getattr(r, k) for r in asked]) for k in ("aperture", "landmark_aperture")
+        )
+        apart = self._setting.classes.separability
+        return {
+            "held_frames": int(sum(held)),
+            "landmark_distance_mm": float(np.median(off)),
+            "aperture_difference_mm": float(np.sqrt(np.mean((aperture - told) ** 2))),
+            "separability": dict(apart),
+            "colour_agreement": self._setting.classes.agreement,
+            "colour_weight": self._setting.classes.weight,
+            "warnings": doubts(aperture, told, held, apart, self._setting.classes.agreement),
+        }
+
+    def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
+        """Write tables, arrays and mesh into an existing folder.
+
+        Parameters
+        ----------
+        folder : Path
+        facts : dict
+            What else ``run.json`` says, JSON values.
+
+        Returns
+        -------
+        dict
+            What ``run.json`` holds.
+        """
+        arrays = self.arrays()
+        np.savez_compressed(folder / RESULTS, **arrays)
+        self.mesh().save(folder)
+        with (folder / TABLE).open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(self.rows())
+        heading = {k: arrays[k] for k in ("format", "version", "engine_version", "renderer")}
+        told = {**heading, **facts, "summary": {**self.summary(), **facts.get("summary", {})}}
+        (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        return told
+
+
+def closed_frames(aperture: Any) -> NDArray[np.bool_]:
+    """Whether lips of an aperture in mm count as closed; never where it is NaN."""
+    return np.asarray(np.asarray(aperture) < CLOSED_APERTURE)
+
+
+def table_heading(setting: TrackerSetting) -> list[str]:
+    """Column names of ``results.csv``."""
+    points = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
+    pose = [f"head_{name}" for name in POSE_NAMES]
+    parameters = pose_spec(setting.model.n_expression).names
+    end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered"]
+    return ["index", "time", "found", *pose, *parameters, *points, *end, *_LANDMARKS, "status"]
+
+
+def lip_vertices(setting: TrackerSetting) -> NDArray[np.int32]:
+    """Indices (N,) of the head's vertices in the order of `FrameResult.lips`."""
+    model = setting.model
+    order = [model.kept[model.rings[name]] for name in ("outer", "upper", "lower")]
+    return np.concatenate(order).astype(np.int32)
+
+
+def rotation_vector(result: FrameResult) -> NDArray[np.float64]:
+    """Head to camera as a rotation vector (3,), radians; NaN in a lost frame."""
+    return np.full(3, np.nan) if result.pose is None else result.pose.rotation_vector
+
+
+def translation(result: FrameResult) -> NDArray[np.float64]:
+    """Head to camera, (3,), mm; NaN in a lost frame."""
+    return np.full(3, np.nan) if result.pose is None else result.pose.translation
+
+
+def _cell(value: Any) -> Any:
+    """A number short enough to read, empty where it is NaN."""
+    if isinstance(value, float):  # NumPy's float64 is one
+        return "" if np.isnan(value) else f"{value:.6g}"
+    return value
+
+
+def load_run(folder: Path) -> dict[str, NDArray[Any]]:
+    """Read the arrays of a run; see `Recorder.arrays`.
+
+    Raises
+    ------
+    InputFileError
+        If the folder holds no ``results.npz``, or one that cannot be read.
+    ModelFormatError
+        If it has another format or version, or its arrays do not fit together.
+    """
+    folder = Path(folder)
+    path = folder / RESULTS
+    if not path.is_file():
+        raise InputFileError(
+            f"{folder} is no run: {RESULTS} is missing", "give the folder that 'track -o' made"
+        )
+    arrays: dict[str, NDArray[Any]] = read_npz(path, FORMAT, VERSION)
+    missing = [name for name in (*_FOR_EACH_FRAME, "lip_vertex") if name not in arrays]
+    if missing:
+        raise ModelFormatError(f"{path} lacks {', '.join(missing)}", "track the video again")
+    if len({len(arrays[name]) for name in _FOR_EACH_FRAME}) != 1:
+        raise ModelFormatError(f"{path} has arrays of different lengths", "track the video again")
+    return arrays

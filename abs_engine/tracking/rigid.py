@@ -1,0 +1,183 @@
+"""The rigid motion of the head, from points of the upper face that do not take part in speech.
+
+Seen from the lips alone, a raised head and a raised jaw look alike. Points on forehead, eyes and
+nose tell them apart: they are followed from one reference frame by optical flow, and the pose
+that explains them is the centre of the tracker's pose prior.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates, Renderer, Scene
+
+FloatArray = NDArray[np.float64]
+Gray = NDArray[np.uint8]
+LEAST_POINTS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class RigidReference:
+    """A frame with points of known place on the head.
+
+    Parameters
+    ----------
+    gray : (H, W) uint8
+    pixels : (N, 2) float32
+    points : (N, 3) float64, mm, head frame
+    pose : Pose
+        The head's pose in this frame.
+    """
+
+    gray: Gray
+    pixels: NDArray[np.float32]
+    points: FloatArray
+    pose: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class RigidState:
+    """Where the points are now.
+
+    Parameters
+    ----------
+    pose : Pose
+    pixels : (N, 2) float32
+    residual : float
+        Root mean square distance of followed points from where the pose puts them, pixels.
+    seen : float
+        Share of the points that were followed, 0 to 1.
+    """
+
+    pose: Pose
+    pixels: NDArray[np.float32]
+    residual: float
+    seen: float
+
+
+def rigid_reference(
+    image: NDArray[np.uint8],
+    pose: Pose,
+    scene: Scene,
+    rigid: NDArray[np.bool_],
+    camera: Camera,
+    renderer: Renderer,
+    most: int = 150,
+) -> RigidReference:
+    """Choose corners of the image that lie on the rigid part of the face.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    pose : Pose
+    scene : Scene
+        The head with its weights at zero.
+    rigid : (F,) bool
+        Facets that move with the skull.
+    camera : Camera
+    renderer : Renderer
+    most : int
+        Largest number of points.
+    """
+    gray = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    still = Candidates.one(np.zeros(scene.n_modes), pose)
+    buffers = renderer.draw(scene, still, camera, camera.whole)[0]
+    on_face = buffers.covered & rigid[np.maximum(buffers.facet_id - 1, 0)]
+    face = float(np.sqrt(buffers.covered.sum()))
+    mask = cv2.erode(on_face.astype(np.uint8), np.ones((3, 3), np.uint8))
+    # None where there is no corner, which OpenCV's types do not say
+    found = cast(
+        "NDArray[np.float32] | None",
+        cv2.goodFeaturesToTrack(gray, most, 0.005, max(2.0, face / 40), mask=mask),
+    )
+    pixels = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
+    column, row = np.rint(pixels.astype(np.float64)).astype(int).T
+    corners = scene.faces[buffers.facet_id[row, column] - 1]
+    weights = buffers.barycentrics[row, column].astype(np.float64)
+    points = np.einsum("nk,nkd->nd", weights, scene.mean.astype(np.float64)[corners])
+    return RigidReference(np.asarray(gray, np.uint8), pixels, points, pose)
+
+
+def follow(
+    reference: RigidReference, image: NDArray[np.uint8], camera: Camera, last: RigidState | None
+) -> RigidState | None:
+    """The head's pose in a new frame, or None where too few points can be followed.
+
+    Points are always followed from the reference frame, so errors do not add up.
+    """
+    if len(reference.points) < LEAST_POINTS:
+        return None
+    gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
+    guess = reference.pixels if last is None else last.pixels
+    there, ok = flow(reference.gray, gray, reference.pixels, guess)
+    back, ok_back = flow(gray, reference.gray, there, reference.pixels)
+    returns = np.linalg.norm(back - reference.pixels, axis=1) < 0.7
+    good = ok & ok_back & returns
+    if good.sum() < LEAST_POINTS:
+        return None
+    start = reference.pose if last is None else last.pose
+    pose, distance = _resect(reference.points[good], there[good], camera, start)
+    near = distance < max(1.5, 2.5 * float(np.median(distance)))
+    if near.sum() < LEAST_POINTS:
+        return None
+    projected = camera.project(pose.apply(reference.points)).astype(np.float32)
+    pixels = np.where(good[:, None], there, projected)
+    return RigidState(
+        pose, pixels, float(np.sqrt(np.mean(distance[near] ** 2))), float(near.sum() / len(good))
+    )
+
+
+def flow(
+    before: Gray,
+    after: Gray,
+    pixels: NDArray[np.float32],
+    guess: NDArray[np.float32],
+    levels: int = 3,
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Where `pixels` (N, 2) of one image lie in another, near `guess`; and which were found."""
+    there, found, _ = cv2.calcOpticalFlowPyrLK(
+        before,
+        after,
+        pixels,
+        guess.copy(),
+        winSize=(15, 15),
+        maxLevel=levels,
+        criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 30, 0.01),
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+    )
+    return np.asarray(there, np.float32), np.asarray(found).ravel() == 1
+
+
+def _resect(
+    points: FloatArray, pixels: NDArray[np.float32], camera: Camera, start: Pose
+) -> tuple[Pose, FloatArray]:
+    """Pose from points, robust to outliers, held weakly to where it was; and the distances.
+
+    A face is nearly flat at this distance, so depth and tilt are weak: the pull to the last pose
+    (0.15 rad, 30 mm, 60 mm in depth) costs little where the points know better.
+    """
+    centre = points.mean(axis=0)
+    at = start.apply(centre)
+    pull = 1 / np.array([0.15, 0.15, 0.15, 30.0, 30.0, 60.0])
+
+    def pose_of(x: FloatArray) -> Pose:
+        turned = Pose.from_vectors(x[:3], np.zeros(3)).rotation @ start.rotation
+        return Pose(turned, at + x[3:] - turned @ centre)
+
+    def residuals(x: FloatArray) -> FloatArray:
+        offset = camera.project(pose_of(x).apply(points)) - pixels
+        return np.concatenate([offset.ravel() / 0.5, x * pull])
+
+    fit = least_squares(
+        residuals, np.zeros(6), loss="soft_l1", x_scale=1 / (20 * pull), max_nfev=30
+    )
+    pose = pose_of(fit.x)
+    return pose, np.linalg.norm(camera.project(pose.apply(points)) - pixels, axis=1)

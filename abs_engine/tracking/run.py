@@ -1,0 +1,165 @@
+"""From a video to a run on disk."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Renderer
+from abs_engine.files import NewFolder
+from abs_engine.tracking.lips import BLOBS, STARTS, LipOptions, LipTracker, prepare_lips
+from abs_engine.tracking.output import Progress, RunFacts, write_run
+from abs_engine.tracking.scale import pupil_scale
+from abs_engine.tracking.setting import EVIDENCE
+from abs_engine.truth.sums import digest
+from abs_engine.video import VideoInfo, probe
+
+DEFAULTS = LipOptions()
+
+
+def track_video(
+    video: Path,
+    folder: Path,
+    renderer: Renderer,
+    options: LipOptions = DEFAULTS,
+    progress: Progress | None = None,
+    prepared: Callable[[float], None] | None = None,
+    stage: Callable[[str], None] | None = None,
+    remark: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
+    """Track the lips in a video and write a run; see `abs_engine.tracking.record`.
+
+    Parameters
+    ----------
+    video : Path
+    folder : Path
+        Must not exist; it appears when everything is written.
+    renderer : Renderer
+    options : LipOptions
+    progress : callable, optional
+        Called after every frame with the number of frames done and of all frames.
+    prepared : callable, optional
+        Called before the first frame with the seconds that the preparation took.
+    stage : callable, optional
+        Told what the preparation begins, in a few words.
+    remark : callable, optional
+        Told before the first frame what is to be said of several faces.
+
+    Returns
+    -------
+    dict
+        What ``run.json`` holds.
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If the video or the speaker cannot be read, or the video breaks off.
+    FaceNotFoundError
+        If no face is found.
+    TooFewPixelsError
+        If too little of it is seen to learn its colours.
+    ParameterError
+        If an option does not fit the video; so of poses that are too few or too many, not finite,
+        no rotations, or of another camera.
+    OutputError
+        If the folder exists or cannot be written.
+    """
+    check_options(options, probe(video))
+    with NewFolder(folder) as made:
+        start = time.perf_counter()
+        tracker = prepare_lips(video, renderer, options, stage)
+        took = time.perf_counter() - start
+        if prepared is not None:
+            prepared(took)
+        if remark is not None and tracker.faces:
+            remark(tracker.faces)
+        facts = RunFacts(settings_of(tracker, options), tracker.info.frames, took)
+        told = write_run(made.work, tracker.setting, tracker.results(), facts, progress)
+        made.finish()
+    return told
+
+
+def check_options(options: LipOptions, info: VideoInfo) -> None:
+    """Raise `ParameterError` for a mouth outside of the picture or another picture's camera.
+
+    And for a mouth beside poses, which say where it is.
+    """
+    if options.camera is not None and options.camera.size != info.size:
+        raise ParameterError(
+            "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
+            "give the camera.json of this video",
+        )
+    _check_start(options)
+    if options.mouth is None:
+        return
+    if options.poses is not None:
+        raise ParameterError("head poses say where the mouth is", "leave out --mouth, or --poses")
+    x, y, width, height = options.mouth
+    right, bottom = info.size
+    if not (
+        width > 0 and height > 0 and 0 <= x < x + width <= right and 0 <= y < y + height <= bottom
+    ):
+        raise ParameterError(
+            f"the mouth {x:g} {y:g} {width:g} {height:g} is not in the picture",
+            f"give left, top, width and height within {right}x{bottom} pixels",
+        )
+
+
+def _check_start(options: LipOptions) -> None:
+    """Raise `ParameterError` for what only a start by landmarks can do, beside another start."""
+    pupil_scale(options.pupil_distance)
+    for name, value, known in (
+        ("start", options.start, STARTS),
+        ("evidence", options.evidence, EVIDENCE),
+    ):
+        if value not in known:
+            raise ParameterError(f"there is no {name} '{value}'", f"choose {' or '.join(known)}")
+    if options.face is not None and options.face < 1:
+        raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
+    placed = {
+        "--person": options.person is not None,
+        "--poses": options.poses is not None,
+        "--start blobs": options.start == BLOBS,
+    }
+    other = next((name for name, given in placed.items() if given), None)
+    asked = {
+        "--face": options.face is not None,
+        "--pupil-distance": options.pupil_distance is not None,
+        "--evidence": options.evidence != DEFAULTS.evidence,
+    }
+    for name, given in asked.items():
+        if given and other is not None:
+            raise ParameterError(
+                f"{name} needs a start from landmarks, which {other} replaces",
+                f"leave out {name}, or {other}",
+            )
+    if options.face is not None and options.mouth is not None:
+        raise ParameterError("--mouth says which face is meant", "leave out --face, or --mouth")
+
+
+def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
+    """What was asked for, as JSON values."""
+    solver = asdict(tracker.setting.solver)
+    return {
+        "video": tracker.video.name,
+        "video_sha256": digest(tracker.video),
+        "size": list(tracker.info.size),
+        "rate": tracker.info.rate,
+        "person": options.person,
+        "mouth": None if options.mouth is None else list(options.mouth),
+        "camera": "given" if options.camera is not None else "ideal",
+        "speaker": "bundled" if options.speaker is None else options.speaker.name,
+        "poses": "estimated" if options.poses is None else options.poses.name,
+        "physics": None if options.physics is None else options.physics.name,
+        "colours": "learned" if options.colours is None else options.colours.name,
+        "start": options.start if tracker.setting.lips is not None else BLOBS,
+        "evidence": options.evidence if tracker.setting.lips is not None else None,
+        "face": options.face,
+        "faces": tracker.faces,
+        "scale": asdict(tracker.scale),
+        "solver": solver,
+    }

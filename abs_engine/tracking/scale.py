@@ -1,0 +1,100 @@
+"""What a result's millimetres rest on.
+
+One camera cannot tell a large head far away from a small one near by: shape and pose are found up
+to a common factor. What sets it is the distance of the pupils, given or usual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker
+from abs_engine.core.errors import ParameterError
+
+USUAL_PUPILS, PUPILS_SPREAD = 63.4, 3.8
+"""Distance of adults' pupils, mm, and its standard deviation (Dodgson 2004, 3,976 people)."""
+_GIVEN_SPREAD = 0.5  # mm, of a distance that somebody measured
+_POLE = 0.03  # of an eye's depth: what lies so near to its foremost point is its pupil
+_LEAST_PUPILS, _MOST_PUPILS = 30.0, 90.0  # mm; no human's lie outside
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What millimetres rest on.
+
+    Parameters
+    ----------
+    source : str
+        "pupil distance" (as given), "usual pupil distance", "known head", "given poses" or
+        "average head".
+    pupils : float, mm
+        Distance of the pupils of the head that is tracked.
+    uncertainty : float
+        Standard deviation of all lengths in the result, as a share of them, from the scale alone.
+    """
+
+    source: str
+    pupils: float
+    uncertainty: float
+
+
+def pupil_scale(given: float | None) -> Scale:
+    """The scale by a pupil distance that was measured, or by the usual one.
+
+    Raises
+    ------
+    ParameterError
+        If it is no distance that people's pupils have.
+    """
+    if given is None:
+        return Scale("usual pupil distance", USUAL_PUPILS, PUPILS_SPREAD / USUAL_PUPILS)
+    if not _LEAST_PUPILS <= given <= _MOST_PUPILS:
+        raise ParameterError(
+            f"{given:g} mm is not a plausible pupil distance",
+            f"give millimetres, {_LEAST_PUPILS:g} to {_MOST_PUPILS:g}",
+        )
+    return Scale("pupil distance", given, _GIVEN_SPREAD / given)
+
+
+def known_scale(pupils: float, person: bool, poses: bool) -> Scale:
+    """The scale of a head that is not fitted to landmarks, whose pupils are that far apart, mm."""
+    if person:
+        return Scale("known head", pupils, 0.0)
+    spread = PUPILS_SPREAD / USUAL_PUPILS
+    return Scale("given poses" if poses else "average head", pupils, spread)
+
+
+def scale_line(told: Mapping[str, Any]) -> str:
+    """What a run's millimetres rest on, in a line, by its `Scale` as a mapping."""
+    spread = f", ± {told['uncertainty']:.0%}" if told["uncertainty"] else ""
+    return f"scale: {told['source']}, pupils {told['pupils']:.1f} mm apart{spread}"
+
+
+def pupil_vertices(speaker: Speaker) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Vertices about the right and the left pupil of a head that looks ahead.
+
+    Of a head without eyes, the corners of the eyelids.
+    """
+    names = speaker.class_names
+    painted = speaker.facet_class == (names.index("eyes") if "eyes" in names else -1)
+    eyes = np.unique(speaker.faces[painted])
+    sides = [eyes[side * speaker.vertices[eyes, 0] > 0] for side in (-1.0, 1.0)]
+    if not all(len(side) for side in sides):
+        right, left = np.split(np.asarray(speaker.landmarks["eye_corners"], np.intp), 2)
+        return right, left
+    found = []
+    for own in sides:
+        front = speaker.vertices[own, 2]
+        found.append(own[front >= front.max() - _POLE * np.ptp(front)])
+    return found[0], found[1]
+
+
+def pupil_distance(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
+    """Distance of the pupils of a head (V, 3), in its unit."""
+    right, left = (vertices[v].astype(np.float64).mean(axis=0) for v in pupil_vertices(speaker))
+    return float(np.linalg.norm(left - right))
