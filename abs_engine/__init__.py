@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from abs_engine.synth.studio import film_scene
     from abs_engine.systems.demo import film_clip, run_demo
     from abs_engine.systems.reporting import write_report
-    from abs_engine.tracking.lips import LipOptions, prepare_lips
     from abs_engine.tracking.mesh import load_mesh
+    from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.record import load_run
-    from abs_engine.tracking.run import track_video
+    from abs_engine.tracking.run import prepare, track_video
     from abs_engine.tracking.setting import FrameResult
     from abs_engine.truth import Dataset, Truth, load_dataset, load_truth
 
@@ -54,8 +54,8 @@ _HOME = {
     "Simplex": "optimise.simplex",
     # the lips in a video
     "track_video": "tracking.run",
-    "LipOptions": "tracking.lips",
-    "prepare_lips": "tracking.lips",
+    "TrackOptions": "tracking.options",
+    "prepare": "tracking.run",
     "FrameResult": "tracking.setting",
     "load_run": "tracking.record",
     "load_mesh": "tracking.mesh",
@@ -84,10 +84,11 @@ _HOME = {
 
 __all__ = [
     "AbsEngineError", "ArticulatoryModel", "Buffers", "Camera", "Candidates", "ClassMaps",
-    "ColourError", "Dataset", "FrameResult", "GuidedPCA", "LipOptions", "Mesh", "Pose",
-    "Predictor", "Renderer", "Scene", "Simplex", "Speaker", "Truth", "Window", "check_dataset",
+    "ColourError", "Dataset", "FrameResult", "GuidedPCA", "Mesh", "Pose",
+    "Predictor", "Renderer", "Scene", "Simplex", "Speaker", "TrackOptions", "Truth",
+    "Window", "check_dataset",
     "diagnose", "film_clip", "film_scene", "load_articulatory", "load_dataset", "load_mesh",
-    "load_run", "load_speaker", "load_truth", "open_renderer", "prepare_lips", "read_corpus",
+    "load_run", "load_speaker", "load_truth", "open_renderer", "prepare", "read_corpus",
     "run_bench", "run_demo", "score", "track_video", "write_report",
 ]  # fmt: skip
 

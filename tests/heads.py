@@ -16,14 +16,14 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.detect import Face
-from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.heads import mouth_model
 
 SIZE = 320, 240
 
 
 def head_of(person: str) -> MouthModel:
     """The mouth model of a person whose head is known."""
-    return lip_model(load_speaker(), person)
+    return mouth_model(load_speaker(), person)
 
 
 def picture_of(head: Scene, pose: Pose, camera: Camera) -> np.ndarray:

@@ -14,7 +14,7 @@ from abs_engine.assets import load_speaker, shipped
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.tracker import FrameResult, TrackerSetting, lip_measures
 from abs_engine.video import VideoWriter
 
@@ -24,7 +24,7 @@ SIZE = 320, 240
 @cache
 def toy_setting() -> TrackerSetting:
     """The average head before a calibrated camera."""
-    model = lip_model(load_speaker(), None)
+    model = mouth_model(load_speaker(), None)
     person = np.zeros(model.n_person)
     calibration = SimpleNamespace(person=person)
     camera = Camera.ideal(SIZE)

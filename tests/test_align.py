@@ -15,8 +15,8 @@ from abs_engine.core.scene import Scene
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import align
 from abs_engine.tracking.align import KnownHead, face_motions
+from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.keyframes import Keyframes
-from abs_engine.tracking.lips import lip_model
 from abs_engine.tracking.prepare import HeadMotion
 from abs_engine.tracking.rigid import RigidState
 
@@ -116,7 +116,7 @@ def test_followed_poses_are_settled_frame_by_frame(monkeypatch):
     model = head_of("kofi")
     ((_, pose),) = HeadMotion(model, CAMERA, CpuRenderer()).poses([glossy("kofi")])
     assert off("kofi", start)[1] > 1.5 > 3 * off("kofi", pose)[1]
-    average = HeadMotion(lip_model(load_speaker(), None), CAMERA, CpuRenderer())
+    average = HeadMotion(mouth_model(load_speaker(), None), CAMERA, CpuRenderer())
     assert next(iter(average.poses([glossy("kofi")])))[1] is start
 
 

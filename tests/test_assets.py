@@ -23,7 +23,7 @@ from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.npz import read_npz, write_npz
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.heads import mouth_model
 
 CLASSES = {
     "skin", "upper_lip", "lower_lip", "inner_mouth", "upper_teeth", "lower_teeth", "tongue", "eyes",
@@ -88,7 +88,7 @@ def test_the_mouth_of_everybody_is_sealed_at_rest(speaker, person):
 @pytest.mark.parametrize("person", PEOPLE[1:])
 def test_no_light_falls_between_resting_lips(speaker, person):
     """Neither teeth nor the dark show from 15 degrees below to 15 above, but for a few pixels."""
-    head = lip_model(speaker, person).head
+    head = mouth_model(speaker, person).head
     mouth = head.mean[speaker.lip_ring].mean(axis=0).astype(float)
     camera = Camera(np.array([[3000, 0, 160], [0, 3000, 100], [0, 0, 1.0]]), (320, 200))
     inside = [speaker.class_id(n) for n in ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")]

@@ -230,7 +230,7 @@ def test_ctrl_c_leaves_nothing(capsys, tmp_path, noise_video, monkeypatch):
         assert list(tmp_path.iterdir())  # something was begun
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("abs_engine.tracking.run.prepare_lips", interrupt)
+    monkeypatch.setattr("abs_engine.tracking.run.prepare", interrupt)
     assert main([str(word) for word in track(noise_video, tmp_path / "run")]) == 130
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert not list(tmp_path.iterdir())

@@ -12,10 +12,10 @@ from abs_engine.cli import main
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import cut_lip_shell
+from abs_engine.learn import cameras
 from abs_engine.learn.cameras import YAWS, camera_results, direction_of, rank_yaws
 from abs_engine.learn.training import train
 from abs_engine.observe.marks import LIPS16
-from abs_engine.papers.basu1998 import cameras
 from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
 from abs_engine.papers.basu1998.page import reproduction_page
 

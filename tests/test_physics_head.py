@@ -12,7 +12,7 @@ from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.shape.physics_head import missed, physics_shape
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
-from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.heads import mouth_model
 
 SPEAKER = load_speaker()
 
@@ -44,9 +44,9 @@ def test_chin_and_cheeks_follow_and_the_skull_stays(trained):
 
 def test_a_tracker_takes_it_from_a_file(trained, tmp_path):
     trained.physics.save(tmp_path / "lips.npz")
-    model = lip_model(SPEAKER, "clara", tmp_path / "lips.npz")
+    model = mouth_model(SPEAKER, "clara", tmp_path / "lips.npz")
     assert model.n_expression == 10
     other = replace(trained.physics, speaker="0" * 16)
     other.save(tmp_path / "other.npz")
     with pytest.raises(ModelFormatError):
-        lip_model(SPEAKER, "clara", tmp_path / "other.npz")
+        mouth_model(SPEAKER, "clara", tmp_path / "other.npz")

@@ -136,8 +136,8 @@ def test_a_pupil_distance_that_is_none_is_refused_before_any_work(refused, video
     def never(*_all, **_more):
         raise AssertionError("work was begun")
 
-    monkeypatch.setattr("abs_engine.tracking.run.prepare_lips", never)
-    monkeypatch.setattr("abs_engine.tracking.lips.load_speaker", never)
+    monkeypatch.setattr("abs_engine.tracking.run.prepare", never)
+    monkeypatch.setattr("abs_engine.tracking.heads.load_speaker", never)
     assert "5 mm is not a plausible pupil distance; give millimetres, 30 to 90" in refused(
         video, "--pupil-distance", "5"
     )

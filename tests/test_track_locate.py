@@ -10,7 +10,7 @@ from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.tracking.detect import Face, find_face
-from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.locate import (
     EYES_APART_MM,
     MOUTH_WIDTH,
@@ -88,7 +88,7 @@ def test_the_pose_of_a_head_in_a_picture(person, turn):
 
 
 def test_the_eyes_of_somebody_are_as_far_apart_as_people_s():
-    somebody, known = lip_model(load_speaker(), None), head_of("mei")
+    somebody, known = mouth_model(load_speaker(), None), head_of("mei")
     assert np.ptp(face_marks(somebody)[:2, 0]) == pytest.approx(EYES_APART_MM)
     eyes = known.head.mean[known.speaker.landmarks["eye_corners"], 0]
     assert np.ptp(face_marks(known)[:2, 0]) == pytest.approx(eyes[2:].mean() - eyes[:2].mean())

@@ -10,7 +10,7 @@ from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import place
-from abs_engine.tracking.lips import lip_model
+from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.locate import face_marks
 from abs_engine.tracking.place import (
     CalibrationFrame,
@@ -27,7 +27,7 @@ DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0, 42.0])
 
 @pytest.fixture(scope="module")
 def model():
-    return lip_model(load_speaker(), None)
+    return mouth_model(load_speaker(), None)
 
 
 def off(model, frame, wanted):

@@ -16,8 +16,8 @@ from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import prepare
 from abs_engine.tracking.align import KnownHead
+from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.keyframes import Keyframes
-from abs_engine.tracking.lips import lip_model
 from abs_engine.tracking.locate import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
 from abs_engine.tracking.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
 
@@ -138,7 +138,7 @@ def test_a_lost_face_goes_on_from_where_it_moved_to(motion, monkeypatch, move, s
 @pytest.mark.parametrize("roll", [0.0, 0.4])
 def test_a_box_places_the_mouth_of_the_face_that_it_is_about(clara, roll):
     """Its lean and distance are the face's; without a known head's looks, which place it better."""
-    somebody = lip_model(load_speaker(), None)
+    somebody = mouth_model(load_speaker(), None)
     pose = seen_at([0, 0, roll], [0, 20, 700])
     image = picture_of(clara.head, pose, CAMERA)
     x, y = CAMERA.project(pose.apply(clara.pivot)) + np.array([0, 6])

@@ -67,13 +67,13 @@ def track(chosen: Namespace) -> int:
     check_free(chosen.output)
     probe(chosen.video)  # says what is wrong before anything slow is loaded
 
-    from abs_engine.tracking.lips import LipOptions
+    from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.output import OVERLAY, SHEET
     from abs_engine.tracking.run import track_video
     from abs_engine.tracking.scale import scale_line
     from abs_engine.truth import load_camera
 
-    options = LipOptions(
+    options = TrackOptions(
         person=chosen.person,
         mouth=None if chosen.mouth is None else tuple(chosen.mouth),
         camera=None if chosen.camera is None else load_camera(chosen.camera),

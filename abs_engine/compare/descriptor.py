@@ -9,75 +9,58 @@ at other places.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.outline import off_outlines
+from abs_engine.compare.rows import Rows
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.objective import Evaluation
 from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.face.appearance.leftover import normalised
 from abs_engine.face.appearance.sight import check_picture
 from abs_engine.face.appearance.texture import TextureModel
-from abs_engine.face.penalty import Penalty
 
 FloatArray = NDArray[np.float64]
-ToCandidates = Callable[[FloatArray], Candidates]
-"""Candidates of parameter vectors (B, n), as `core.pose.PoseFrame.candidates` makes them."""
 
 KEPT = 0.95
 """Share of the pixels drawn at the start that must stay: lips that part and heads that move back
 draw somewhat fewer."""
 
-PENALTY_SHARE = 0.1
-"""A(a) at strength 1, in units of what a wrong match costs."""
 
+class Epsilon(Protocol):
+    """What the errors of all appearances share."""
 
-def with_penalty(
-    data: FloatArray, weights: FloatArray, penalty: Penalty | None, wrong: float
-) -> tuple[FloatArray, FloatArray]:
-    """Epsilon (B,) and its A(a) (B,), from its data (B,) and the weights (B, P)."""
-    if penalty is None:
-        return data, np.zeros_like(data)
-    share = PENALTY_SHARE * wrong * penalty(weights[:, : penalty.size])
-    return data + share, share
+    @property
+    def unit(self) -> float:
+        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
+        ...
 
+    def epsilon(self, candidates: Candidates) -> FloatArray:
+        """Epsilon (B,) of candidates, drawn in one call, without A(a)."""
+        ...
 
-def penalty_roots(weights: FloatArray, penalty: Penalty | None, wrong: float) -> FloatArray:
-    """Terms (B, P) whose squares add up to `with_penalty`'s A(a), in units of epsilon."""
-    if penalty is None:
-        return np.zeros((len(weights), 0))
-    return np.asarray(np.sqrt(PENALTY_SHARE * wrong) * penalty.roots(weights[:, : penalty.size]))
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """The same as a term of a problem, (B,)."""
+        ...
 
+    def residuals(self, candidate: Candidates) -> FloatArray:
+        """What is squared and summed to epsilon of one candidate, (M,)."""
+        ...
 
-class Epsilon(ABC):
-    """What the errors of all appearances share: epsilon at one vector, and at many."""
-
-    @abstractmethod
-    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Epsilon (B,) and its A(a) (B,) at parameter vectors (B, n)."""
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Epsilon and its terms at one parameter vector (n,)."""
-        value, share = self._parts(x[None])
-        terms = {"appearance": float(value[0] - share[0]), "penalty": float(share[0])}
-        return Evaluation(float(value[0]), terms)
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Epsilon (B,) of parameter vectors (B, n), drawn in one call."""
-        return self._parts(vectors)[0]
+    def rows(self, candidates: Candidates) -> Rows:
+        """Epsilon of a batch, taken apart."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
-class TextureError(Epsilon):
-    """Epsilon of luminance-normalised RGB over the drawn pixels S, as an objective (`tex`).
+class TextureError:
+    """Epsilon of luminance-normalised RGB over the drawn pixels S (`tex`): an `Epsilon`.
 
     N = |S| and N_d = 3. Made by `texture_error`.
 
@@ -90,15 +73,11 @@ class TextureError(Epsilon):
     window : Window
     term : ColourError
         The window of the frame.
-    candidates : callable
-        Parameter vectors (B, n) to candidates.
     drawn : int
         Pixels that are to be explained. A candidate that draws fewer is charged `wrong` for the
         rest; one that draws more, or as many, has epsilon as printed.
     wrong : float
         What a wrong match costs, in units of epsilon.
-    penalty : Penalty, optional
-        A(a), over the first weights of a candidate; times `PENALTY_SHARE` times `wrong`.
     noise : TextureNoise, optional
         What differences are whitened by, pixels beside an outline left out; see `texture_error`.
         Without it they count as they are, as printed.
@@ -109,27 +88,44 @@ class TextureError(Epsilon):
     camera: Camera
     window: Window
     term: ColourError
-    candidates: ToCandidates
     drawn: int
     wrong: float
-    penalty: Penalty | None = None
     noise: TextureNoise | None = None
 
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to epsilon at one parameter vector, (3 H W + 1 + P,).
+    @property
+    def unit(self) -> float:
+        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
+        return float(np.mean(self.wrong))
+
+    def residuals(self, candidate: Candidates) -> FloatArray:
+        """What is squared and summed to epsilon of one candidate, (3 H W + 1,).
 
         A pixel that is not drawn leaves nothing; those that are missing are charged together.
         """
-        many = self.candidates(x[None])
-        drawn = self.renderer.draw(self.scene, many, self.camera, self.window)[0]
+        drawn = self.renderer.draw(self.scene, candidate, self.camera, self.window)[0]
         where, off = self.differences(drawn)
         differ = np.zeros(self.term.normalised.shape, np.float32)
         differ[where] = off
         lost = max(self.drawn - len(off), 0)
         charged = np.array([self.wrong * lost / (len(off) + lost)])
-        roots = penalty_roots(many.weights, self.penalty, self.wrong)[0]
         scaled = differ.ravel() / np.sqrt(3.0 * (len(off) + lost))
-        return np.concatenate([scaled, np.sqrt(charged), roots])
+        return np.concatenate([scaled, np.sqrt(charged)])
+
+    def rows(self, candidates: Candidates) -> Rows:
+        """Epsilon of a batch, taken apart: three rows for each pixel of the window."""
+        drawn = self.renderer.draw(self.scene, candidates, self.camera, self.window)
+        frame = self.term.normalised
+        rows = np.zeros((len(candidates), frame.size), np.float32)
+        there = np.zeros(rows.shape, np.bool_)
+        data = np.empty(len(candidates))
+        for i, buffers in enumerate(drawn):
+            covered, differ = self.differences(buffers)
+            count = len(differ)
+            lost = max(self.drawn - count, 0)
+            data[i] = (float((differ**2).sum()) / 3 + self.wrong * lost) / (count + lost)
+            rows[i].reshape(frame.shape)[covered] = differ / np.sqrt(3 * (count + lost))
+            there[i].reshape(frame.shape)[covered] = True
+        return Rows(rows, there, data)
 
     def differences(self, drawn: Buffers) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """S of a drawing, (H, W), and D^s - D^a of its N pixels as they count, (N, 3)."""
@@ -139,12 +135,14 @@ class TextureError(Epsilon):
             off = self.noise.whitened(off, self.scene, drawn, where)
         return where, off
 
-    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        many = self.candidates(vectors)
-        total, pixels = self._sums(many) if self.noise is None else self._own_sums(many)
+    def epsilon(self, candidates: Candidates) -> FloatArray:
+        """Epsilon (B,) of candidates, drawn in one call."""
+        sums = self._sums if self.noise is None else self._own_sums
+        total, pixels = sums(candidates)
         lost = np.maximum(self.drawn - pixels, 0)
-        data = (total / 3 + self.wrong * lost) / (pixels + lost)
-        return with_penalty(data, many.weights, self.penalty, self.wrong)
+        return np.asarray((total / 3 + self.wrong * lost) / (pixels + lost))
+
+    negative_log = epsilon
 
     def _sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
         """Squared differences (B,) and pixels (B,), by the renderer itself."""
@@ -167,10 +165,8 @@ def texture_error(
     frame: NDArray[np.generic],
     camera: Camera,
     window: Window,
-    candidates: ToCandidates,
-    start: FloatArray,
+    start: Candidates,
     renderer: Renderer,
-    penalty: Penalty | None = None,
     dressed: Scene | None = None,
     whiten: bool = False,
 ) -> TextureError:
@@ -188,12 +184,9 @@ def texture_error(
     camera : Camera
     window : Window
         What is compared, and how finely.
-    candidates : callable
-        Parameter vectors (B, n) to candidates.
-    start : (n,) float64
+    start : Candidates
         Where a fit starts, which says how many pixels there are to explain.
     renderer : Renderer
-    penalty : Penalty, optional
     dressed : Scene, optional
         ``model.dress(scene)``, where it is made once for many frames.
     whiten : bool
@@ -212,7 +205,7 @@ def texture_error(
     check_picture(frame)
     clothed = model.dress(scene) if dressed is None else dressed
     term = ColourError(window.sample(np.asarray(frame, np.float32)).astype(np.float32))
-    drawn = renderer.draw(clothed, candidates(start[None]), camera, window)[0]
+    drawn = renderer.draw(clothed, start, camera, window)[0]
     noise = TextureNoise.of(model.leftover) if whiten else None
     where = _compared(drawn, camera, window, noise)
     if not where.any():
@@ -222,10 +215,7 @@ def texture_error(
     if noise is not None:
         cost = cost * noise.scales(clothed, drawn, where) ** 2
     count = max(1, int(KEPT * where.sum()))
-    return TextureError(
-        renderer, clothed, camera, window, term, candidates, count, float(cost.mean()), penalty,
-        noise,
-    )  # fmt: skip
+    return TextureError(renderer, clothed, camera, window, term, count, float(cost.mean()), noise)
 
 
 def _compared(

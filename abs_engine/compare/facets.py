@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
+from abs_engine.compare.pull import Pull
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
 
 FloatArray = NDArray[np.float64]
@@ -63,6 +65,8 @@ class FacetLikelihood:
     compared : (H, W) bool, optional
         Which drawn pixels are compared; by default all. Maps are to be 0 elsewhere, so that the
         exact sum needs it not; one sample must not stand for pixels that are not compared.
+    pull : Pull, optional
+        What its forces come from; without it it has none.
 
     Raises
     ------
@@ -88,6 +92,7 @@ class FacetLikelihood:
     outside: NDArray[np.float32] | None = None
     rule: Rule = "exact"
     compared: NDArray[np.bool_] | None = None
+    pull: Pull | None = None
 
     def __post_init__(self) -> None:
         check_rule(self.rule)
@@ -106,6 +111,24 @@ class FacetLikelihood:
         total = total if free is None else total - pixels + free
         mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
+
+    def forces(self, candidate: Candidates) -> FloatArray:
+        """Forces (V, 3) on one candidate's vertices, camera frame: log f(O|p) per mm.
+
+        Raises
+        ------
+        ParameterError
+            If there is nothing that pulls.
+        """
+        if self.pull is None:
+            raise ParameterError("nothing pulls on the facets", "make the likelihood with a pull")
+        given = self.renderer, self.scene, candidate, self.camera, self.window
+        return self._gain(candidate) * self.pull.forces(*given)
+
+    def _gain(self, candidate: Candidates) -> float:
+        """Derivative of log f(O|p) by the summed score."""
+        data, n = float(self.negative_log(candidate)[0]), self.observations
+        return float(n / (np.exp(-data / n) * self.pixels))
 
     def _sampled(self, drawn: list[Buffers], terms: ClassMaps) -> tuple[FloatArray, FloatArray]:
         """The sum of eq. 9 with one sample for each facet, and the drawn pixels, (B,) each."""

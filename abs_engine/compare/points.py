@@ -8,21 +8,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.descriptor import (
-    Epsilon,
-    ToCandidates,
-    penalty_roots,
-    with_penalty,
-    wrong_match,
-)
+from abs_engine.compare.descriptor import wrong_match
+from abs_engine.compare.rows import Rows
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.scene import Renderer, Scene
+from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.descriptors import DescriptorMaps
 from abs_engine.face.appearance.local import N_D, LocalModel
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.sight import in_sight
 from abs_engine.face.appearance.windows import Windows
-from abs_engine.face.penalty import Penalty
 
 FloatArray = NDArray[np.float64]
 Whiten = Literal["no", "each", "all"]
@@ -31,8 +25,8 @@ DEPTH_SCALE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class LocalError(Epsilon):
-    """Epsilon of N points' local appearance, as an objective (`la`). Made by `local_error`.
+class LocalError:
+    """Epsilon of N points' local appearance (`la`): an `Epsilon`. Made by `local_error`.
 
     N is the model's number of points and N_d is 8. A point that is hidden or turned away costs
     `wrong` in place of its difference.
@@ -52,13 +46,9 @@ class LocalError(Epsilon):
     scene : Scene
     camera : Camera
     window : Window
-    candidates : callable
-        Parameter vectors (B, n) to candidates.
     wrong : (N,) float64
         What a wrong match costs of each point, times the share of the training frames that show
         it: one that is often hidden is no offence.
-    penalty : Penalty, optional
-        A(a), over the first weights of a candidate; times `PENALTY_SHARE`, times `wrong`'s mean.
     """
 
     model: LocalModel
@@ -69,23 +59,33 @@ class LocalError(Epsilon):
     scene: Scene
     camera: Camera
     window: Window
-    candidates: ToCandidates
     wrong: FloatArray
-    penalty: Penalty | None = None
     mixer: FloatArray | None = None
 
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to epsilon at one parameter vector, (9 N + P,)."""
-        differ, shown, weights = self.differences(x[None])
+    @property
+    def unit(self) -> float:
+        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
+        return float(np.mean(self.wrong))
+
+    def residuals(self, candidate: Candidates) -> FloatArray:
+        """What is squared and summed to epsilon of one candidate, (9 N,)."""
+        differ, shown = self.differences(candidate)
         count = len(self.model)
         data = self.mixed(differ)[0] / np.sqrt(N_D * count)
         hidden = np.where(shown[0], 0.0, np.sqrt(self.wrong / count))
-        roots = penalty_roots(weights, self.penalty, float(self.wrong.mean()))[0]
-        return np.concatenate([data, hidden, roots])
+        return np.concatenate([data, hidden])
 
-    def seen(self, x: FloatArray) -> NDArray[np.bool_]:
-        """Which points (N,) a parameter vector (n,) shows."""
-        shown: NDArray[np.bool_] = self.differences(x[None])[1][0]
+    def rows(self, candidates: Candidates) -> Rows:
+        """Epsilon of a batch, taken apart: eight rows for each point."""
+        differ, shown = self.differences(candidates)
+        wide = differ.reshape(len(differ), -1)
+        data = (self.mixed(differ) ** 2).mean(axis=1) + np.where(shown, 0, self.wrong).mean(axis=1)
+        there = np.repeat(shown, N_D, axis=1)
+        return Rows(wide / np.sqrt(wide.shape[1]), there, data, self.mixer)
+
+    def seen(self, candidate: Candidates) -> NDArray[np.bool_]:
+        """Which points (N,) a candidate shows."""
+        shown: NDArray[np.bool_] = self.differences(candidate)[1][0]
         return shown
 
     def mixed(self, differ: FloatArray) -> FloatArray:
@@ -93,16 +93,17 @@ class LocalError(Epsilon):
         rows = differ.reshape(len(differ), -1)
         return rows if self.mixer is None else np.asarray(rows @ self.mixer.T)
 
-    def _parts(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        differ, shown, weights = self.differences(vectors)
+    def epsilon(self, candidates: Candidates) -> FloatArray:
+        """Epsilon (B,) of candidates, drawn in one call."""
+        differ, shown = self.differences(candidates)
         data = (self.mixed(differ) ** 2).mean(axis=1)
-        data = data + np.where(shown, 0.0, self.wrong).mean(axis=1)
-        return with_penalty(data, weights, self.penalty, float(self.wrong.mean()))
+        return np.asarray(data + np.where(shown, 0.0, self.wrong).mean(axis=1))
 
-    def differences(self, vectors: FloatArray) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
-        """Differences of descriptors (B, N, 8), 0 where hidden; visibility (B, N); weights."""
-        many = self.candidates(vectors)
-        w = self.window
+    negative_log = epsilon
+
+    def differences(self, candidates: Candidates) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Differences of descriptors (B, N, 8), 0 where hidden; visibility (B, N)."""
+        many, w = candidates, self.window
         coarse = Window(w.x, w.y, w.width, w.height, w.scale * DEPTH_SCALE)
         drawn = self.renderer.draw(self.scene, many, self.camera, coarse)
         found = np.empty((len(many), len(self.model), N_D))
@@ -113,7 +114,7 @@ class LocalError(Epsilon):
             found[i] = self.windows.read(self.maps, w.to_drawn(self.camera.project(moved)))
             shown[i] = in_sight(points, normals, buffers.depth, self.camera, coarse) > 0
         differ = (found - self.model.at(many.weights)) * self.inverse
-        return differ * shown[..., None], shown, many.weights
+        return differ * shown[..., None], shown
 
 
 def local_error(
@@ -122,9 +123,7 @@ def local_error(
     frame: NDArray[np.generic],
     camera: Camera,
     window: Window,
-    candidates: ToCandidates,
     renderer: Renderer,
-    penalty: Penalty | None = None,
     whiten: Whiten = "no",
 ) -> LocalError:
     """The local appearance error of a frame.
@@ -139,10 +138,7 @@ def local_error(
     camera : Camera
     window : Window
         Where points are looked for; of the scale that the model was learned at.
-    candidates : callable
-        Parameter vectors (B, n) to candidates.
     renderer : Renderer
-    penalty : Penalty, optional
     whiten : {"no", "each", "all"}
         Divide differences by the spread that the model leaves unexplained, so that all components
         have a like weight, or whiten all of them together, so that what many points miss alike
@@ -165,9 +161,8 @@ def local_error(
         others = maps.maps[scale, ::4, ::4].reshape(-1, N_D) * own
         cost[n] = wrong_match(others, (model.base[n] * own)[None])[0]
     return LocalError(
-        model, windows, maps, inverse, renderer, scene, camera, window, candidates,
-        cost * model.seen, penalty, mixer,
-    )  # fmt: skip
+        model, windows, maps, inverse, renderer, scene, camera, window, cost * model.seen, mixer
+    )
 
 
 def _own(mixer: FloatArray) -> FloatArray:

@@ -2,16 +2,52 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.penalty import Penalty
+
+FloatArray = NDArray[np.float64]
+
+
+class Prior(ABC):
+    """What is known of the parameters before the picture is seen: -log of it, in nats."""
+
+    @abstractmethod
+    def negative_log(self, x: FloatArray) -> float:
+        """The value at a parameter vector (N,)."""
+
+    def negative_logs(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at parameter vectors (B, N)."""
+        return np.array([self.negative_log(x) for x in vectors], np.float64)
+
+    def slope(self, x: FloatArray) -> FloatArray:
+        """Gradient (N,) at `x` (N,).
+
+        Raises
+        ------
+        ParameterError
+            If it is not known.
+        """
+        raise ParameterError(f"{type(self).__name__} has no slope", "choose another driver")
+
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """Terms (B, M) whose squares add up to the values at vectors (B, N).
+
+        Raises
+        ------
+        ParameterError
+            If it is no sum of squares.
+        """
+        raise ParameterError(f"{type(self).__name__} is no sum of squares", "choose another driver")
 
 
 @dataclass(frozen=True, eq=False)
-class GaussianPrior:
+class GaussianPrior(Prior):
     """-log of a Gaussian with a diagonal covariance, without its constant.
 
     Eq. 10 prints sum f_i^2 / lambda_i; the 1/2 of a Gaussian's exponent is put back.
@@ -35,9 +71,13 @@ class GaussianPrior:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         return np.asarray((x - self.mean) / self.deviation**2)
 
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """Distances from the mean in standard deviations, times the root of a half."""
+        return np.asarray(np.sqrt(0.5) * (vectors - self.mean) / self.deviation)
+
 
 @dataclass(frozen=True, eq=False)
-class MixturePrior:
+class MixturePrior(Prior):
     """-log of a mixture of Gaussians about shapes that were seen, without its constant.
 
     One Gaussian (eq. 10) says of what is not seen, such as depth from the front, only what follows
@@ -114,7 +154,7 @@ class MixturePrior:
 
 
 @dataclass(frozen=True, eq=False)
-class InformationPrior:
+class InformationPrior(Prior):
     """-log of a Gaussian by its information matrix, without its constant.
 
     Parameters
@@ -132,25 +172,78 @@ class InformationPrior:
         away = x - self.mean
         return float(0.5 * away @ self.information @ away)
 
+    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gradient (N,) of `negative_log` at `x` (N,)."""
+        return np.asarray(self.information @ (x - self.mean))
+
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """Distances from the mean along the information's axes, times their roots."""
+        size, axes = np.linalg.eigh(self.information)
+        root = axes * np.sqrt(0.5 * np.maximum(size, 0.0))
+        return np.asarray((vectors - self.mean) @ root)
+
 
 @dataclass(frozen=True, eq=False)
-class ContactPrior:
+class ContactPrior(Prior):
     """Lips may press, but hardly pass into each other.
 
     Parameters
     ----------
     gap : (G,) float64, mm
         Gaps between upper and lower lip with all parameters zero.
-    slope : (G, N) float64, mm per unit of parameter
+    slope_of_gaps : (G, N) float64, mm per unit of parameter
     softness : float
         Depth in mm that is as improbable as one standard deviation.
     """
 
     gap: NDArray[np.float64]
-    slope: NDArray[np.float64]
+    slope_of_gaps: NDArray[np.float64]
     softness: float = 0.6
 
     def negative_log(self, x: NDArray[np.float64]) -> float:
         """0.5 sum (depth / softness)^2 over the gaps that are negative."""
-        depth = np.minimum(self.gap + self.slope @ x, 0.0) / self.softness
+        depth = np.minimum(self.gap + self.slope_of_gaps @ x, 0.0) / self.softness
         return float(0.5 * depth @ depth)
+
+    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gradient (N,) of `negative_log` at `x` (N,)."""
+        depth = np.minimum(self.gap + self.slope_of_gaps @ x, 0.0) / self.softness**2
+        return np.asarray(depth @ self.slope_of_gaps)
+
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """Depths (B, G) of the gaps that are negative, times the root of a half."""
+        depth = np.minimum(self.gap + vectors @ self.slope_of_gaps.T, 0.0) / self.softness
+        return np.asarray(np.sqrt(0.5) * depth)
+
+
+@dataclass(frozen=True, eq=False)
+class PenaltyPrior(Prior):
+    """A(a) beside an error (Odisio & Bailly, section 4).
+
+    Parameters
+    ----------
+    penalty : Penalty
+    strength : float
+        What A = 1 costs, in units of the error.
+    place : slice
+        Where the articulatory parameters stand in a parameter vector.
+    """
+
+    penalty: Penalty
+    strength: float
+    place: slice
+
+    def negative_log(self, x: FloatArray) -> float:
+        """Strength times A of one parameter vector (N,)."""
+        return float(self.negative_logs(x[None])[0])
+
+    def negative_logs(self, vectors: FloatArray) -> FloatArray:
+        """Strength times A of parameter vectors (B, N)."""
+        return np.asarray(self.strength * self.penalty(self._own(vectors)))
+
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """Terms (B, P) whose squares add up to the values."""
+        return np.asarray(np.sqrt(self.strength) * self.penalty.roots(self._own(vectors)))
+
+    def _own(self, vectors: FloatArray) -> FloatArray:
+        return vectors[:, self.place][:, : self.penalty.size]

@@ -85,3 +85,7 @@ class PictureError(AbsEngineError):
 
 class NothingSeenError(AbsEngineError):
     """No training frame shows any part of what an appearance model is to be learned of."""
+
+
+class PluginError(AbsEngineError):
+    """An entry of a registry cannot be imported, or is not what such an entry must be."""

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Candidates
 
 FloatArray = NDArray[np.float64]
 POSE_NAMES = ("rx", "ry", "rz", "tx", "ty", "tz")
+_POSE = len(POSE_NAMES)
 POSE_UNITS = ("rad", "rad", "rad", "mm", "mm", "mm")
 
 
@@ -52,6 +54,21 @@ class PoseFrame:
         return Pose(one.rotations[0], one.translations[0])
 
 
+def at_base(weights: FloatArray) -> FloatArray:
+    """Parameter vectors (..., 6 + P) of weights (..., P) at the base pose itself."""
+    return np.concatenate([np.zeros((*weights.shape[:-1], _POSE)), weights], axis=-1)
+
+
+def joined(pose: FloatArray, weights: FloatArray) -> FloatArray:
+    """The parameter vector (6 + P,) of a pose's correction (6,) and weights (P,)."""
+    return np.concatenate([pose, weights])
+
+
+def parted(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A pose's correction (..., 6) and weights (..., P) of parameter vectors (..., 6 + P)."""
+    return vector[..., :_POSE], vector[..., _POSE:]
+
+
 def pose_moves(arms: FloatArray) -> FloatArray:
     """How points move for a step of the pose, rotation then translation, camera axes, (6, N, 3).
 
@@ -64,10 +81,25 @@ def pose_moves(arms: FloatArray) -> FloatArray:
     return np.concatenate([turns, np.broadcast_to(np.eye(3)[:, None], (3, *arms.shape))])
 
 
+def pose_block() -> ParamSpec:
+    """Names, units, first steps and bounds of the six numbers of a pose."""
+    reach = np.array([0.5, 0.5, 0.5, 25.0, 25.0, 200.0])
+    scale = np.array([0.02, 0.02, 0.02, 0.8, 0.8, 4.0])
+    return ParamSpec(POSE_NAMES, POSE_UNITS, scale, -reach, reach)
+
+
+def mode_block(count: int, limit: float = 3.5) -> ParamSpec:
+    """The same of so many modes, in standard deviations."""
+    names = tuple(f"shape{k + 1}" for k in range(count))
+    reach = np.full(count, limit)
+    return ParamSpec(names, ("sd",) * count, np.full(count, 0.5), -reach, reach)
+
+
+def pose_and(posture: ParamSpec) -> Blocks:
+    """The blocks of a frame: the pose, then a posture."""
+    return Blocks({POSE: pose_block(), POSTURE: posture})
+
+
 def pose_spec(n_modes: int, mode_limit: float = 3.5) -> ParamSpec:
     """Names, units, first steps and bounds of six pose parameters and `n_modes` shape modes."""
-    modes = tuple(f"shape{k + 1}" for k in range(n_modes))
-    scale = np.r_[[0.02, 0.02, 0.02, 0.8, 0.8, 4.0], np.full(n_modes, 0.5)]
-    reach = np.r_[[0.5, 0.5, 0.5, 25.0, 25.0, 200.0], np.full(n_modes, mode_limit)]
-    units = POSE_UNITS + ("sd",) * n_modes
-    return ParamSpec(POSE_NAMES + modes, units, scale, -reach, reach)
+    return pose_and(mode_block(n_modes, mode_limit)).spec

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.sight import Sighting
 from abs_engine.face.penalty import ImprobablePenalty
@@ -51,6 +53,10 @@ class FaceShape:
     penalty : ImprobablePenalty
     neutral : (P,) float64
         The person at rest, by the direct inversion.
+    rings : mapping of str to int32 arrays
+        The lips' contours, points and corners, as vertices of the head: see `face.base.Face`.
+    regions : tuple of (str or None)
+        What colour class the facets of each class show.
     """
 
     model: ArticulatoryModel
@@ -65,6 +71,8 @@ class FaceShape:
     spec: ParamSpec
     penalty: ImprobablePenalty
     neutral: FloatArray
+    rings: Mapping[str, NDArray[np.int32]]
+    regions: tuple[str | None, ...]
 
     def points(self, alpha: FloatArray) -> FloatArray:
         """The model's points (N, 3), mm, head frame, at parameters (P,)."""
@@ -76,25 +84,21 @@ class FaceShape:
         return self.model.invert(self.frame.apply(points))
 
     @cached_property
-    def full(self) -> ParamSpec:
-        """Six parameters of pose, then the articulatory ones."""
-        both, own = pose_spec(0), self.spec
-        return ParamSpec(
-            both.names + own.names, both.units + own.units, np.r_[both.scale, own.scale],
-            np.r_[both.lower, own.lower], np.r_[both.upper, own.upper],
-        )  # fmt: skip
+    def blocks(self) -> Blocks:
+        """The pose, then the articulatory parameters."""
+        return pose_and(self.spec)
 
     def moved(self, sighting: Sighting) -> Candidates:
         """A frame's pose and posture, then each of the 13 parameters moved by its first step."""
-        here = np.concatenate([np.zeros(6), sighting.parameters])
-        rows = np.vstack([here, here + np.diag(self.full.scale)])
+        here = self.blocks.vector({POSTURE: sighting.parameters})
+        rows = np.vstack([here, here + np.diag(self.blocks.spec.scale)])
         return PoseFrame(sighting.pose, self.pivot).candidates(rows)
 
     @property
     def about(self) -> FloatArray:
         """What is known of the 13 parameters beforehand, 1 / variance per squared first step."""
-        own = len(self.spec.scale)
-        return np.concatenate([np.full(6, _POSE_KNOWN), np.full(own, STEP**2)])
+        own = np.full(len(self.spec), STEP**2)
+        return self.blocks.vector({POSE: np.float64(_POSE_KNOWN), POSTURE: own})
 
     @cached_property
     def pivot(self) -> FloatArray:

@@ -321,16 +321,20 @@ def _prototypes(
     return np.asarray(np.clip(np.array(out), -3.0, 3.0), np.float64)
 
 
-def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
+def lip_rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
+    """The lips' contours, the 20 points of the lips and the mouth's corners, as vertices."""
     marks = speaker.landmarks
-    points = np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]])
-    sources = {
+    return {
         "outer": marks["outer_lip"],
         "upper": marks["inner_lip_upper"],
         "lower": marks["inner_lip_lower"],
-        "points": points,
+        "points": np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]]),
         "corners": marks["mouth_corners"],
     }
+
+
+def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
+    sources = lip_rings(speaker)
     lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
     if lost:
         raise ModelFormatError(

@@ -13,6 +13,8 @@ from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.articulated import FaceShape
+from abs_engine.face.base import RINGS, Body, Face
+from abs_engine.face.looks import LocalLooks, TextureLooks
 
 FloatArray = NDArray[np.float64]
 TEXTURES, LOCALS = ("tex_lin", "tex_cst"), ("la_lin", "la_cst")
@@ -76,3 +78,32 @@ class TalkingFace:
 def learned_from(face: TalkingFace, **models: TextureModel | LocalModel) -> TalkingFace:
     """The same face with other appearance models, such as ``tex_cst`` of a single picture."""
     return replace(face, **models)  # type: ignore[arg-type]
+
+
+def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") -> Face:
+    """The face that a clip is tracked with: of each kind of appearance one model.
+
+    Parameters
+    ----------
+    face : TalkingFace
+    texture, local : str
+        Of `MODELS`.
+    """
+    shape = face.shape
+    own = {name: np.searchsorted(shape.kept, at) for name, at in shape.rings.items()}
+    whole = shape.scene
+    body = Body(
+        np.asarray(whole.mean, np.float32), np.asarray(whole.modes, np.float32), whole.faces,
+        whole.facet_class, np.concatenate([shape.rings[n] for n in RINGS]).astype(np.int32),
+    )  # fmt: skip
+    model = face.texture(texture)
+    noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
+    looks = {
+        "texture": TextureLooks(model, shape.surface, face.dressed[texture], noise),
+        "local": LocalLooks(face.local(local), shape.outer, face.la_scale),
+    }
+    return Face(
+        "talking", shape.outer, shape.spec, shape.pivot, own,
+        whole.vertices(shape.neutral)[shape.rings["outer"]].astype(np.float64),
+        shape.neutral[None], shape.regions, body, appearance=looks,
+    )  # fmt: skip

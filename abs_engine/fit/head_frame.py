@@ -1,24 +1,25 @@
-"""One frame as an objective: the facet likelihood of a window plus priors."""
+"""One frame of a head as a problem: the facet likelihood of a window plus priors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPrior
+from abs_engine.compare.prior import ContactPrior, Prior
+from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.objective import Evaluation
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
 from abs_engine.face.head import MouthModel
+from abs_engine.fit.problem import Problem
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -33,7 +34,8 @@ LEAST_THICKNESS = 0.35
 """Of a lip's height at rest, that it keeps in any posture: lips that are pressed or rolled in show
 about as much."""
 
-Prior = GaussianPrior | ContactPrior | InformationPrior
+COLOUR = "colour"
+"""Name of the evidence of colour classes."""
 
 
 def mouth_window(
@@ -90,10 +92,17 @@ def class_maps(
     """
     patch = sampled(window, frame)
     probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH, place) * zone(window)
+    return ClassMaps(plane_maps(probable, colour_of, window))
+
+
+def plane_maps(
+    probable: FloatArray, colour_of: Sequence[str | None], window: Window
+) -> NDArray[Any]:
+    """Maps (C, H, W) of every facet class, of probabilities (4, H, W) over a window."""
     line = max(LINE * DRAWN_MOUTH, LINE_PIXELS * window.scale)
     shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)
     zero = np.zeros_like(probable[0])
-    return ClassMaps(np.stack([zero if c is None else shown[c] for c in colour_of]))
+    return np.stack([zero if c is None else shown[c] for c in colour_of])
 
 
 def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
@@ -110,33 +119,29 @@ def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
     return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": inside}
 
 
-@dataclass(frozen=True, eq=False)
-class FramePosterior:
-    """-log f(p|O) of one frame over a parameter vector (6 + P).
+def head_problem(
+    likelihood: FacetLikelihood,
+    frame: PoseFrame,
+    priors: tuple[Prior, ...],
+    modes: int,
+    pose_held: bool = False,
+) -> Problem:
+    """A frame of a head as a problem over its pose and the posture of so many modes.
 
     Parameters
     ----------
     likelihood : FacetLikelihood
+        Of the colours.
     frame : PoseFrame
     priors : tuple of Prior
-        Over the whole vector; their sum counts.
+        Over pose and posture (6 + P).
+    modes : int
+        P.
+    pose_held : bool
+        Whether only the posture is fitted.
     """
-
-    likelihood: FacetLikelihood
-    frame: PoseFrame
-    priors: tuple[Prior, ...]
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Value and terms at `x` (6 + P,)."""
-        data = float(self.likelihood.negative_log(self.frame.candidates(x[None]))[0])
-        prior = sum(p.negative_log(x) for p in self.priors)
-        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Values (B,) of a batch (B, 6 + P), drawn in one call."""
-        data = self.likelihood.negative_log(self.frame.candidates(vectors))
-        prior = [sum(p.negative_log(x) for p in self.priors) for x in vectors]
-        return np.asarray(data + np.array(prior), np.float64)
+    free = (POSTURE,) if pose_held else (POSE, POSTURE)
+    return Problem(frame, pose_and(mode_block(modes)), {COLOUR: likelihood}, priors, free)
 
 
 def likelihood_of(
@@ -152,14 +157,19 @@ def likelihood_of(
     An independent observation is a twentieth of the mouth's width across, but no less than the 2x2
     pixels that share their chroma in video; each counts as `weight` of one.
     """
-    side = max(2.0, window.width / 1.6 / 20.0) * window.scale
+    side = independent_side(window)
     pixels = int(zone(window).sum())
     return FacetLikelihood(renderer, scene, camera, window, maps, pixels, weight * pixels / side**2)
 
 
-def best_start(posterior: FramePosterior, starts: FloatArray) -> FloatArray:
+def independent_side(window: Window) -> float:
+    """Side of an independent observation in the window of a mouth, drawn pixels."""
+    return max(2.0, window.width / 1.6 / 20.0) * window.scale
+
+
+def best_start(problem: Problem, starts: FloatArray) -> FloatArray:
     """The start (N,) with the lowest value among (K, N), compared in one batch."""
-    return np.asarray(starts[int(np.argmin(posterior.values(starts)))])
+    return np.asarray(starts[int(np.argmin(problem.values(starts)))])
 
 
 def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) -> ContactPrior:

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.shape.fem import ThinShell
-from abs_engine.fit.shell import ShellPosterior, scene_forces
+from abs_engine.face.shape.lip_model import LipModel
 
 FloatArray = NDArray[np.float64]
 STEPS = 12
@@ -43,7 +44,8 @@ def softness(elastic: ThinShell, typical: float) -> float:
 
 
 def settle(
-    posterior: ShellPosterior,
+    model: LipModel,
+    colours: FacetLikelihood,
     weights: FloatArray,
     pose: Pose,
     elastic: ThinShell,
@@ -53,8 +55,9 @@ def settle(
 
     Parameters
     ----------
-    posterior : ShellPosterior
-        Of the frame.
+    model : LipModel
+    colours : FacetLikelihood
+        Of the frame, over the model's scene; with a pull.
     weights : (P,) float64
         The modal fit.
     pose : Pose
@@ -74,22 +77,21 @@ def settle(
     K u = T F with F the gradient of log f(O|p): each step moves u towards T K^-1 F(u), as far as
     the posterior rises.
     """
-    model, scene = posterior.setting.model, posterior.setting.scene
+    scene = colours.scene
     start, count = scene.vertices(weights), len(model.shell)
     bare, candidate = _bare(scene, start), Candidates.one(np.zeros(0), pose)
 
-    def value(u: FloatArray) -> tuple[float, float, ShellPosterior]:
+    def value(u: FloatArray) -> tuple[float, FacetLikelihood]:
         at = replace(bare, mean=(start + model.surrounded(u)).astype(np.float32))
-        there = replace(posterior, likelihood=replace(posterior.likelihood, scene=at))
-        data = float(there.likelihood.negative_log(candidate)[0])
-        return data + elastic.energy(u) / temperature, data, there
+        there = replace(colours, scene=at)
+        data = float(there.negative_log(candidate)[0])
+        return data + elastic.energy(u) / temperature, there
 
     u, step = np.zeros((count, 3)), 1.0
-    before, data, there = value(u)
+    before, there = value(u)
     best = before
     for _ in range(STEPS):
-        forces = scene_forces(there.likelihood, candidate, posterior.pull, posterior.rule)
-        head = posterior.gain(data) * model.gathered(forces @ pose.rotation)
+        head = model.gathered(there.forces(candidate) @ pose.rotation)
         goal = elastic.displacement(temperature * head)
         while step >= _SHORTEST:
             tried = u + step * (goal - u)
@@ -99,7 +101,7 @@ def settle(
             step *= 0.5
         else:
             break
-        u, (best, data, there) = tried, found
+        u, (best, there) = tried, found
         step = min(1.0, 1.5 * step)
     return Settled(start[:count] + u, u, before, best)
 

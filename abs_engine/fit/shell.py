@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
-from abs_engine.compare.forces import border_forces, facet_forces, lifted, node_forces, slopes
 from abs_engine.compare.prior import GaussianPrior, MixturePrior
+from abs_engine.compare.pull import Pull, PullRule
+from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.objective import Evaluation
-from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import PoseFrame, pose_spec
-from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
+from abs_engine.core.pose import PoseFrame, mode_block, pose_and
+from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
-from abs_engine.fit.head_frame import SMOOTHING, zone
+from abs_engine.fit.head_frame import COLOUR, SMOOTHING, zone
+from abs_engine.fit.problem import Problem
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -34,12 +33,6 @@ SIDE_OF_MOUTH = 0.04  # or in mouth widths, if that is more: over so much the er
 WIDTH = 0.7  # of the prior about each shape that was seen, standard deviations
 PULL = 0.06  # likewise of the forces: how far a boundary is felt
 IN_SHADE = 0.25  # share of the probability of dark that lips get: they throw shade on each other
-FIRST_STRIDE = 2.0  # mm that the node which moves most is first pushed by
-Rule = Literal["whole", "exact", "sample"]
-RULES: tuple[Rule, ...] = ("whole", "exact", "sample")
-"""How forces are found: eq. 12's one sample for a facet; eq. 11 exactly; or the whole derivative of
-the score, in which facets grow, too.
-"""
 POSE_FREE = np.array([0.05, 0.05, 0.05, 2.0, 2.0, 12.0])
 """Standard deviations, rad and mm, of a pose that is estimated along."""
 
@@ -80,15 +73,14 @@ class ShellSetting:
         return np.asarray(self.model.physics.rest[2 * COLUMNS : 3 * COLUMNS])
 
     @property
-    def free(self) -> NDArray[np.int64]:
-        """Which of the 6 + P parameters are fitted."""
-        first = 6 if self.pose_deviation is None else 0
-        return np.arange(first, 6 + self.model.n_modes)
+    def free(self) -> tuple[str, ...]:
+        """Which blocks are fitted."""
+        return (POSTURE,) if self.pose_deviation is None else (POSE, POSTURE)
 
     @property
-    def spec(self) -> ParamSpec:
-        """Names, units, first steps and bounds of the fitted parameters."""
-        return pose_spec(self.model.n_modes, 6.0).only(self.free)
+    def blocks(self) -> Blocks:
+        """The pose, and the posture: the weights of the modes."""
+        return pose_and(mode_block(self.model.n_modes, 6.0))
 
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
@@ -109,134 +101,13 @@ def mouth_across(setting: ShellSetting, pose: Pose) -> float:
     return float(np.ptp(setting.border[:, 0]) * setting.camera.matrix[0, 0] / depth)
 
 
-@dataclass(frozen=True, eq=False)
-class Pull:
-    """Widely smoothed maps that pull on the facets.
-
-    Parameters
-    ----------
-    maps : (C, H, W) float64
-        What a pixel gives to a facet of each class; 0 where pixels are not compared.
-    slopes : (C, 2, H, W) float64
-        Their gradients. Taken before the maps are cut off, or the window's edge would pull.
-    """
-
-    maps: FloatArray
-    slopes: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class ShellPosterior:
+def shell_problem(
+    setting: ShellSetting, image: Image, pose: Pose, rule: PullRule = "whole"
+) -> Problem:
     """-log f(p|O) of one frame over the fitted parameters; knows its forces.
 
-    Parameters
-    ----------
-    setting : ShellSetting
-    frame : PoseFrame
-    likelihood : FacetLikelihood
-    prior : GaussianPrior or MixturePrior
-        Over all 6 + P parameters.
-    pull : Pull
-        What the forces come from.
-    rule : str
-        One of `RULES`.
-    """
-
-    setting: ShellSetting
-    frame: PoseFrame
-    likelihood: FacetLikelihood
-    prior: GaussianPrior | MixturePrior
-    pull: Pull
-    rule: Rule = "whole"
-
-    def whole(self, vectors: FloatArray) -> FloatArray:
-        """All parameters (..., 6 + P) of the fitted ones (..., N)."""
-        out = np.zeros((*vectors.shape[:-1], len(self.prior.mean)))
-        out[..., self.setting.free] = vectors
-        return out
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Value and terms at `x` (N,)."""
-        full = self.whole(x)
-        data = float(self.likelihood.negative_log(self.frame.candidates(full[None]))[0])
-        prior = self.prior.negative_log(full)
-        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Values (B,) at vectors (B, N), drawn in one call."""
-        full = self.whole(vectors)
-        data = self.likelihood.negative_log(self.frame.candidates(full))
-        return np.asarray(data + [self.prior.negative_log(x) for x in full], np.float64)
-
-    def push(self, x: FloatArray) -> FloatArray:
-        """Where the forces at `x` (N,) push the parameters: eq. 13, and the pose's own work.
-
-        The forces on the nodes go through the learned inverse stiffness: U = S L^(1/2) S' F. In
-        standard deviations of the modes that is S' F. The prior's slope counts as a force on the
-        modes. Alpha is such that no node is first pushed farther than `FIRST_STRIDE`. A pose is
-        pushed by its work times its variance, and pulled back by its prior.
-        """
-        full = self.whole(x)
-        forces, candidate = self.node_forces(full)
-        rotation, vertices = candidate.rotations[0], self.setting.scene.vertices(full[6:])
-        modes = self.setting.scene.modes.astype(np.float64)
-        work = np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
-        gain = self.gain(float(self.likelihood.negative_log(candidate)[0]))
-        felt = gain * work - self.prior.slope(full)[6:]
-        step = felt / self.setting.model.deviations
-        step = strided(step, np.tensordot(step, modes, 1))
-        if self.setting.pose_deviation is None:
-            return step
-        arm = (vertices - self.frame.pivot) @ rotation.T
-        pose_work = gain * np.r_[np.cross(arm, forces).sum(axis=0), forces.sum(axis=0)]
-        pose = self.setting.pose_deviation**2 * pose_work - full[:6]
-        pose = shortened(pose, np.cross(pose[:3], arm) + pose[3:])
-        return np.asarray(np.r_[pose, step], np.float64)
-
-    def node_forces(self, full: FloatArray) -> tuple[FloatArray, Candidates]:
-        """Forces (V, 3) of eqs. 11 and 12 on the vertices, camera frame, and what was drawn."""
-        candidate = self.frame.candidates(full[None])
-        forces = scene_forces(self.likelihood, candidate, self.pull, self.rule)
-        return forces, candidate
-
-    def gain(self, data: float) -> float:
-        """Derivative of log f(O|p) by the summed score, where -log f is `data`."""
-        n = self.likelihood.observations
-        return float(n / (np.exp(-data / n) * self.likelihood.pixels))
-
-
-def scene_forces(
-    likelihood: FacetLikelihood, candidate: Candidates, pull: Pull, rule: Rule
-) -> FloatArray:
-    """Forces (V, 3), camera frame, of a pull on one candidate's vertices."""
-    like, scene = likelihood, likelihood.scene
-    drawn = like.renderer.draw(scene, candidate, like.camera, like.window)[0]
-    points = scene.vertices(candidate.weights[0]) @ candidate.rotations[0].T
-    points = points + candidate.translations[0]
-    if rule == "whole":
-        flat = border_forces(drawn, pull.maps, scene.faces, len(points))
-    else:
-        flat = facet_forces(drawn, pull.slopes, scene.facet_class, rule)
-        flat = node_forces(flat, scene.faces, len(points))
-    return lifted(flat, points, like.camera, like.window.scale)
-
-
-def strided(step: FloatArray, moved: FloatArray) -> FloatArray:
-    """A step, scaled so that the node that moves most (V, 3) moves by `FIRST_STRIDE`."""
-    farthest = float(np.linalg.norm(moved, axis=1).max())
-    return np.asarray(step * (FIRST_STRIDE / max(farthest, 1e-9)))
-
-
-def shortened(step: FloatArray, moved: FloatArray) -> FloatArray:
-    """A step, shortened where a node moves (V, 3) farther than `FIRST_STRIDE`."""
-    farthest = float(np.linalg.norm(moved, axis=1).max())
-    return np.asarray(step * min(1.0, FIRST_STRIDE / max(farthest, 1e-9)))
-
-
-def shell_posterior(
-    setting: ShellSetting, image: Image, pose: Pose, rule: Rule = "whole"
-) -> ShellPosterior:
-    """The posterior of a frame.
+    The forces on the nodes go through the learned inverse stiffness: U = S L^(1/2) S' F (eq. 13).
+    In standard deviations of the modes that is S' F. A pose gives way by its variance.
 
     Parameters
     ----------
@@ -245,7 +116,7 @@ def shell_posterior(
     pose : Pose
         Of the head: known, or a guess.
     rule : str
-        One of `RULES`.
+        One of `compare.pull.PULL_RULES`.
     """
     window = shell_window(setting, pose)
     inside = zone(window)
@@ -259,17 +130,15 @@ def shell_posterior(
     likelihood = FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
         ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / side**2,
-        np.asarray(outside, np.float32), setting.score, inside,
+        np.asarray(outside, np.float32), setting.score, inside, Pull.within(wide, inside, rule),
     )  # fmt: skip
     frame = PoseFrame(pose, setting.border.mean(axis=0))
-    return ShellPosterior(
-        setting,
-        frame,
-        likelihood,
-        _prior(setting),
-        Pull(wide * inside, slopes(wide) * inside),
-        rule,
-    )
+    free = setting.pose_deviation
+    mobility = np.r_[np.zeros(6) if free is None else free**2, 1 / setting.model.deviations]
+    return Problem(
+        frame, setting.blocks, {COLOUR: likelihood}, (_prior(setting),), setting.free,
+        mobility=mobility,
+    )  # fmt: skip
 
 
 def _prior(setting: ShellSetting) -> GaussianPrior | MixturePrior:

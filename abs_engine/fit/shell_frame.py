@@ -11,21 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.pull import pull_rule
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
+from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.lip_model import LIPS
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.centroid import centred
-from abs_engine.fit.shell import (
-    RULES,
-    Image,
-    Rule,
-    ShellPosterior,
-    ShellSetting,
-    shell_posterior,
-)
+from abs_engine.fit.head_frame import COLOUR
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.shell import Image, ShellSetting, shell_problem
 from abs_engine.optimise.ascent import Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
@@ -43,7 +42,7 @@ ITERATIONS = 15
 class Driver(Protocol):
     """What moves the parameters until the posterior is best."""
 
-    def minimise(self, objective: ShellPosterior, start: FloatArray, spec: ParamSpec) -> Solution:
+    def minimise(self, objective: Problem, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`."""
         ...
 
@@ -147,7 +146,7 @@ def fit_frame(
     driver : str
         One of `DRIVERS`.
     rule : str
-        How forces are found, see `fit.shell.RULES`.
+        How forces are found, see `compare.pull.PULL_RULES`.
     centre : (2,) float64, px, optional
         Of the lips' blob: every start is first placed there (section 5.3).
 
@@ -156,43 +155,47 @@ def fit_frame(
     ParameterError
         If there is no such driver or rule, or a centre is given for a pose that is known.
     """
-    way = _way(driver, rule)
+    _check_driver(driver)
+    pull_rule(rule)
     if centre is not None and setting.pose_deviation is None:
         raise ParameterError("a centre is given for a known pose", "let the pose be fitted")
     begun = time.perf_counter()
     if centre is not None:
         pose = centred(setting, pose, centre)
-    posterior = shell_posterior(setting, image, pose, way)
-    held = np.zeros((len(starts), len(setting.free) - starts.shape[1]))
+    problem = shell_problem(setting, image, pose, pull_rule(rule))
+    full = np.stack([problem.blocks.vector({POSTURE: start}) for start in starts])
     if centre is not None:
-        held[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
-    vectors = np.hstack([held, starts])
-    order = np.argsort(posterior.values(vectors))[:TRIED]
-    ends = [DRIVERS[driver].minimise(posterior, vectors[k], setting.spec) for k in order]
+        full[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
+    vectors = problem.chosen(full)
+    order = np.argsort(problem.values(vectors))[:TRIED]
+    ends = [DRIVERS[driver].minimise(problem, vectors[k], problem.spec) for k in order]
     spent = len(starts) + sum(end.n_evaluations for end in ends) + 1
     best = replace(min(ends, key=lambda end: end.value), n_evaluations=spent)
-    mean = posterior.whole(mean_of(ends))
+    mean = mean_of(ends)
+    shape = problem.part(mean, POSTURE)
     nodes, highest = (
-        setting.scene.vertices(full[6:])[: len(setting.model.shell)]
-        for full in (mean, posterior.whole(best.x))
+        setting.scene.vertices(weights)[: len(setting.model.shell)]
+        for weights in (shape, problem.part(best.x, POSTURE))
     )
-    explained, of_lips = _shown(posterior, mean)
-    inside = _share_inside(posterior.likelihood.window, setting.camera.size)
+    colours = colours_of(problem)
+    explained, of_lips = _shown(colours, problem.candidates(mean[None]))
+    inside = _share_inside(colours.window, setting.camera.size)
     there = explained >= EXPLAINED and of_lips >= LIPS_SHOWN and inside >= 0.5
     seconds = time.perf_counter() - begun
-    pose = posterior.frame.pose(mean)
-    return ShellFit(mean[6:], pose, nodes, highest, best, seconds, explained, there)
+    return ShellFit(shape, problem.pose(mean), nodes, highest, best, seconds, explained, there)
 
 
-def _way(driver: str, rule: str) -> Rule:
-    """The rule of this name, if there is such a driver, too."""
-    way = next((known for known in RULES if known == rule), None)
-    if driver not in DRIVERS or way is None:
-        raise ParameterError(
-            f"there is no driver '{driver}' with rule '{rule}'",
-            f"drivers are {', '.join(DRIVERS)}; rules {', '.join(RULES)}",
-        )
-    return way
+def colours_of(problem: Problem) -> FacetLikelihood:
+    """The colours' likelihood of a shell's problem."""
+    term = problem.terms[COLOUR]
+    if not isinstance(term, FacetLikelihood):
+        raise TypeError("the problem's colours are no facet likelihood")
+    return term
+
+
+def _check_driver(driver: str) -> None:
+    if driver not in DRIVERS:
+        raise ParameterError(f"there is no driver '{driver}'", f"choose of {', '.join(DRIVERS)}")
 
 
 def mean_of(ends: Sequence[Solution]) -> FloatArray:
@@ -206,12 +209,11 @@ def mean_of(ends: Sequence[Solution]) -> FloatArray:
     return np.asarray(weight @ np.stack([end.x for end in ends]) / weight.sum())
 
 
-def _shown(posterior: ShellPosterior, full: FloatArray) -> tuple[float, float]:
+def _shown(like: FacetLikelihood, candidates: Candidates) -> tuple[float, float]:
     """Mean probability of the drawn classes, of all compared pixels and of those of the lips.
 
     A picture of skin alone is well explained by a mouth whose lips are small.
     """
-    like, candidates = posterior.likelihood, posterior.frame.candidates(full[None])
     explained = np.exp(-float(like.negative_log(candidates)[0]) / like.observations)
     drawn = like.renderer.draw(like.scene, candidates, like.camera, like.window)[0]
     lips = drawn.class_id == LIPS

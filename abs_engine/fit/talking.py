@@ -1,4 +1,4 @@
-"""Finding a talking face in a picture: epsilon(p) of a model, and where it is least (section 4)."""
+"""A picture of a talking face as a problem: epsilon(p) of an appearance model (section 4)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.descriptor import TextureError, texture_error
 from abs_engine.compare.points import LocalError, local_error
+from abs_engine.compare.prior import PenaltyPrior
+from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -19,10 +21,15 @@ from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Renderer
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
+from abs_engine.fit.problem import Problem
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 
 FloatArray = NDArray[np.float64]
+TEXTURE, LOCAL = "texture", "local"
+"""Names of the evidence of textures and of local appearance."""
+PENALTY_SHARE = 0.1
+"""A(a) at strength 1, in units of what a wrong match costs."""
 TOLERANCE, TOLERANCE_OF_POINTS = 1e-4, 1e-5
 """Stop when the simplex's values differ by less than that share of what a wrong match costs; beside
 local appearance, for which a wrong match costs far more than noise does, by less than the second.
@@ -33,7 +40,7 @@ FROM_NEUTRAL = 3.0
 """Factor on the first simplex where a fit starts far away."""
 WHITENED = 0.1
 """Share of A(a)'s strength that counts beside whitened differences, whose noise is less of what a
-wrong match costs than that of raw ones; chosen on `french.PRACTICE`, like that strength."""
+wrong match costs than that of raw ones; chosen on visemes that nothing is reported of."""
 MARGIN = 10.0
 """Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
@@ -48,56 +55,14 @@ class Solver(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """A frame's epsilon(p) as an objective, with what a solver must know of it.
+def usual_tolerance(problem: Problem) -> float:
+    """The stopping rule of a fit from far away, as a share of what a wrong match costs."""
+    return TOLERANCE if TEXTURE in problem.terms else TOLERANCE_OF_POINTS
 
-    Parameters
-    ----------
-    error : TextureError or LocalError
-        Over 6 + P parameters.
-    frame : PoseFrame
-        What the six of pose mean.
-    spec : ParamSpec
-        Of all parameters that are sought: P where the pose is known, else 6 + P.
-    pose_known : bool
-    """
 
-    error: TextureError | LocalError
-    frame: PoseFrame
-    spec: ParamSpec
-    pose_known: bool
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Epsilon at parameters (P,) or (6 + P,)."""
-        return self.error(self.whole(x))
-
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to epsilon, (M,), for solvers of least squares."""
-        return np.asarray(self.error.residuals(self.whole(x)), np.float64)
-
-    def whole(self, x: FloatArray) -> FloatArray:
-        """All 6 + P parameters."""
-        return np.concatenate([np.zeros(6), x]) if self.pose_known else x
-
-    def alpha(self, x: FloatArray) -> FloatArray:
-        """The articulatory parameters (P,) of a vector."""
-        return np.asarray(self.whole(x)[6:])
-
-    def pose(self, x: FloatArray) -> Pose:
-        """Head to camera of a vector."""
-        return self.frame.pose(self.whole(x))
-
-    @property
-    def wrong(self) -> float:
-        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
-        return float(np.mean(self.error.wrong))
-
-    @property
-    def tolerance(self) -> float:
-        """The usual stopping rule of a fit from far away, in units of epsilon."""
-        share = TOLERANCE if isinstance(self.error, TextureError) else TOLERANCE_OF_POINTS
-        return share * self.wrong
+def explained_share(problem: Problem, value: Evaluation) -> float:
+    """Share, 0 to 1, of what a wrong match costs that a value leaves out."""
+    return max(0.0, 1.0 - value.value / problem.unit)
 
 
 def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
@@ -113,7 +78,7 @@ def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera)
     return Window(float(low[0]), float(low[1]), *map(float, high - low))
 
 
-def problem(
+def talking_problem(
     face: TalkingFace,
     name: str,
     picture: NDArray[np.generic],
@@ -126,7 +91,7 @@ def problem(
     window: Window | None = None,
     whiten: bool = False,
 ) -> Problem:
-    """What is to be minimised in a picture; the start is ``alpha``, or six zeros and ``alpha``.
+    """What is to be minimised in a picture: epsilon as printed, + A(a).
 
     Parameters
     ----------
@@ -163,17 +128,21 @@ def problem(
     weaker = replace(shape.penalty, strength=WHITENED * shape.penalty.strength)
     error: TextureError | LocalError
     if name in TEXTURES:
+        start = frame.candidates(shape.blocks.vector({POSTURE: alpha})[None])
         error = texture_error(
-            face.texture(name), shape.surface, picture, camera, seen, frame.candidates,
-            np.concatenate([np.zeros(6), alpha]), renderer, weaker if whiten else shape.penalty,
+            face.texture(name), shape.surface, picture, camera, seen, start, renderer,
             face.dressed[name], whiten=whiten,
         )  # fmt: skip
+        kind, penalty = TEXTURE, weaker if whiten else shape.penalty
     else:
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
-            frame.candidates, renderer, weaker, whiten="all",
+            renderer, whiten="all",
         )  # fmt: skip
-    return Problem(error, frame, shape.spec if pose_known else shape.full, pose_known)
+        kind, penalty = LOCAL, weaker
+    prior = PenaltyPrior(penalty, PENALTY_SHARE * error.unit, shape.blocks.places[POSTURE])
+    free = (POSTURE,) if pose_known else (POSE, POSTURE)
+    return Problem(frame, shape.blocks, {kind: error}, (prior,), free, error.unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,9 +173,9 @@ def fit(
     step : float
         Factor on the first simplex; see `FROM_NEUTRAL`.
     solver : Solver, optional
-        By default Nelder-Mead with the problem's `tolerance`.
+        By default Nelder-Mead with `usual_tolerance`.
     """
-    chosen = Simplex(problem.tolerance, LIMIT) if solver is None else solver
-    start = alpha if problem.pose_known else np.concatenate([np.zeros(6), alpha])
-    found = chosen.minimise(problem, np.asarray(start, np.float64), problem.spec, step)
-    return FaceFit(problem.alpha(found.x), problem.pose(found.x), found)
+    chosen = Simplex(usual_tolerance(problem), LIMIT) if solver is None else solver
+    start = problem.chosen(problem.blocks.vector({POSTURE: np.asarray(alpha, np.float64)}))
+    found = chosen.minimise(problem, start, problem.spec, step)
+    return FaceFit(problem.part(found.x, POSTURE), problem.pose(found.x), found)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
-from abs_engine.optimise.base import Solution
+from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 
 Vector = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Forces:
     Parameters
     ----------
     tolerance : float
-        Stop when an iteration improves the value by less than this (absolute).
+        Stop when an iteration improves the value by less than this, in the objective's units.
     limit : int
         Largest number of iterations: directions that are asked for.
     """
@@ -85,7 +85,15 @@ class Forces:
         ParameterError
             If `start` is not finite or has another length than `spec`.
         """
-        return _climb(objective, objective.push, start, spec, self.tolerance, self.limit, 1)
+        return _climb(
+            objective,
+            objective.push,
+            start,
+            spec,
+            self.tolerance * unit_of(objective),
+            self.limit,
+            1,
+        )
 
 
 @dataclass(frozen=True)
@@ -95,7 +103,7 @@ class Gradient:
     Parameters
     ----------
     tolerance : float
-        Stop when an iteration improves the value by less than this (absolute).
+        Stop when an iteration improves the value by less than this, in the objective's units.
     limit : int
         Largest number of iterations.
     reach : float
@@ -116,7 +124,15 @@ class Gradient:
             steepest = np.linalg.norm(slope)
             return -spec.scale * slope / steepest if steepest > 0 else np.zeros_like(x)
 
-        return _climb(objective, downhill, start, spec, self.tolerance, self.limit, 2 * len(spec))
+        return _climb(
+            objective,
+            downhill,
+            start,
+            spec,
+            self.tolerance * unit_of(objective),
+            self.limit,
+            2 * len(spec),
+        )
 
 
 class _Direction(Protocol):

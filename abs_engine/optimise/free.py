@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
-from abs_engine.optimise.base import Solution
+from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.by_nlopt import run
 from abs_engine.optimise.history import History, checked_start
 
@@ -34,7 +34,8 @@ class DerivativeFree:
         Of `METHODS`: Sbplx (simplices in subspaces), BOBYQA (quadratic models), COBYLA (linear
         ones) or PRAXIS (principal axes).
     tolerance : float
-        Stop when the value changes by less than this (absolute), as the method understands it.
+        Stop when the value changes by less than this, in the objective's units, as the method
+        understands it.
     limit : int
         Largest number of evaluations.
 
@@ -69,5 +70,5 @@ class DerivativeFree:
         solver.set_lower_bounds((spec.lower - first) / unit)
         solver.set_upper_bounds((spec.upper - first) / unit)
         solver.set_initial_step(np.ones(len(spec)))
-        solver.set_ftol_abs(self.tolerance)
+        solver.set_ftol_abs(self.tolerance * unit_of(objective))
         return run(solver, np.zeros(len(spec)), history)

@@ -1,39 +1,19 @@
-"""Levenberg-Marquardt on residuals, their Jacobian by differences."""
+"""Levenberg-Marquardt on sums of squares, their slopes by differences."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ParameterError
-from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
-from abs_engine.optimise.history import (
-    CONVERGED,
-    LIMIT,
-    History,
-    LimitReachedError,
-    checked_start,
-)
+from abs_engine.optimise.held import Held, Quadratic, check_quadratic
+from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 
 FloatArray = NDArray[np.float64]
-_LEAST, _MOST = 1e-9, 1e9  # of the damping
-
-
-class Residuals(Protocol):
-    """An objective that is a sum of squares."""
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """The value that is reported of `x`."""
-        ...
-
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed at `x`, (M,); M and the meaning of each stay the same."""
-        ...
+_DAMPING, _LEAST_DAMPING, _STIFFER = 1e-2, 1e-4, 8.0
 
 
 @dataclass(frozen=True)
@@ -43,19 +23,25 @@ class LevenbergMarquardt:
     Parameters
     ----------
     tolerance : float
-        Stop when a step gains less than this (absolute).
+        Stop when a step gains less than this, in the objective's units.
     limit : int
-        Largest number of evaluations, those for the Jacobian counted.
+        Largest number of evaluations, those for slopes counted.
     difference : float
         Step of the differences, in first steps of the parameters.
+    steps : int
+        Largest number of steps.
+    tries : int
+        Largest number of dampings that are tried for a step.
     """
 
-    tolerance: float = 0.02
+    tolerance: float = 1e-4
     limit: int = 400
-    difference: float = 0.2
+    difference: float = 1.0
+    steps: int = 100
+    tries: int = 6
 
     def minimise(
-        self, objective: Residuals, start: FloatArray, spec: ParamSpec, step: float = 1.0
+        self, objective: Quadratic, start: FloatArray, spec: ParamSpec, step: float = 1.0
     ) -> Solution:
         """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`.
 
@@ -64,58 +50,37 @@ class LevenbergMarquardt:
         ParameterError
             Also if the objective has no residuals.
         """
-        if not hasattr(objective, "residuals"):
-            raise ParameterError("the objective has no residuals", "choose another solver")
-        x = checked_start(start, spec)
-        walk = _Walk(objective, spec, self.difference * step * spec.scale, self.limit)
-        try:
-            return walk.run(x, self.tolerance)
-        except LimitReachedError:
-            return walk.history.solution(LIMIT, walk.iterations)
+        check_quadratic(objective)
+        first = checked_start(start, spec)
+        return self.descend(Held(objective, spec, first), first, self.limit, step)
 
-
-class _Walk:
-    """One minimisation."""
-
-    def __init__(self, objective: Residuals, spec: ParamSpec, move: FloatArray, limit: int) -> None:
-        self._objective, self._spec, self._move = objective, spec, move
-        self._last = np.zeros(0)
-        self.history = History(self._evaluate, limit)
-        self.iterations = 0
-
-    def _evaluate(self, x: FloatArray) -> Evaluation:
-        self._last = self._objective.residuals(x)
-        return Evaluation(float(self._last @ self._last))
-
-    def run(self, x: FloatArray, tolerance: float) -> Solution:
-        value, damping, idle = self.history(x), 1e-2, 0
-        here = self._last
-        while True:
-            jacobian = self._jacobian(x, here)
-            normal, slope = jacobian.T @ jacobian, jacobian.T @ here
-            self.iterations += 1
-            while True:
-                damped = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
-                tried = self._spec.clip(x - np.linalg.solve(damped, slope))
-                found = self.history(tried)
-                if found < value or damping >= _MOST:
+    def descend(self, held: Held, x: FloatArray, limit: int, step: float = 1.0) -> Solution:
+        """Minimise from `x` (n,) within so many evaluations; `information` is the last matrix."""
+        spec, damping, spent = held.spec, _DAMPING, 0
+        value, matrix, trace = np.inf, np.eye(len(x)), list[float]()
+        status, taken = LIMIT, 0
+        for _ in range(self.steps):
+            if spent and spent + len(x) + 1 + self.tries > limit:
+                break
+            value, matrix, gradient = held.gauss_newton(x, self.difference * step)
+            spent += len(x) + 1
+            trace.append(value)
+            taken += 1
+            for _try in range(self.tries):
+                stiff = matrix + damping * np.diag(np.diag(matrix) + 1e-12)
+                y = spec.clip(x - np.linalg.solve(stiff, gradient) * spec.scale)
+                new = float(held.values(y[None])[0])
+                spent += 1
+                trace.append(new)
+                if new < value:
                     break
-                damping *= 5.0
-            gain = value - found
-            if found < value:
-                x, value, here = tried, found, self._last
-                damping = max(damping / 10.0, _LEAST)
-            idle = idle + 1 if gain < tolerance else 0
-            if idle > 1 or damping >= _MOST:
-                return self.history.solution(CONVERGED, self.iterations)
-
-    def _jacobian(self, x: FloatArray, here: FloatArray) -> FloatArray:
-        """Forward differences (M, N), away from the bound where one is near."""
-        columns = []
-        for k, move in enumerate(self._move):
-            ahead = x[k] + move <= self._spec.upper[k]
-            moved = x.copy()
-            moved[k] += move if ahead else -move
-            self.history(moved)
-            columns.append((self._last - here) / (moved[k] - x[k]))
-        return np.stack(columns, axis=1)
+                damping = _STIFFER * max(damping, 1e-3)
+            if not new < value:
+                status = CONVERGED
+                break
+            gain, x, value = value - new, y, new
+            damping = max(damping / _STIFFER, _LEAST_DAMPING)
+            if gain < self.tolerance * held.unit:
+                status = CONVERGED
+                break
+        return Solution(x, status, value, {}, spent, np.array(trace), taken, matrix)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
-from abs_engine.optimise.base import Solution
+from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.simplex import Simplex
 
 FloatArray = NDArray[np.float64]
@@ -25,8 +25,8 @@ class RestartedSimplex:
     Parameters
     ----------
     tolerance : float
-        Each simplex stops when its values differ by less than this (absolute); the whole, when a
-        restart gains less.
+        Each simplex stops when its values differ by less than this, in the objective's units; the
+        whole, when a restart gains less.
     limit : int
         Largest number of evaluations, of all together.
     restarts : int
@@ -52,7 +52,7 @@ class RestartedSimplex:
             spent += found.n_evaluations
             gain = best.value - found.value
             best = found if gain > 0 else best
-            if gain < self.tolerance:
+            if gain < self.tolerance * unit_of(objective):
                 break
         status = "evaluation limit" if spent >= self.limit else best.status
         return Solution(best.x, status, best.value, best.terms, spent, np.concatenate(trace))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
-from abs_engine.optimise.base import Solution
+from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.by_nlopt import run
 from abs_engine.optimise.history import History, checked_start
 
@@ -22,7 +22,7 @@ class Simplex:
     Parameters
     ----------
     tolerance : float
-        Stop when the simplex's values differ by less than this (absolute).
+        Stop when the simplex's values differ by less than this, in the objective's units.
     limit : int
         Largest number of evaluations.
     """
@@ -56,5 +56,5 @@ class Simplex:
         solver.set_lower_bounds(spec.lower)
         solver.set_upper_bounds(spec.upper)
         solver.set_initial_step(step * spec.scale)
-        solver.set_ftol_abs(self.tolerance)
+        solver.set_ftol_abs(self.tolerance * unit_of(objective))
         return run(solver, first, history)

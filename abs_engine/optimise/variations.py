@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
-from abs_engine.optimise.base import Solution
+from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import (
     CONVERGED,
     LIMIT,
@@ -32,8 +32,8 @@ class LocalVariations:
     Parameters
     ----------
     tolerance : float
-        Stop when a round over all parameters gains less than this (absolute) and the next, with
-        smaller steps, as well.
+        Stop when a round over all parameters gains less than this, in the objective's units, and
+        the next, with smaller steps, as well.
     limit : int
         Largest number of evaluations.
     """
@@ -54,7 +54,7 @@ class LocalVariations:
                 before = value
                 x, value, steps = _round(history, x, value, steps, spec)
                 rounds += 1
-                idle = idle + 1 if before - value < self.tolerance else 0
+                idle = idle + 1 if before - value < self.tolerance * unit_of(objective) else 0
         except LimitReachedError:
             return history.solution(LIMIT, rounds)
         return history.solution(CONVERGED, rounds)

@@ -16,7 +16,7 @@ from abs_engine.synth.scenefile import Label, sentence_scene
 from abs_engine.synth.studio import film_scene
 from abs_engine.systems.demo_page import camera_error, demo_page, head_given
 from abs_engine.systems.evaluation import run_closures
-from abs_engine.tracking.lips import LipOptions
+from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import track_video
@@ -116,7 +116,7 @@ def run_demo(
         )  # fmt: skip
         truth = load_truth(clip)
         known = options.person if options.person_known else None
-        choice = LipOptions(person=known, camera=truth.camera)
+        choice = TrackOptions(person=known, camera=truth.camera)
         run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
         (made.work / EVALUATION).mkdir()
         arrays = load_run(run_folder)

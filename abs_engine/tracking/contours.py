@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 
 Image = NDArray[np.uint8]
 FloatArray = NDArray[np.float64]
@@ -49,12 +49,10 @@ class LipDrawing:
     mouth: FloatArray
 
     @classmethod
-    def of(cls, setting: TrackerSetting) -> LipDrawing:
+    def of(cls, setting: ClipSetting) -> LipDrawing:
         """What draws the results of a clip."""
-        model = setting.model
-        outer, upper, lower = (len(model.rings[name]) for name in ("outer", "upper", "lower"))
-        ring = model.border(setting.calibration.person)
-        return cls(setting.camera, (outer, upper, lower), ring)
+        face = setting.face
+        return cls(setting.camera, face.ring_sizes, face.border)
 
     def contours(self, result: FrameResult) -> list[tuple[FloatArray, bool, Colour]]:
         """Image points (K, 2) of each contour, whether it is closed, and its colour."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.landmark_motion import HeadFrame
+from abs_engine.tracking.frames import HeadFrame, Memory
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -29,25 +28,9 @@ class GivenMotion:
 
     given: tuple[Pose | None, ...]
 
-    def poses(self, frames: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:
-        """Each frame with its pose.
-
-        Raises
-        ------
-        ParameterError
-            If there are more or fewer frames.
-        """
-        count = 0
-        for count, image in enumerate(frames, 1):
-            if count > len(self.given):
-                raise other_count(len(self.given), f"more than {len(self.given)}")
-            yield image, self.given[count - 1]
-        if count < len(self.given):
-            raise other_count(len(self.given), str(count))
-
-    def frames(self, images: Iterable[Image]) -> Iterator[HeadFrame]:
-        """Each frame with its pose, for the tracker."""
-        return (HeadFrame(image, pose) for image, pose in self.poses(images))
+    def follower(self) -> GivenFollower:
+        """What gives the poses one after the other."""
+        return GivenFollower(self.given)
 
     def seen(self, camera: Camera, point: FloatArray) -> GivenMotion:
         """Only the poses that put a point (3,), mm, head frame, before the camera in its picture.
@@ -55,6 +38,42 @@ class GivenMotion:
         Frames are learned from whose mouth can be there.
         """
         return GivenMotion(tuple(p if _inside(p, camera, point) else None for p in self.given))
+
+
+class GivenFollower:
+    """Gives poses one after the other.
+
+    Parameters
+    ----------
+    given : tuple of (Pose or None)
+    """
+
+    def __init__(self, given: tuple[Pose | None, ...]) -> None:
+        self._given, self._count = given, 0
+
+    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+        """The next frame with its pose.
+
+        Raises
+        ------
+        ParameterError
+            If there are more frames than poses.
+        """
+        self._count += 1
+        if self._count > len(self._given):
+            raise other_count(len(self._given), f"more than {len(self._given)}")
+        return HeadFrame(image, self._given[self._count - 1])
+
+    def finish(self) -> None:
+        """Say that there are no more frames.
+
+        Raises
+        ------
+        ParameterError
+            If there are fewer than poses.
+        """
+        if self._count < len(self._given):
+            raise other_count(len(self._given), str(self._count))
 
 
 def other_count(given: int, frames: str) -> ParameterError:

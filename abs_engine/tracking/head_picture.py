@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.core.pose import parted
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.tracking.placed import in_picture
-from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 
 Image = NDArray[np.uint8]
 
@@ -19,12 +20,12 @@ _LIPS, _INSIDE, _SKIN = (255, 70, 60), (60, 0, 0), (90, 160, 255)
 _OPAQUE = 0.55
 
 
-def head_picture(setting: TrackerSetting, image: Image, result: FrameResult) -> Image:
+def head_picture(setting: ClipSetting, image: Image, result: FrameResult) -> Image:
     """The frame, and beside it the same with the head drawn over it.
 
     Parameters
     ----------
-    setting : TrackerSetting
+    setting : ClipSetting
     image : (H, W, 3) uint8 RGB
     result : FrameResult
         In which the mouth was found.
@@ -50,13 +51,13 @@ def head_picture(setting: TrackerSetting, image: Image, result: FrameResult) -> 
     return np.hstack([plain, np.asarray(np.rint(drawn), np.uint8)])
 
 
-def _head(setting: TrackerSetting, result: FrameResult) -> Scene:
-    model = setting.model
-    moved = np.tensordot(result.vector[6:], model.expression.modes, 1)
-    vertices = np.asarray(model.whole(setting.calibration.person) + moved, np.float32)
-    head = model.head
-    none = np.zeros((0, *vertices.shape), np.float32)
-    return Scene(vertices, none, head.faces, head.uv, head.facet_class, head.texture)
+def _head(setting: ClipSetting, result: FrameResult) -> Scene:
+    body = setting.face.body
+    moved = np.tensordot(parted(result.vector)[1], body.modes, 1)
+    vertices = np.asarray(body.mean + moved, np.float32)
+    none, flat = np.zeros((0, *vertices.shape), np.float32), np.zeros((len(vertices), 2))
+    plain = np.zeros((1, 1, 3), np.uint8)
+    return Scene(vertices, none, body.faces, flat.astype(np.float32), body.facet_class, plain)
 
 
 def _window(scene: Scene, pose: Pose, camera: Camera) -> Window:
@@ -68,10 +69,16 @@ def _window(scene: Scene, pose: Pose, camera: Camera) -> Window:
     return Window(x, y, width, height, _SIDE / height)
 
 
-def _inks(setting: TrackerSetting) -> NDArray[np.float64]:
+def _inks(setting: ClipSetting) -> NDArray[np.float64]:
     """A colour for each facet class."""
-    shown = {"lips": _LIPS, "dark": _INSIDE, "teeth": (255, 255, 255), None: (255, 255, 255)}
-    return np.array([shown.get(c, _SKIN) for c in setting.model.colour_classes], np.float64)
+    shown = {
+        "lips": _LIPS,
+        "dark": _INSIDE,
+        "interior": _INSIDE,
+        "teeth": (255, 255, 255),
+        None: (255, 255, 255),
+    }
+    return np.array([shown.get(c, _SKIN) for c in setting.face.regions], np.float64)
 
 
 class HeadKeeper:
@@ -79,12 +86,12 @@ class HeadKeeper:
 
     Parameters
     ----------
-    setting : TrackerSetting
+    setting : ClipSetting
     frames : int
         Number of frames that are expected, 0 where that is not known.
     """
 
-    def __init__(self, setting: TrackerSetting, frames: int) -> None:
+    def __init__(self, setting: ClipSetting, frames: int) -> None:
         self._setting, self._wanted = setting, frames // 2
         self._kept: tuple[Image, FrameResult] | None = None
 

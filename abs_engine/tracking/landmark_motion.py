@@ -2,52 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import Pose
 from abs_engine.tracking.faces import FaceChoice, FaceFollower
+from abs_engine.tracking.frames import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import Landmarks
 
 Image = NDArray[np.uint8]
-
-
-@dataclass(frozen=True, eq=False)
-class SeenFace:
-    """A face's landmarks, and what they say of the head.
-
-    Parameters
-    ----------
-    landmarks : Landmarks
-    fit : FrameLandmarks
-    """
-
-    landmarks: Landmarks
-    fit: FrameLandmarks
-
-
-class HeadFrame(NamedTuple):
-    """A frame, and where its head is.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8 RGB
-    pose : Pose or None
-        None where the face was not found.
-    face : SeenFace or None
-        None where the landmark network was not asked.
-    """
-
-    image: Image
-    pose: Pose | None
-    face: SeenFace | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,15 +32,34 @@ class LandmarkMotion:
     textured: TexturedHead
     choice: FaceChoice = field(default_factory=FaceChoice)
 
-    def frames(self, images: Iterable[Image]) -> Iterator[HeadFrame]:
-        """Each frame with the head's pose and posture."""
-        follower, last = FaceFollower(self.choice), None
-        for image in images:
-            seen = follower.step(image)
-            last = (
-                None if seen is None else placed_fit(self.textured, self.shape, image, seen, last)
-            )
-            if seen is None or last is None:
-                yield HeadFrame(image, None)
-                continue
-            yield HeadFrame(image, last.pose, SeenFace(seen, last))
+    def follower(self) -> LandmarkFollower:
+        """What follows the head from the first frame on."""
+        return LandmarkFollower(self)
+
+
+class LandmarkFollower:
+    """Finds the head in each frame, by its landmarks and its texture.
+
+    Parameters
+    ----------
+    motion : LandmarkMotion
+    """
+
+    def __init__(self, motion: LandmarkMotion) -> None:
+        self._motion, self._faces = motion, FaceFollower(motion.choice)
+        self._last: FrameLandmarks | None = None
+
+    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+        """The next frame with the head's pose and posture."""
+        motion, seen = self._motion, self._faces.step(image)
+        self._last = (
+            None
+            if seen is None
+            else placed_fit(motion.textured, motion.shape, image, seen, self._last)
+        )
+        if seen is None or self._last is None:
+            return HeadFrame(image, None)
+        return HeadFrame(image, self._last.pose, SeenFace(seen, self._last))
+
+    def finish(self) -> None:
+        """Any number of frames will do."""

@@ -13,7 +13,7 @@ from abs_engine.tracking.contours import Image
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.tracking.sheet import ContactSheet
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
@@ -44,7 +44,7 @@ class RunFacts:
 
 def write_run(
     folder: Path,
-    setting: TrackerSetting,
+    setting: ClipSetting,
     results: Iterable[tuple[Image, FrameResult]],
     facts: RunFacts,
     progress: Progress | None = None,
@@ -54,7 +54,7 @@ def write_run(
     Parameters
     ----------
     folder : Path
-    setting : TrackerSetting
+    setting : ClipSetting
     results : iterable of (image, FrameResult)
         As `track` yields them.
     facts : RunFacts
@@ -87,7 +87,9 @@ def write_run(
     whole = head.picture()
     if whole is not None:
         (folder / HEAD).write_bytes(png(whole))
-    setting.classes.save(folder / COLOURS)
+    classes = setting.face.appearance.get("colour")
+    if classes is not None:
+        classes.save(folder / COLOURS)
     times = {
         "preparation_seconds": round(facts.preparation, 3),
         "seconds_per_frame": round(took / max(1, len(recorder)), 5),

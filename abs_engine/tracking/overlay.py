@@ -23,7 +23,7 @@ from abs_engine.tracking.contours import (
     write_text,
 )  # fmt: skip
 from abs_engine.tracking.record import closed_frames
-from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.video import VideoWriter
 
 LEAST_HEIGHT = 640  # of the drawn frame
@@ -40,10 +40,10 @@ class Overlay:
     Parameters
     ----------
     path : Path
-    setting : TrackerSetting
+    setting : ClipSetting
     """
 
-    def __init__(self, path: Path, setting: TrackerSetting) -> None:
+    def __init__(self, path: Path, setting: ClipSetting) -> None:
         self._painter = Painter(setting)
         self._writer = VideoWriter(path, self._painter.size, setting.rate)
 
@@ -68,10 +68,10 @@ class Painter:
 
     Parameters
     ----------
-    setting : TrackerSetting
+    setting : ClipSetting
     """
 
-    def __init__(self, setting: TrackerSetting) -> None:
+    def __init__(self, setting: ClipSetting) -> None:
         width, height = setting.camera.size
         scale = max(1.0, LEAST_HEIGHT / height)
         self._whole = Window(0, 0, width, height, scale)

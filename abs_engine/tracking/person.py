@@ -9,20 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import GaussianPrior
+from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import POSE_NAMES, POSE_UNITS, PoseFrame, pose_spec
+from abs_engine.core.pose import POSE_NAMES, POSE_UNITS, PoseFrame
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import (
-    FramePosterior,
-    Prior,
     best_start,
     contact_prior,
+    head_problem,
 )
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
@@ -184,10 +183,10 @@ def fit_posture(
     deviation = np.r_[POSE_DEVIATION, np.ones(p)]
     prior = GaussianPrior(np.zeros(6 + p), deviation)
     contact = contact_prior(model, person, thick=bool(more))
-    posterior = FramePosterior(held, frame, (prior, contact, *more))
+    problem = head_problem(held, frame, (prior, contact, *more), p)
     starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
-    start = best_start(posterior, np.vstack([starts, last]))
-    return Simplex(tolerance=0.1, limit=limit).minimise(posterior, start, pose_spec(p))
+    start = best_start(problem, np.vstack([starts, last]))
+    return Simplex(tolerance=0.1, limit=limit).minimise(problem, start, problem.spec)
 
 
 def person_spec(model: MouthModel, shift: FloatArray) -> ParamSpec:

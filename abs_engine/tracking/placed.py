@@ -27,9 +27,9 @@ from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
 from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.correspondence import Correspondence
+from abs_engine.tracking.frames import SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import LIPS_TOGETHER
-from abs_engine.tracking.landmark_motion import SeenFace
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks

@@ -21,8 +21,8 @@ from abs_engine.tracking.blobs import LipBlob
 from abs_engine.tracking.carry import carried
 from abs_engine.tracking.detect import faces_about, find_face
 from abs_engine.tracking.follow import LipFollower
+from abs_engine.tracking.frames import HeadFrame, Memory, Motion
 from abs_engine.tracking.keyframes import LEAST_SEEN, Keyframes
-from abs_engine.tracking.landmark_motion import HeadFrame
 from abs_engine.tracking.locate import (
     FaceBox,
     face_marks,
@@ -74,49 +74,11 @@ class HeadMotion:
     colours: ColourClasses | None = None
     rate: float = 25.0
 
-    def poses(self, frames: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:
-        """Each frame with the head's pose, or None while no face is found.
+    def follower(self) -> HeadFollower:
+        """What follows the head from the first frame on."""
+        return HeadFollower(self)
 
-        When the points of the reference are lost, they are looked for about the lips, if their
-        colour is known: a face that comes back keeps its place and size by the old reference. Then
-        the face is looked for again and a new reference is taken where it is found; or, as that
-        wanders, where it has moved since the frame before if it was seen there (see `carried`).
-        Where the detector finds none, as in a close-up, the old reference is tried again where it
-        was.
-        """
-        known, error = Keyframes(self.camera, self._refined), 0.0
-        box, before = self.box, None
-        lips = None if self.colours is None else LipFollower(self.colours, self.rate)
-        for image in frames:
-            state = known.step(image)
-            if state is None and known.first is not None and lips is not None:
-                state = self._again(known.first, image, lips.step(image))
-                if state is not None:
-                    known.resume(state)
-            if state is not None:
-                before = image, state.pose
-                yield image, self._settled(image, state.pose)
-                continue
-            found = self._turned(image, known.pose, error)
-            turned = found is not None
-            found = found or self._found(image, box, before)
-            box = before = None
-            if found is None or not (turned or self._explains(image, found.pose, error)):
-                yield image, None
-                continue
-            before = image, found.pose
-            if turned:
-                known.add(found)
-            else:
-                known.begin(found)
-                error = self._error(image, found.pose)
-            yield image, found.pose
-
-    def frames(self, images: Iterable[Image]) -> Iterator[HeadFrame]:
-        """Each frame with its pose, for the tracker."""
-        return (HeadFrame(image, pose) for image, pose in self.poses(images))
-
-    def _again(
+    def again(
         self, reference: RigidReference, image: Image, lips: LipBlob | None
     ) -> RigidState | None:
         """The old reference about the lips that were found; None where it is not seen there."""
@@ -141,7 +103,7 @@ class HeadMotion:
         motions = face_motions(model.speaker, model.rigid)
         return KnownHead(model.head, model.rigid, self.camera, self.renderer, motions)
 
-    def _turned(self, image: Image, last: Pose | None, error: float) -> RigidReference | None:
+    def turned(self, image: Image, last: Pose | None, error: float) -> RigidReference | None:
         """A known head that has turned too fast to be followed; None where it is not seen.
 
         `error` is that of its texture where it was found.
@@ -149,26 +111,26 @@ class HeadMotion:
         if last is None or self._known is None:
             return None
         pose = self._known.realign(image, last)
-        if not self._explains(image, pose, error):
+        if not self.explains(image, pose, error):
             return None
-        found = self._taken(image, pose)
+        found = self.taken(image, pose)
         return found if len(found.points) >= LEAST_POINTS else None
 
-    def _explains(self, image: Image, pose: Pose, error: float) -> bool:
+    def explains(self, image: Image, pose: Pose, error: float) -> bool:
         """Whether a known head that was found again looks about as it did at first.
 
         And better than an even picture would: in balanced colours, grey walls look like skin.
         """
         if error == 0:
             return True
-        plain = PLAIN * self._error(np.full_like(image, 128), pose)
-        return self._error(image, pose) < min(WORSE * error, max(plain, ALIKE * error))
+        plain = PLAIN * self.error(np.full_like(image, 128), pose)
+        return self.error(image, pose) < min(WORSE * error, max(plain, ALIKE * error))
 
-    def _error(self, image: Image, pose: Pose) -> float:
+    def error(self, image: Image, pose: Pose) -> float:
         """How badly a known head's texture explains the image."""
         return 0.0 if self._known is None else self._known.error(image, pose)
 
-    def _found(
+    def found(
         self, image: Image, box: FaceBox | None, before: tuple[Image, Pose] | None
     ) -> RigidReference | None:
         """A reference from the face in an image; None without a face, or one without texture.
@@ -189,7 +151,7 @@ class HeadMotion:
         pose = moved or seen
         if self._known is not None:
             pose = self._known.align(image, pose)
-        return self._taken(image, pose)
+        return self.taken(image, pose)
 
     def _seen(self, image: Image, box: FaceBox | None) -> Pose | None:
         """The head by the face that is found, or about the box that somebody told."""
@@ -212,18 +174,82 @@ class HeadMotion:
         points = head.mean[np.unique(head.faces[self.model.rigid])]
         return carried(before, pose, image, points, self.camera)
 
-    def _refined(self, image: Image, pose: Pose) -> RigidReference:
+    def refined(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which a known head's pose is nearly known."""
-        return self._taken(image, pose if self._known is None else self._known.refine(image, pose))
+        return self.taken(image, pose if self._known is None else self._known.refine(image, pose))
 
-    def _settled(self, image: Image, pose: Pose) -> Pose:
+    def settled(self, image: Image, pose: Pose) -> Pose:
         """The followed pose, freed from what the reference was off by and brows have moved."""
         return pose if self._known is None else self._known.settle(image, pose)
 
-    def _taken(self, image: Image, pose: Pose) -> RigidReference:
+    def taken(self, image: Image, pose: Pose) -> RigidReference:
         """A reference of an image in which the head's pose is known."""
         model = self.model
         return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
+
+
+class HeadFollower:
+    """Follows the head by the points of a reference, one frame after the other.
+
+    When these points are lost, they are looked for about the lips, if their colour is known: a face
+    that comes back keeps its place and size by the old reference. Then the face is looked for again
+    and a new reference is taken where it is found; or, as that wanders, where it has moved since
+    the frame before if it was seen there (see `carried`). Where the detector finds none, as in a
+    close-up, the old reference is tried again where it was.
+
+    Parameters
+    ----------
+    motion : HeadMotion
+    """
+
+    def __init__(self, motion: HeadMotion) -> None:
+        self._motion = motion
+        self._known, self._error = Keyframes(motion.camera, motion.refined), 0.0
+        self._box = motion.box
+        self._before: tuple[Image, Pose] | None = None
+        colours = motion.colours
+        self._lips = None if colours is None else LipFollower(colours, motion.rate)
+
+    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+        """The next frame with the head's pose, or None while no face is found."""
+        motion, known = self._motion, self._known
+        state = known.step(image)
+        if state is None and known.first is not None and self._lips is not None:
+            state = motion.again(known.first, image, self._lips.step(image))
+            if state is not None:
+                known.resume(state)
+        if state is not None:
+            self._before = image, state.pose
+            return HeadFrame(image, motion.settled(image, state.pose))
+        return HeadFrame(image, self._looked_for(image))
+
+    def _looked_for(self, image: Image) -> Pose | None:
+        """The head where nothing could be followed; None where no face is found."""
+        motion, known, error = self._motion, self._known, self._error
+        found = motion.turned(image, known.pose, error)
+        turned = found is not None
+        found = found or motion.found(image, self._box, self._before)
+        self._box = self._before = None
+        if found is None or not (turned or motion.explains(image, found.pose, error)):
+            return None
+        self._before = image, found.pose
+        if turned:
+            known.add(found)
+        else:
+            known.begin(found)
+            self._error = motion.error(image, found.pose)
+        return found.pose
+
+    def finish(self) -> None:
+        """Any number of frames will do."""
+
+
+def followed(motion: Motion, images: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:
+    """Each frame with the head's pose, or None while no face is found."""
+    follower, memory = motion.follower(), Memory()
+    for image in images:
+        yield image, follower.step(image, memory).pose
+    follower.finish()
 
 
 def choose_frames(

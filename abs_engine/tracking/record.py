@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from abs_engine.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.core.pose import POSE_NAMES, pose_spec
+from abs_engine.core.pose import POSE_NAMES, parted
+from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.npz import read_npz
 from abs_engine.release import engine_version
 from abs_engine.tracking.doubt import doubts
+from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.mesh import RunMesh
-from abs_engine.tracking.setting import FrameResult, TrackerSetting
-from abs_engine.tracking.tracker import HELD
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -45,10 +46,10 @@ class Recorder:
 
     Parameters
     ----------
-    setting : TrackerSetting
+    setting : ClipSetting
     """
 
-    def __init__(self, setting: TrackerSetting) -> None:
+    def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
         self._results: list[FrameResult] = []
 
@@ -91,14 +92,14 @@ class Recorder:
             **each,
             "time": self._times(),
             "parameters": np.array([r.vector for r in results]),
-            "parameter_names": pose_spec(setting.model.n_expression).names,
+            "parameter_names": setting.face.blocks.spec.names,
             "rotation": np.array([rotation_vector(r) for r in results]),
             "translation": np.array([translation(r) for r in results]),
             "lip_points": np.array([r.lips for r in results]),
-            "lip_vertex": lip_vertices(setting),
+            "lip_vertex": setting.face.body.lips,
             "closed": closed_frames(each["aperture"]),
             "status": np.array([r.status for r in results]),
-            "person_weights": setting.calibration.person,
+            "person_weights": setting.face.identity,
             "camera_matrix": camera.matrix,
             "camera_distortion": camera.distortion,
             "camera_size": np.array(camera.size),
@@ -107,13 +108,9 @@ class Recorder:
 
     def mesh(self) -> RunMesh:
         """The whole head in every frame."""
-        model = self._setting.model
-        return RunMesh(
-            model.whole(self._setting.calibration.person),
-            model.expression.modes.astype(np.float32),
-            np.array([r.vector[6:] for r in self._results]).reshape(-1, model.n_expression),
-            model.speaker.faces,
-        )
+        body = self._setting.face.body
+        weights = np.array([parted(r.vector)[1] for r in self._results])
+        return RunMesh(body.mean, body.modes, weights.reshape(-1, len(body.modes)), body.faces)
 
     def rows(self) -> Iterator[list[Any]]:
         """The rows of ``results.csv``, its heading first."""
@@ -132,8 +129,8 @@ class Recorder:
         setting = self._setting
         points = np.full((len(POINT_NAMES), 3), np.nan)
         if result.found:
-            vertices = setting.scene.vertices(result.vector[6:])
-            points = vertices[setting.model.rings["points"]]
+            vertices = setting.face.scene.vertices(parted(result.vector)[1])
+            points = vertices[setting.face.rings["points"]]
         return [
             result.index,
             time,
@@ -171,22 +168,23 @@ class Recorder:
     def _by_landmarks(self, tracked: Sequence[FrameResult]) -> dict[str, Any]:
         """What landmarks and colours say of each other, where landmarks were asked."""
         asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
-        if not asked:
+        if not asked or "colour" not in self._setting.face.appearance:
             return {}
         held = [r.status == HELD for r in asked]
         off = np.array([r.landmark_distance for r in asked])
         aperture, told = (
             np.array([getattr(r, k) for r in asked]) for k in ("aperture", "landmark_aperture")
         )
-        apart = self._setting.classes.separability
+        classes: ColourClasses = self._setting.face.learned("colour")
+        apart = classes.separability
         return {
             "held_frames": int(sum(held)),
             "landmark_distance_mm": float(np.median(off)),
             "aperture_difference_mm": float(np.sqrt(np.mean((aperture - told) ** 2))),
             "separability": dict(apart),
-            "colour_agreement": self._setting.classes.agreement,
-            "colour_weight": self._setting.classes.weight,
-            "warnings": doubts(aperture, told, held, apart, self._setting.classes.agreement),
+            "colour_agreement": classes.agreement,
+            "colour_weight": classes.weight,
+            "warnings": doubts(aperture, told, held, apart, classes.agreement),
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
@@ -219,20 +217,13 @@ def closed_frames(aperture: Any) -> NDArray[np.bool_]:
     return np.asarray(np.asarray(aperture) < CLOSED_APERTURE)
 
 
-def table_heading(setting: TrackerSetting) -> list[str]:
+def table_heading(setting: ClipSetting) -> list[str]:
     """Column names of ``results.csv``."""
     points = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
     pose = [f"head_{name}" for name in POSE_NAMES]
-    parameters = pose_spec(setting.model.n_expression).names
+    parameters = setting.face.blocks.spec.names
     end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered"]
     return ["index", "time", "found", *pose, *parameters, *points, *end, *_LANDMARKS, "status"]
-
-
-def lip_vertices(setting: TrackerSetting) -> NDArray[np.int32]:
-    """Indices (N,) of the head's vertices in the order of `FrameResult.lips`."""
-    model = setting.model
-    order = [model.kept[model.rings[name]] for name in ("outer", "upper", "lower")]
-    return np.concatenate(order).astype(np.int32)
 
 
 def rotation_vector(result: FrameResult) -> NDArray[np.float64]:

@@ -4,28 +4,77 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.files import NewFolder
-from abs_engine.tracking.lips import BLOBS, STARTS, LipOptions, LipTracker, prepare_lips
+from abs_engine.tracking.options import BLOBS, STARTS, Clip, ClipTracker, Leaves, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
+from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.setting import EVIDENCE
 from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe
 
-DEFAULTS = LipOptions()
+DEFAULTS = TrackOptions()
+
+
+def prepare(
+    video: Path,
+    renderer: Renderer,
+    options: TrackOptions = DEFAULTS,
+    stage: Callable[[str], None] | None = None,
+) -> ClipTracker:
+    """Make a clip ready: find the face, and learn what is to be learned of it.
+
+    Parameters
+    ----------
+    video : Path
+    renderer : Renderer
+    options : TrackOptions
+    stage : callable, optional
+        Told what is begun, in a few words.
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If the video cannot be read.
+    FaceNotFoundError
+        If no face is found.
+    TooFewPixelsError
+        If too little of it is seen to learn its colours; from landmarks that is no reason.
+    ParameterError
+        If given poses do not fit the video, or what is chosen does not go together.
+    PluginError
+        If what is chosen cannot be imported.
+    """
+    chosen, own = resolved(options)
+    leaves, tell = Leaves.of(chosen), stage or _silent
+    tell("reading the video")
+    info = probe(video)
+    colours = None if options.colours is None else ColourClasses.load(options.colours)
+    clip = Clip(video, info, options.camera or Camera.ideal(info.size), colours)
+    made = own(clip, chosen, leaves, renderer, tell)
+    driver = {"name": leaves.name, **leaves.driver.settings}
+    facts = {"model": chosen.model, "terms": list(leaves.kinds), "driver": driver}
+    return replace(made, facts={**facts, "preset": options.preset, **made.facts})
+
+
+def _silent(_stage: str) -> None:
+    """Tell nobody."""
 
 
 def track_video(
     video: Path,
     folder: Path,
     renderer: Renderer,
-    options: LipOptions = DEFAULTS,
+    options: TrackOptions = DEFAULTS,
     progress: Progress | None = None,
     prepared: Callable[[float], None] | None = None,
     stage: Callable[[str], None] | None = None,
@@ -39,7 +88,7 @@ def track_video(
     folder : Path
         Must not exist; it appears when everything is written.
     renderer : Renderer
-    options : LipOptions
+    options : TrackOptions
     progress : callable, optional
         Called after every frame with the number of frames done and of all frames.
     prepared : callable, optional
@@ -71,7 +120,7 @@ def track_video(
     check_options(options, probe(video))
     with NewFolder(folder) as made:
         start = time.perf_counter()
-        tracker = prepare_lips(video, renderer, options, stage)
+        tracker = prepare(video, renderer, options, stage)
         took = time.perf_counter() - start
         if prepared is not None:
             prepared(took)
@@ -83,7 +132,7 @@ def track_video(
     return told
 
 
-def check_options(options: LipOptions, info: VideoInfo) -> None:
+def check_options(options: TrackOptions, info: VideoInfo) -> None:
     """Raise `ParameterError` for a mouth outside of the picture or another picture's camera.
 
     And for a mouth beside poses, which say where it is.
@@ -109,15 +158,15 @@ def check_options(options: LipOptions, info: VideoInfo) -> None:
         )
 
 
-def _check_start(options: LipOptions) -> None:
+def _check_start(options: TrackOptions) -> None:
     """Raise `ParameterError` for what only a start by landmarks can do, beside another start."""
     pupil_scale(options.pupil_distance)
     for name, value, known in (
-        ("start", options.start, STARTS),
+        ("start", options.start or STARTS[0], STARTS),
         ("evidence", options.evidence, EVIDENCE),
     ):
         if value not in known:
-            raise ParameterError(f"there is no {name} '{value}'", f"choose {' or '.join(known)}")
+            raise ParameterError(f"there is no {name} '{value}'", nearest(value, known))
     if options.face is not None and options.face < 1:
         raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
     placed = {
@@ -141,9 +190,8 @@ def _check_start(options: LipOptions) -> None:
         raise ParameterError("--mouth says which face is meant", "leave out --face, or --mouth")
 
 
-def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
+def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
     """What was asked for, as JSON values."""
-    solver = asdict(tracker.setting.solver)
     return {
         "video": tracker.video.name,
         "video_sha256": digest(tracker.video),
@@ -156,10 +204,8 @@ def settings_of(tracker: LipTracker, options: LipOptions) -> dict[str, Any]:
         "poses": "estimated" if options.poses is None else options.poses.name,
         "physics": None if options.physics is None else options.physics.name,
         "colours": "learned" if options.colours is None else options.colours.name,
-        "start": options.start if tracker.setting.lips is not None else BLOBS,
-        "evidence": options.evidence if tracker.setting.lips is not None else None,
         "face": options.face,
         "faces": tracker.faces,
         "scale": asdict(tracker.scale),
-        "solver": solver,
+        **tracker.facts,
     }

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.core.scene import Renderer, Scene
-from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.head import MouthModel
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.scene import Renderer
+from abs_engine.face.base import Face
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.search import Again, Minimiser
 from abs_engine.optimise.simplex import Simplex
-from abs_engine.tracking.covered import UsualMouth
-from abs_engine.tracking.lip_landmarks import LipLandmarks
-from abs_engine.tracking.mouth_look import UsualLook
-from abs_engine.tracking.person import Calibration
+from abs_engine.tracking.frames import HeadFrame, Memory, Motion
 
 FloatArray = NDArray[np.float64]
 NO_FACE, NO_POSE = "face not found", "no pose given"
@@ -34,7 +35,7 @@ class FrameResult:
     found : bool
         Whether the lips were followed; if not, the numbers are NaN.
     vector : (6 + P,) float64
-        Pose correction about the rigid motion's pose, then expression.
+        Correction of the pose about the one that the head's motion gives, then posture.
     pose : Pose or None
         Head to camera.
     lips : (N, 3) float64, mm, head frame
@@ -44,7 +45,8 @@ class FrameResult:
     value : float
         -log posterior, up to a constant.
     score : float
-        Mean probability of the drawn classes, 0 to 1: eq. 9 over the compared pixels.
+        How much of the picture is explained, 0 to 1: of colours the mean probability of the drawn
+        classes, eq. 9 over the compared pixels; else the share of what a wrong match costs.
     evaluations : int
     status : str
         How the solver ended; or why nothing was found.
@@ -56,6 +58,8 @@ class FrameResult:
         them; NaN where it was not asked.
     landmark_aperture : float, mm
         What `aperture` would be by the landmarks alone.
+    unit : float
+        The scale of `value`: 1 where it is in nats.
     """
 
     index: int
@@ -72,66 +76,111 @@ class FrameResult:
     covered: bool = False
     landmark_distance: float = float("nan")
     landmark_aperture: float = float("nan")
+    unit: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class TrackerSetting:
+class Landmarked:
+    """What landmarks say of a frame that is fitted.
+
+    Parameters
+    ----------
+    alone : Problem
+        The frame by its landmarks and priors, without what is drawn.
+    told : (6 + P,) float64
+        Where they put the mouth.
+    apart : callable or None
+        How far lips in a pose and posture lie off them (RMS), in mm and in standard deviations.
+    only : bool
+        Whether nothing else counts.
+    decide : bool
+        Whether a fit that lies off them is not accepted.
+    """
+
+    alone: Problem
+    told: FloatArray
+    apart: Callable[[Pose, FloatArray], tuple[float, float]] | None
+    only: bool = False
+    decide: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """A frame as it is fitted.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : (K, 6 + P) float64
+        Of which the best is gone on from.
+    explained : callable
+        How much of the picture is explained, 0 to 1, by the terms of a value.
+    landmarks : Landmarked or None
+    again : Again or None
+        Where a search starts again if it comes to little.
+    """
+
+    problem: Problem
+    starts: FloatArray
+    explained: Callable[[Evaluation], float]
+    landmarks: Landmarked | None = None
+    again: Again | None = None
+
+
+class Binder(Protocol):
+    """Makes the problem of a frame: binds the evidence to the face and the view."""
+
+    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
+        """The work of a frame whose head is about a pose."""
+        ...
+
+
+class Visibility(Protocol):
+    """Whether the mouth can be seen."""
+
+    def hidden(self, frame: HeadFrame, pose: Pose) -> str:
+        """Why it cannot; empty where it can."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ClipSetting:
     """What stays the same over a clip.
 
     Parameters
     ----------
-    model : MouthModel
-    scene : Scene
-        The model's scene with the person held.
-    calibration : Calibration
+    face : Face
     camera : Camera
     renderer : Renderer
     rate : float
         Frames per second.
-    solver : Simplex
+    motion : Motion
+        Where the head is.
+    binder : Binder
+        What is minimised.
+    driver : Minimiser
+        What minimises it.
+    visibility : Visibility, optional
+        Without it no mouth counts as covered.
     times : tuple of float
         When each frame is shown, seconds; empty where only the rate is known.
-    usual : UsualMouth, optional
-        What the clip's mouth looks like; without it no frame counts as covered.
-    poses_given : bool
-        Whether the poses were measured elsewhere. A known head's are then held.
-    look : UsualLook, optional
-        The same by landmarks, which then count in its place.
-    lips : LipLandmarks, optional
-        Where the landmark network sees the lips of this head; with it the network is asked.
-    evidence : str
-        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+    why_lost : str
+        What the status of a frame without a pose says.
+    charged : bool
+        Whether a driver's limit on evaluations counts those of the starts, too.
+    summary : dict
+        What is known of the clip as a whole, JSON values.
     """
 
-    model: MouthModel
-    scene: Scene
-    calibration: Calibration
+    face: Face
     camera: Camera
     renderer: Renderer
     rate: float
-    solver: Simplex = FRAME_SOLVER
+    motion: Motion
+    binder: Binder
+    driver: Minimiser = FRAME_SOLVER
+    visibility: Visibility | None = None
     times: tuple[float, ...] = ()
-    usual: UsualMouth | None = None
-    poses_given: bool = False
-    look: UsualLook | None = None
-    lips: LipLandmarks | None = None
-    evidence: str = BOTH
-
-    @property
-    def pose_held(self) -> bool:
-        """Whether poses are taken as they are, and only the posture is fitted.
-
-        Those of another head than the person's own refer to an origin that is not quite its own:
-        they are corrected as poses by rigid motion are.
-        """
-        return self.poses_given and self.model.known
-
-    @property
-    def why_lost(self) -> str:
-        """What the status of a frame without a pose says."""
-        return NO_POSE if self.poses_given else NO_FACE
-
-    @property
-    def classes(self) -> ColourClasses:
-        """The clip's colour classes."""
-        return self.calibration.classes
+    why_lost: str = NO_FACE
+    charged: bool = False
+    summary: dict[str, Any] = field(default_factory=dict)

@@ -6,7 +6,7 @@ import numpy as np
 
 from abs_engine.tracking.contours import LOST, WHITE, Image, LipDrawing, cut, write_text
 from abs_engine.tracking.record import closed_frames
-from abs_engine.tracking.setting import FrameResult, TrackerSetting
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 
 MOST_TILES = 80
 COLUMNS = 8
@@ -23,10 +23,10 @@ class ContactSheet:
 
     Parameters
     ----------
-    setting : TrackerSetting
+    setting : ClipSetting
     """
 
-    def __init__(self, setting: TrackerSetting) -> None:
+    def __init__(self, setting: ClipSetting) -> None:
         self._drawing = LipDrawing.of(setting)
         self._tiles: list[Image] = []
         self._stride = 1

@@ -26,8 +26,8 @@ from abs_engine.fit.shell_frame import (
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
 from abs_engine.tracking.blobs import find_lips
-from abs_engine.tracking.lips import lip_model as head_model
-from abs_engine.tracking.prepare import HeadMotion
+from abs_engine.tracking.heads import mouth_model as head_model
+from abs_engine.tracking.prepare import HeadMotion, followed
 from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]
@@ -189,7 +189,7 @@ def pose_estimated(
     """
     setting = lips.setting(view.camera, renderer, POSE_FREE)
     motion = HeadMotion(head_model(speaker, lips.person), view.camera, renderer)
-    for frame, (picture, pose) in enumerate(motion.poses(view.pictures())):
+    for frame, (picture, pose) in enumerate(followed(motion, view.pictures())):
         if pose is None:
             continue
         fit = fit_frame(setting, picture, pose, lips.starts, driver)

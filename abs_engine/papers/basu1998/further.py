@@ -13,8 +13,8 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.modal import learn
 from abs_engine.fit.settle import Settled, settle, softness
-from abs_engine.fit.shell import shell_posterior
-from abs_engine.fit.shell_frame import fit_frame, typical_shapes
+from abs_engine.fit.shell import shell_problem
+from abs_engine.fit.shell_frame import colours_of, fit_frame, typical_shapes
 from abs_engine.papers.basu1998.experiment import TrainedLips
 from abs_engine.papers.basu1998.motion import (
     UNROUNDED,
@@ -53,7 +53,8 @@ def settled_shapes(
         fit = fit_frame(setting, picture, pose, lips.starts, driver)
         if not fit.found:
             continue
-        yield settle(shell_posterior(setting, picture, pose), fit.weights, pose, elastic, soft)
+        colours = colours_of(shell_problem(setting, picture, pose))
+        yield settle(setting.model, colours, fit.weights, pose, elastic, soft)
 
 
 def further_trained(lips: TrainedLips, shapes: list[Settled]) -> TrainedLips:

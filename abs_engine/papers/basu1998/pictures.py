@@ -9,19 +9,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.fit.problem import Problem
 from abs_engine.fit.shell import (
     DRAWN_MOUTH,
     PULL,
-    ShellPosterior,
-    shell_posterior,
+    shell_problem,
     shell_window,
 )
-from abs_engine.fit.shell_frame import ITERATIONS, fit_frame
+from abs_engine.fit.shell_frame import ITERATIONS, colours_of, fit_frame
 from abs_engine.optimise.ascent import Forces
 from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
 from abs_engine.papers.basu1998.figures import Posture, draw_postures
@@ -129,11 +130,11 @@ def convergence_figure(
         the typical shapes instead of the mean.
     """
     setting = lips.setting(camera, renderer)
-    posterior = shell_posterior(setting, picture, pose)
+    problem = shell_problem(setting, picture, pose)
     close = _close_up(lips, pose, camera, renderer)
-    image, start = close.cut(picture), np.zeros(len(setting.free))
+    image, start = close.cut(picture), np.zeros(len(problem.spec))
     one, last = (
-        Forces(limit=limit).minimise(posterior, start, setting.spec) for limit in (1, ITERATIONS)
+        Forces(limit=limit).minimise(problem, start, problem.spec) for limit in (1, ITERATIONS)
     )
     how = "converged" if last.status == "converged" else "stopped"
     shown = [
@@ -142,11 +143,11 @@ def convergence_figure(
         (f"{how} after {last.n_iterations}", last.x),
     ]
     wired = [
-        _wired(lips, close, image, renderer, pose, _nodes(lips, posterior, x), name, truth)
+        _wired(lips, close, image, renderer, pose, _nodes(lips, problem, x), name, truth)
         for name, x in shown
     ]
     dark = close.grey(_maps(lips, close, picture)[1][CLASSES.index("lips")])
-    pulled = _told(_forced(dark, close, lips, posterior, start), "smoothed lip PDF, forces")
+    pulled = _told(_forced(dark, close, lips, problem, start), "smoothed lip PDF, forces")
     fit = fit_frame(setting, picture, pose, lips.starts)
     ours = _wired(lips, close, image, renderer, pose, fit.nodes, "from typical shapes", truth)
     return sheet([_told(image, "image"), wired[0], pulled, *wired[1:], ours], 3)
@@ -167,18 +168,19 @@ def _wired(
     return _told(close.wired(tile, renderer, lips.model.shell, nodes, pose), name + told)
 
 
-def _nodes(lips: TrainedLips, posterior: ShellPosterior, x: FloatArray) -> FloatArray:
-    weights = posterior.whole(x)[6:]
-    return posterior.setting.scene.vertices(weights)[: len(lips.model.shell)]
+def _nodes(lips: TrainedLips, problem: Problem, x: FloatArray) -> FloatArray:
+    vertices = colours_of(problem).scene.vertices(problem.part(x, POSTURE))
+    return vertices[: len(lips.model.shell)]
 
 
 def _forced(
-    tile: Image, close: CloseUp, lips: TrainedLips, posterior: ShellPosterior, x: FloatArray
+    tile: Image, close: CloseUp, lips: TrainedLips, problem: Problem, x: FloatArray
 ) -> Image:
     """A tile with the forces on the shell's nodes at `x`, the strongest as long as is good."""
-    forces, drawn = posterior.node_forces(posterior.whole(x))
+    drawn = problem.candidates(x[None])
+    forces = colours_of(problem).forces(drawn)
     forces = forces[: len(lips.model.shell)]
-    points = _nodes(lips, posterior, x) @ drawn.rotations[0].T + drawn.translations[0]
+    points = _nodes(lips, problem, x) @ drawn.rotations[0].T + drawn.translations[0]
     begin = close.pixels(points)
     strongest = max(float(np.linalg.norm(forces, axis=1).max()), 1e-12)
     step = close.pixels(points + forces / strongest) - begin

@@ -17,7 +17,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.metrics import spikes
 from abs_engine.papers.basu1998.motion import data_folder
-from abs_engine.tracking.lips import BLOBS, LipOptions
+from abs_engine.tracking.options import BLOBS, TrackOptions
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import track_video
 
@@ -123,7 +123,7 @@ def grid_agreement(renderer: Renderer, tell: Callable[[str], None]) -> dict[str,
         for name in clips:
             tell(f"tracking {name}")
             out = Path(scratch) / name
-            track_video(folder / f"{name}.mpg", out, renderer, LipOptions(start=BLOBS))
+            track_video(folder / f"{name}.mpg", out, renderer, TrackOptions(start=BLOBS))
             total += agreement(labels[name], load_run(out))
     return {
         "closure_precision": total.precision, "closure_recall": total.recall,

@@ -16,7 +16,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.files import unwritable
 from abs_engine.npz import read_npz
-from abs_engine.tracking.sequence import Settings, Tracked
+from abs_engine.papers.odisio2004.sequence import Settings, Tracked
 
 FORMAT, VERSION = "abs_engine.tracked", 1
 _DIGITS = 12

@@ -9,11 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.objective import Evaluation
+from abs_engine.core.pose import at_base
 from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import TalkingFace
-from abs_engine.fit.talking import FROM_NEUTRAL, Problem, Solver, problem
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.talking import FROM_NEUTRAL, Solver, talking_problem
 from abs_engine.optimise.free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.restarted import RestartedSimplex
@@ -54,15 +57,26 @@ class Watched:
 
     def __call__(self, x: FloatArray) -> Evaluation:
         """Epsilon in units of what a wrong match costs."""
-        found = self.problem(x).value / self.problem.wrong
+        found = self.problem(x).value / self.problem.unit
         self._note(x, found)
         return Evaluation(found)
 
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """What makes epsilon in the same units when it is squared and summed."""
-        found = np.asarray(self.problem.residuals(x) / np.sqrt(self.problem.wrong), np.float64)
-        self._note(x, float(found @ found))
-        return found
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """The same at several vectors (B, n)."""
+        found = self.problem.values(vectors) / self.problem.unit
+        for x, value in zip(vectors, found, strict=True):
+            self._note(x, float(value))
+        return np.asarray(found)
+
+    def gauss_newton(
+        self, x: FloatArray, scale: FloatArray, difference: float
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, matrix and half the gradient in the same units; n + 1 evaluations."""
+        value, matrix, gradient = self.problem.gauss_newton(x, scale, difference)
+        unit = self.problem.unit
+        for _ in range(len(x) + 1):
+            self._note(x, value / unit)
+        return value / unit, matrix / unit, gradient / unit
 
     def _note(self, x: FloatArray, value: float) -> None:
         if value < self._value or not self.best:
@@ -119,7 +133,7 @@ def moved_problem(
     turned = rotations(away[None, :3])[0] @ true.rotation
     pivot = speech.shape.pivot
     shift = true.apply(pivot) + away[3:] - turned @ pivot
-    return problem(
+    return talking_problem(
         face, name, seen.pictures[which], seen.camera, Pose(turned, shift),
         speech.shape.neutral, renderer,
     )  # fmt: skip
@@ -178,14 +192,14 @@ def _watched(
 ) -> Watched:
     asked = moved_problem(speech, face, model, which, renderer, seed)
     watched = Watched(asked)
-    start = np.concatenate([np.zeros(6), speech.shape.neutral])
+    start = at_base(speech.shape.neutral)
     solver.minimise(watched, start, asked.spec, FROM_NEUTRAL)
     return watched
 
 
 def _row(speech: Speech, name: str, model: str, budget: int, runs: dict[int, Watched]) -> SearchRow:
     after = {k: run.after(budget) for k, run in runs.items()}
-    missed = [speech.missed(runs[k].problem.alpha(x), k) for k, (x, _, _) in after.items()]
+    missed = [speech.missed(runs[k].problem.part(x, POSTURE), k) for k, (x, _, _) in after.items()]
     every, lips = np.array(missed).T
     seconds, counts = (np.mean([a[i] for a in after.values()]) for i in (1, 2))
     return SearchRow(

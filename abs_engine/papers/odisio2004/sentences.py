@@ -17,6 +17,7 @@ from abs_engine.papers.odisio2004.sentences_filmed import RATE, Filmed
 from abs_engine.papers.odisio2004.sentences_scores import Closures, Curves, closing_gap, closures
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import Job, Tell, Work, track_sentences
+from abs_engine.papers.odisio2004.sequence import Tracked
 from abs_engine.papers.odisio2004.trees import (
     Tree,
     faces_at_centres,
@@ -26,7 +27,6 @@ from abs_engine.papers.odisio2004.trees import (
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.synth.french import SENTENCES, Sentence
 from abs_engine.systems.articulate.figures import figure_bytes
-from abs_engine.tracking.sequence import Tracked
 
 FIGURE, TREES = "figure8.svg", "figure7.svg"
 

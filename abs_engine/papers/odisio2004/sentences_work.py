@@ -29,11 +29,11 @@ from abs_engine.papers.odisio2004.sentences_filmed import (
     plan_sentence,
     truth_of,
 )
+from abs_engine.papers.odisio2004.sequence import Settings, Tracked, track
 from abs_engine.release import engine_version
 from abs_engine.render.select import open_renderer
 from abs_engine.synth.french import Sentence
 from abs_engine.synth.plan import ClipPlan
-from abs_engine.tracking.sequence import Settings, Tracked, track
 
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]

@@ -14,8 +14,8 @@ from abs_engine.face.talking import TalkingFace
 from abs_engine.learn.talking import SPACING
 from abs_engine.papers.odisio2004.sentences_filmed import Filmed
 from abs_engine.papers.odisio2004.sentences_work import settings_of
+from abs_engine.papers.odisio2004.sequence import PAPER, Settings, track
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.tracking.sequence import PAPER, Settings, track
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 _NEXT_TO_NOTHING = 1e-5

@@ -31,13 +31,13 @@ from abs_engine.papers.odisio2004.sentences_filmed import (
 from abs_engine.papers.odisio2004.sentences_scores import Curves
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
+from abs_engine.papers.odisio2004.sequence import Tracked, track
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.synth.cameras import stand
 from abs_engine.synth.french import SENTENCES, Sentence
 from abs_engine.synth.plan import ClipPlan, compose, vectors
 from abs_engine.synth.scenefile import CameraEntry
 from abs_engine.systems.articulate.figures import figure_bytes
-from abs_engine.tracking.sequence import Tracked, track
 
 FloatArray = NDArray[np.float64]
 FIGURE = "figure10.svg"

@@ -17,7 +17,8 @@ from abs_engine.face.talking import (
     MODELS,
     TalkingFace,
 )
-from abs_engine.fit.talking import FROM_NEUTRAL, Problem, fit, problem
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.talking import FROM_NEUTRAL, fit, talking_problem, usual_tolerance
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.spoken import SpokenCorpus
@@ -37,7 +38,7 @@ from abs_engine.synth.corpus import NOISE, PAPER_VISEMES, speak_corpus
 FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"
 PRINTED = {"tex_lin_printed": "tex_lin", "tex_cst_printed": "tex_cst"}
-"""Textures compared by epsilon as printed, beside the whitened comparison of `fitting.problem`."""
+"""Textures compared by epsilon as printed, beside the whitened comparison of `talking_problem`."""
 ASKED = (*MODELS, *PRINTED)
 LIMIT, RESTARTS = 800, 2
 Tell = Callable[[str], None]
@@ -77,9 +78,9 @@ class Speech:
     def problem(
         self, face: TalkingFace, name: str, which: int, renderer: Renderer, whiten: bool = False
     ) -> Problem:
-        """A picture's epsilon from neutral, its pose known; `whiten` as of `fitting.problem`."""
+        """A picture's epsilon from neutral, its pose known; `whiten` as of `talking_problem`."""
         seen = self.pictures
-        return problem(
+        return talking_problem(
             face, name, seen.pictures[which], seen.camera, seen.poses[which],
             self.shape.neutral, renderer, pose_known=True, whiten=whiten,
         )  # fmt: skip
@@ -190,7 +191,7 @@ def find_visemes(
         for name in models:
             printed = name in PRINTED
             asked = speech.problem(face, PRINTED.get(name, name), which, renderer, not printed)
-            solver = RestartedSimplex(asked.tolerance, LIMIT, RESTARTS)
+            solver = RestartedSimplex(usual_tolerance(asked), LIMIT, RESTARTS)
             found = fit(asked, speech.shape.neutral, step=FROM_NEUTRAL, solver=solver)
             count = found.solution.n_evaluations
             out.append(_error(speech, name, which, found.alpha, count))

@@ -1,0 +1,94 @@
+"""Models, evidence, drivers, renderers and presets by name; installed packages add their own.
+
+A package adds entries through entry points of the group ``abs_engine.KIND``; a program adds one
+with `Registry.add`.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from functools import cached_property
+from importlib import metadata
+from typing import Any
+
+from abs_engine.core.errors import AbsEngineError, ParameterError, PluginError
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """What to do about a name that is not known: the nearest one, or all of them."""
+    names = list(known)
+    close = difflib.get_close_matches(name, names, 1)
+    return f"did you mean '{close[0]}'?" if close else f"choose of {', '.join(names)}"
+
+
+class Registry:
+    """Entries of one kind by name, each imported when it is first asked for.
+
+    Parameters
+    ----------
+    kind : str
+        What its entries are, in the singular: "model", "driver".
+    """
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self._added: dict[str, Any] = {}
+
+    @property
+    def group(self) -> str:
+        """The group of entry points that packages use, the engine among them."""
+        return f"abs_engine.{self.kind}s"
+
+    def add(self, name: str, entry: Any) -> None:
+        """Add an entry for the rest of the process; it replaces one of the same name."""
+        self._added[name] = entry
+
+    def names(self) -> tuple[str, ...]:
+        """All names, those of installed packages first, then those that were added."""
+        return tuple(dict.fromkeys([*sorted(self._installed), *self._added]))
+
+    def get(self, name: str) -> Any:
+        """The entry of a name.
+
+        Raises
+        ------
+        ParameterError
+            If there is none; the nearest name is given.
+        PluginError
+            If it cannot be imported.
+        """
+        if name in self._added:
+            return self._added[name]
+        if name not in self._installed:
+            raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self.names()))
+        return _loaded(self.kind, self._installed[name])
+
+    @cached_property
+    def _installed(self) -> dict[str, metadata.EntryPoint]:
+        return {point.name: point for point in metadata.entry_points(group=self.group)}
+
+
+def _loaded(kind: str, point: metadata.EntryPoint) -> Any:
+    try:
+        return point.load()
+    except AbsEngineError:
+        raise
+    except Exception as error:  # whatever a package does as it is imported
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise PluginError(
+            f"the {kind} '{point.name}' cannot be imported from {point.value} ({why})",
+            "mend or remove the package that brings it; the others work",
+        ) from error
+
+
+MODELS = Registry("model")
+"""What can be tracked: each prepares a clip for one kind of face."""
+TERMS = Registry("term")
+"""Kinds of evidence: each binds a term to a face and a view."""
+DRIVERS = Registry("driver")
+"""What moves the parameters."""
+RENDERERS = Registry("renderer")
+"""What draws."""
+PRESETS = Registry("preset")
+"""Choices of all of these together."""

@@ -1,0 +1,37 @@
+"""A head with its person held, as a face."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.pose import mode_block
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.base import RINGS, Body, Face
+from abs_engine.face.head import MouthModel
+
+FloatArray = NDArray[np.float64]
+
+
+def held_head(model: MouthModel, person: FloatArray, classes: ColourClasses | None = None) -> Face:
+    """The face of a head model whose person (Q,) is known or was fitted.
+
+    Parameters
+    ----------
+    model : MouthModel
+    person : (Q,) float64
+        Weights of the person modes.
+    classes : ColourClasses, optional
+        The clip's.
+    """
+    speaker = model.speaker
+    lips = np.concatenate([model.kept[model.rings[name]] for name in RINGS]).astype(np.int32)
+    body = Body(
+        model.whole(person), model.expression.modes.astype(np.float32), speaker.faces,
+        model.head.facet_class, lips,
+    )  # fmt: skip
+    return Face(
+        "head", model.held(person), mode_block(model.n_expression), model.pivot, model.rings,
+        model.border(person), model.prototypes, model.colour_classes, body, person,
+        {} if classes is None else {"colour": classes},
+    )  # fmt: skip

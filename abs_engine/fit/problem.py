@@ -1,0 +1,252 @@
+"""A frame as a problem: what is minimised over the named blocks of a face's parameters.
+
+Value = sum of terms, each the negative logarithm of a likelihood, + priors. A solver asks for what
+it needs: one value, many at once, residuals, or a direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.prior import Prior
+from abs_engine.compare.rows import Rows
+from abs_engine.core.blocks import POSE, POSTURE, Blocks
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import PoseFrame
+from abs_engine.core.scene import Candidates, Scene
+
+FloatArray = NDArray[np.float64]
+FIRST_STRIDE = 2.0
+"""mm that the node which moves most is first pushed by."""
+
+
+class Term(Protocol):
+    """One kind of evidence, bound to a face and a view."""
+
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """What the drawing of each candidate is worth, (B,), nats; less is more probable."""
+        ...
+
+
+@runtime_checkable
+class Pushing(Term, Protocol):
+    """A term that knows which way its scene's vertices should move."""
+
+    @property
+    def scene(self) -> Scene:
+        """What it draws."""
+        ...
+
+    def forces(self, candidate: Candidates) -> FloatArray:
+        """Forces (V, 3), camera frame, on the vertices of one candidate: nats per mm."""
+        ...
+
+
+@runtime_checkable
+class Squared(Term, Protocol):
+    """A term that is a sum of squares."""
+
+    def residuals(self, candidate: Candidates) -> FloatArray:
+        """What is squared and summed of one candidate, (M,)."""
+        ...
+
+    def rows(self, candidates: Candidates) -> Rows:
+        """The same of a batch, with what is compared in which."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is minimised in a frame, over the parameters (N,) of its free blocks.
+
+    Parameters
+    ----------
+    frame : PoseFrame
+        What the six numbers of the pose mean.
+    blocks : Blocks
+        Pose first, then the weights of the scene.
+    terms : mapping of str to Term
+        By the names under which their values are reported.
+    priors : tuple of Prior
+        Over all blocks; their sum counts.
+    free : tuple of str
+        Names of the blocks that are fitted; the others stay at zero.
+    unit : float
+        The scale of tolerances, in units of the value: 1 where it is in nats.
+    mobility : (6 + P,) float64, optional
+        How far each parameter gives way to a unit force on it; by default the square of its scale.
+    """
+
+    frame: PoseFrame
+    blocks: Blocks
+    terms: Mapping[str, Term]
+    priors: tuple[Prior, ...] = ()
+    free: tuple[str, ...] = (POSE, POSTURE)
+    unit: float = 1.0
+    mobility: FloatArray | None = None
+
+    @cached_property
+    def spec(self) -> ParamSpec:
+        """Names, units, scales and bounds of the free parameters."""
+        return self.blocks.only(self.free).spec
+
+    @cached_property
+    def _places(self) -> NDArray[np.int64]:
+        return self.blocks.indices(self.free)
+
+    def whole(self, vectors: FloatArray) -> FloatArray:
+        """All parameters (..., 6 + P) of the free ones (..., N)."""
+        if len(self._places) == len(self.blocks):
+            return vectors
+        out = np.zeros((*vectors.shape[:-1], len(self.blocks)))
+        out[..., self._places] = vectors
+        return out
+
+    def chosen(self, vectors: FloatArray) -> FloatArray:
+        """The free parameters (..., N) of all (..., 6 + P)."""
+        return np.asarray(vectors[..., self._places])
+
+    def candidates(self, vectors: FloatArray) -> Candidates:
+        """Candidates of free parameters (B, N)."""
+        return self.frame.candidates(self.whole(vectors))
+
+    def pose(self, x: FloatArray) -> Pose:
+        """Head to camera at free parameters (N,)."""
+        return self.frame.pose(self.whole(x))
+
+    def part(self, x: FloatArray, name: str) -> FloatArray:
+        """The numbers of a block at free parameters (..., N)."""
+        return self.blocks.part(self.whole(x), name)
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Value and terms at free parameters (N,)."""
+        one, full = self.candidates(x[None]), self.whole(x)[None]
+        values = {name: float(term.negative_log(one)[0]) for name, term in self.terms.items()}
+        prior = float(self._prior(full)[0])
+        return Evaluation(sum(values.values()) + prior, {**values, "prior": prior})
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at free parameters (B, N), drawn in one call for each term."""
+        many = self.candidates(vectors)
+        data = sum((term.negative_log(many) for term in self.terms.values()), 0.0)
+        return np.asarray(data + self._prior(self.whole(vectors)), np.float64)
+
+    def _prior(self, full: FloatArray) -> FloatArray:
+        return np.asarray(
+            sum((p.negative_logs(full) for p in self.priors), 0.0) + np.zeros(len(full))
+        )
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """What is squared and summed to the value at free parameters (N,), (M,).
+
+        Raises
+        ------
+        ParameterError
+            If a term or a prior is no sum of squares.
+        """
+        one = self.candidates(x[None])
+        data = [term.residuals(one) for term in self._squared().values()]
+        return np.concatenate([*data, *(p.roots(self.whole(x)[None])[0] for p in self.priors)])
+
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """The priors at free parameters (B, N), taken apart, (B, M)."""
+        full = self.whole(vectors)
+        none = np.zeros((len(full), 0))
+        return np.concatenate([none, *(p.roots(full) for p in self.priors)], axis=1)
+
+    def _squared(self) -> dict[str, Squared]:
+        other = [name for name, term in self.terms.items() if not isinstance(term, Squared)]
+        if other:
+            raise ParameterError(
+                f"the evidence '{other[0]}' is no sum of squares",
+                "choose a driver that needs values alone, such as simplex",
+            )
+        return {name: term for name, term in self.terms.items() if isinstance(term, Squared)}
+
+    def gauss_newton(
+        self, x: FloatArray, scale: FloatArray, difference: float
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, Gauss-Newton matrix (N, N) and half the gradient (N,) at `x`, per `scale` (N,).
+
+        Slopes are differences over `difference` scales, of what is compared in both drawings.
+
+        Raises
+        ------
+        ParameterError
+            If a term or a prior is no sum of squares.
+        """
+        several = np.vstack([x, x + np.diag(difference * scale)])
+        walls = self.roots(several)
+        slopes, here = (walls[1:] - walls[0]) / difference, walls[0]
+        value, matrix, gradient = float((here**2).sum()), slopes @ slopes.T, slopes @ here
+        one, many = self.candidates(x[None]), self.candidates(several[1:])
+        for term in self._squared().values():
+            first, beside = term.rows(one), term.rows(many)
+            both = first.there & beside.there
+            moved = first.mixed(np.where(both, beside.rows - first.rows, 0) / difference)
+            value += float(first.value[0])
+            matrix = matrix + np.asarray(moved @ moved.T, np.float64)
+            gradient = gradient + np.asarray(moved @ first.mixed(first.rows)[0], np.float64)
+        return value, matrix, gradient
+
+    def push(self, x: FloatArray) -> FloatArray:
+        """Where forces at `x` (N,) push the parameters (Basu et al., eq. 13), and the pose's work.
+
+        Each parameter gives way by its `mobility` times the work of the forces on the nodes, less
+        the priors' slope. The weights' part is scaled so that the node which moves most moves by
+        `FIRST_STRIDE`; the pose's is shortened to that.
+
+        Raises
+        ------
+        ParameterError
+            If no term has forces, or a prior has no slope.
+        """
+        full, candidate = self.whole(x), self.candidates(x[None])
+        pushing = [term for term in self.terms.values() if isinstance(term, Pushing)]
+        if not pushing:
+            raise ParameterError(
+                f"no evidence among {', '.join(self.terms)} has forces",
+                "choose a driver that needs none, such as simplex",
+            )
+        work = np.sum([self._work(term, candidate) for term in pushing], axis=0)
+        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
+        mobility = self.blocks.spec.scale**2 if self.mobility is None else self.mobility
+        step = np.asarray(mobility * (work - slope))
+        return self.chosen(self._strides(step, pushing[0].scene, candidate))
+
+    def _work(self, term: Pushing, candidate: Candidates) -> FloatArray:
+        """Work (6 + P,) of a term's forces for a unit of each parameter."""
+        forces, rotation = term.forces(candidate), candidate.rotations[0]
+        modes = term.scene.modes.astype(np.float64)
+        weights = np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
+        arm = self._arms(term.scene, candidate)
+        turns = np.cross(arm, forces).sum(axis=0)
+        return np.concatenate([turns, forces.sum(axis=0), weights])
+
+    def _arms(self, scene: Scene, candidate: Candidates) -> FloatArray:
+        """Vertices (V, 3) from the point that the pose turns about, camera axes, mm."""
+        vertices = scene.vertices(candidate.weights[0])
+        return np.asarray((vertices - self.frame.pivot) @ candidate.rotations[0].T)
+
+    def _strides(self, step: FloatArray, scene: Scene, candidate: Candidates) -> FloatArray:
+        """A step (6 + P,) with the pose's part and the weights' part each of a first stride."""
+        pose, weights = (self.blocks.part(step, POSE), step[self.blocks.places[POSE].stop :])
+        moved = np.tensordot(weights, scene.modes.astype(np.float64), 1)
+        weights = weights * (FIRST_STRIDE / max(_farthest(moved), 1e-9))
+        turned = np.cross(pose[:3], self._arms(scene, candidate)) + pose[3:]
+        pose = pose * min(1.0, FIRST_STRIDE / max(_farthest(turned), 1e-9))
+        return np.asarray(np.r_[pose, weights])
+
+
+def _farthest(moved: FloatArray) -> float:
+    """Length, mm, of the longest of some displacements (V, 3)."""
+    return float(np.linalg.norm(moved, axis=1).max())

@@ -1,0 +1,196 @@
+"""Kinds of evidence by name, each bound to a face and a view as a term in nats.
+
+Terms add up because each is the negative logarithm of a likelihood whose noise was measured where
+its appearance was learned; none has a weight by hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.descriptor import TextureError, texture_error
+from abs_engine.compare.points import LocalError, local_error
+from abs_engine.compare.pull import Pull
+from abs_engine.compare.rows import Rows
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import TERMS
+from abs_engine.core.scene import Candidates
+from abs_engine.face.appearance.chroma import sampled
+from abs_engine.face.base import Face
+from abs_engine.face.looks import LocalLooks, TextureLooks
+from abs_engine.fit.head_frame import (
+    DRAWN_MOUTH,
+    class_maps,
+    independent_side,
+    likelihood_of,
+    plane_maps,
+    zone,
+)
+from abs_engine.fit.problem import Term
+from abs_engine.fit.view import View
+from abs_engine.optimise.drivers import Driver, Need
+
+FloatArray = NDArray[np.float64]
+Bind = Callable[[Face, View], Term]
+PULL = 0.06
+"""Width of the window that the maps which pull on the facets are smoothed by, in mouth widths."""
+
+
+@dataclass(frozen=True)
+class TermKind:
+    """A kind of evidence.
+
+    Parameters
+    ----------
+    name : str
+        Under which its values are reported, and what it needs of a face's appearance.
+    bind : callable
+        Binds it to a face and a view.
+    gives : tuple of {"values", "forces", "squares"}
+        What its terms can be asked for.
+    learned : bool
+        Whether it needs something that was learned of the face's appearance under its name.
+    """
+
+    name: str
+    bind: Bind
+    gives: tuple[Need, ...] = ("values",)
+    learned: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Weighted:
+    """An error of descriptors in nats.
+
+    Parameters
+    ----------
+    error : TextureError or LocalError
+    nats : float
+        What an epsilon of 1 is worth.
+    """
+
+    error: TextureError | LocalError
+    nats: float
+
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """-log of the likelihood of each candidate, (B,), up to a constant."""
+        return self.nats * self.error.epsilon(candidates)
+
+    def residuals(self, candidate: Candidates) -> FloatArray:
+        """What is squared and summed of one candidate, (M,)."""
+        return np.asarray(np.sqrt(self.nats) * self.error.residuals(candidate))
+
+    def rows(self, candidates: Candidates) -> Rows:
+        """The same of a batch, taken apart."""
+        apart = self.error.rows(candidates)
+        rows = np.sqrt(self.nats) * apart.rows
+        return replace(apart, rows=rows, value=self.nats * apart.value)
+
+    def explained(self, value: float) -> float:
+        """Share, 0 to 1, of what a wrong match costs that a value of the term leaves out."""
+        return max(0.0, 1.0 - value / (self.nats * self.error.unit))
+
+
+def colour_term(face: Face, view: View) -> Term:
+    """The facet likelihood of colour classes (Basu et al., eqs. 6 to 9)."""
+    classes = face.learned("colour")
+    if all(region is None for region in face.regions):
+        raise ParameterError(
+            f"the model '{face.name}' has no region that shows a colour class",
+            "give regions of skin and lips, or other evidence than colour",
+        )
+    window = view.window
+    maps = class_maps(classes, face.regions, window, view.image, view.place)
+    drawn = view.renderer, face.scene, view.camera
+    term = likelihood_of(*drawn, window, maps, classes.weight)
+    if not view.forces:
+        return term
+    patch = sampled(window, view.image)
+    wide = classes.probabilities(patch, PULL * DRAWN_MOUTH, view.place)
+    return replace(term, pull=Pull.within(plane_maps(wide, face.regions, window), zone(window)))
+
+
+def texture_term(face: Face, view: View) -> Term:
+    """The error of luminance-normalised texture (Odisio and Bailly, section 4), by its noise.
+
+    As many observations are independent as `likelihood_of` counts for colours.
+    """
+    looks: TextureLooks = face.learned("texture")
+    start = view.frame.candidates(view.start[None])
+    given = view.image, view.camera, view.window, start, view.renderer
+    error = texture_error(looks.model, looks.surface, *given, looks.dressed)
+    side = independent_side(view.window)
+    return Weighted(error, 1.5 * error.drawn / side**2 / looks.noise**2)
+
+
+def local_term(face: Face, view: View) -> Term:
+    """The error of local descriptors, made white by what the model leaves unexplained."""
+    looks: LocalLooks = face.learned("local")
+    window = replace(view.window, scale=looks.scale)
+    given = view.image, view.camera, window, view.renderer
+    error = local_error(looks.model, looks.surface, *given, whiten="all")
+    return Weighted(error, 0.5 * 8 * len(looks.model))
+
+
+COLOUR = TermKind("colour", colour_term, ("values", "forces"))
+TEXTURE = TermKind("texture", texture_term, ("values", "squares"))
+LOCAL = TermKind("local", local_term, ("values", "squares"))
+
+
+def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
+    """Kinds of evidence by their names.
+
+    Raises
+    ------
+    ParameterError
+        If none is named, or one is not known.
+    """
+    if not names:
+        raise ParameterError("no evidence is named", f"choose of {', '.join(TERMS.names())}")
+    return {name: TERMS.get(name) for name in names}
+
+
+def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
+    """The terms of a frame, in the order of their kinds."""
+    return {name: face.own_terms.get(name, kind.bind)(face, view) for name, kind in kinds.items()}
+
+
+def check_leaves(
+    name: str, has: Sequence[str], kinds: Mapping[str, TermKind], driver: Driver, chosen: str
+) -> None:
+    """Refuse what does not go together, before anything slow is done.
+
+    Parameters
+    ----------
+    name : str
+        Of the model.
+    has : sequence of str
+        What is, or will be, learned of its appearance.
+    kinds : mapping of str to TermKind
+    driver : Driver
+    chosen : str
+        Its name.
+
+    Raises
+    ------
+    ParameterError
+        If the face has nothing for a kind of evidence, or no evidence gives the driver what it
+        needs.
+    """
+    for kind in kinds.values():
+        if kind.learned and kind.name not in has:
+            raise ParameterError(
+                f"the model '{name}' has no {kind.name} to compare",
+                f"--terms {'+'.join(has)} would do; so would a model with a {kind.name}",
+            )
+    need, enough = driver.needs, all if driver.needs == "squares" else any
+    if not enough(need in kind.gives for kind in kinds.values()):
+        lacks = next(n for n, kind in kinds.items() if need not in kind.gives)
+        raise ParameterError(
+            f"the driver '{chosen}' needs {need}, which the evidence '{lacks}' does not give",
+            "--driver simplex needs values alone",
+        )

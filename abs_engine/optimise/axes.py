@@ -1,0 +1,130 @@
+"""Gauss-Newton steps, then a simplex along their axes.
+
+Nelder-Mead alone spends its evaluations on finding out which parameters pull together; the
+Gauss-Newton matrix says so after one for each parameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.base import Solution
+from abs_engine.optimise.held import Held, Quadratic, check_quadratic
+from abs_engine.optimise.history import checked_start
+from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.simplex import Simplex
+
+FloatArray = NDArray[np.float64]
+_LONGEST = 2.0
+"""Largest edge of the second simplex, in first steps of the parameters."""
+_EDGE = 0.01
+"""By how much an edge raises the value, in the objective's units."""
+_STEPS, _TRIES = 4, 3
+
+
+@dataclass(frozen=True)
+class AxesSimplex:
+    """Minimise by a few damped Gauss-Newton steps and Nelder-Mead along the axes of their matrix.
+
+    Differences are those of a first step: half a standard deviation, a pixel. Smaller ones see the
+    texture's grain: with 0.1 searches end a third farther off.
+
+    Parameters
+    ----------
+    limit : int
+        Largest number of evaluations.
+    coarse, tolerance : float
+        Where the descent, and where the simplex, stops; in the objective's units.
+    inertia : float
+        See `held.Held`.
+    """
+
+    limit: int = 200
+    coarse: float = 1e-4
+    tolerance: float = 1e-4
+    inertia: float = 0.0
+
+    def minimise(
+        self, objective: Quadratic, start: FloatArray, spec: ParamSpec, _step: float = 1.0
+    ) -> Solution:
+        """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`.
+
+        Raises
+        ------
+        ParameterError
+            Also if the objective has no residuals.
+        """
+        check_quadratic(objective)
+        first = checked_start(start, spec)
+        found = self.descend(objective, first, spec, self.limit)
+        return self.polish(objective, found, spec, first, self.limit - found.n_evaluations)
+
+    def descend(
+        self,
+        objective: Quadratic,
+        start: FloatArray,
+        spec: ParamSpec,
+        limit: int,
+        *,
+        free: bool = False,
+    ) -> Solution:
+        """The Gauss-Newton steps from `start` (n,) within so many evaluations.
+
+        With `free` nothing pulls towards the start.
+        """
+        check_quadratic(objective)
+        descent = LevenbergMarquardt(self.coarse, limit, steps=_STEPS, tries=_TRIES)
+        held = Held(objective, spec, start, 0.0 if free else self.inertia)
+        return descent.descend(held, start, limit)
+
+    def polish(
+        self,
+        objective: Quadratic,
+        found: Solution,
+        spec: ParamSpec,
+        centre: FloatArray,
+        limit: int,
+    ) -> Solution:
+        """Nelder-Mead along the axes of a Gauss-Newton matrix, from where a descent ended.
+
+        Parameters
+        ----------
+        objective : Quadratic
+        found : Solution
+        spec : ParamSpec
+        centre : (n,) float64
+            Towards which the parameters are pulled.
+        limit : int
+            Largest number of evaluations; none are made where it is too small for a simplex.
+        """
+        held = Held(objective, spec, centre, self.inertia)
+        size = len(found.x)
+        if limit <= size or found.information is None:
+            return found
+        curve, axes = np.linalg.eigh(found.information)
+        length = np.sqrt(_EDGE * held.unit / np.maximum(curve, 1e-12 * curve.max()))
+        turned = axes * np.minimum(length, _LONGEST) * held.spec.scale[:, None]
+
+        def place(y: FloatArray) -> FloatArray:
+            return held.spec.clip(found.x + turned @ y)
+
+        def along(x: FloatArray) -> Evaluation:
+            return Evaluation(float(held.values(place(x)[None])[0]), {})
+
+        names = tuple(f"axis{k}" for k in range(size))
+        far = np.full(size, 1e3)
+        plain = ParamSpec(names, ("",) * size, np.ones(size), -far, far)
+        best = Simplex(self.tolerance * held.unit, limit).minimise(along, np.zeros(size), plain)
+        spent = found.n_evaluations + best.n_evaluations
+        trace = np.r_[found.trace, best.trace]
+        if best.value >= found.value:
+            return replace(found, n_evaluations=spent, trace=trace)
+        better = place(best.x), best.value, best.status
+        return replace(
+            found, x=better[0], value=better[1], status=better[2], n_evaluations=spent, trace=trace
+        )

@@ -1,0 +1,56 @@
+"""The drivers that can be chosen by name, with what they stop at beside a frame in nats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from abs_engine.optimise.ascent import Forces, Gradient
+from abs_engine.optimise.axes import AxesSimplex
+from abs_engine.optimise.free import DerivativeFree
+from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.restarted import RestartedSimplex
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.variations import LocalVariations
+
+Need = Literal["values", "forces", "squares"]
+TOLERANCE, LIMIT = 0.03, 400
+"""Nats that end a search, and evaluations of a frame at most."""
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A driver that can be chosen.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the minimiser of a frame: see `fit.search.Minimiser`.
+    needs : {"values", "forces", "squares"}
+        What the evidence must give: values alone, forces on the drawn surface, or squares.
+    settings : dict
+        What `make` was told, for the record of a run.
+    """
+
+    make: Callable[..., Any]
+    needs: Need = "values"
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    def minimiser(self, **other: Any) -> Any:
+        """The minimiser, with other settings where they are given."""
+        return self.make(**{**self.settings, **other})
+
+
+_USUAL = {"tolerance": TOLERANCE, "limit": LIMIT}
+SIMPLEX = Driver(Simplex, settings=_USUAL)
+RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
+AXES = Driver(AxesSimplex, "squares", {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE})
+LEVENBERG = Driver(LevenbergMarquardt, "squares", _USUAL)
+FORCES = Driver(Forces, "forces")
+GRADIENT = Driver(Gradient)
+VARIATIONS = Driver(LocalVariations, settings=_USUAL)
+SBPLX, BOBYQA, COBYLA, PRAXIS = (
+    Driver(DerivativeFree, settings={"method": method, **_USUAL})
+    for method in ("sbplx", "bobyqa", "cobyla", "praxis")
+)

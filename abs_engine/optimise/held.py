@@ -1,0 +1,92 @@
+"""An objective, and what it costs to leave the place where its parameters are expected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+
+FloatArray = NDArray[np.float64]
+
+
+class Quadratic(Protocol):
+    """An objective that knows its Gauss-Newton matrix."""
+
+    @property
+    def unit(self) -> float:
+        """The scale of tolerances, in units of the value."""
+        ...
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Evaluate at `x` (n,)."""
+        ...
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at vectors (B, n)."""
+        ...
+
+    def gauss_newton(
+        self, x: FloatArray, scale: FloatArray, difference: float
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, matrix (n, n) and half the gradient (n,) at `x`, per `scale` (n,).
+
+        Slopes are differences over `difference` scales; n + 1 evaluations.
+        """
+        ...
+
+
+def check_quadratic(objective: object) -> None:
+    """Raise `ParameterError` unless an objective has a Gauss-Newton matrix."""
+    if not hasattr(objective, "gauss_newton"):
+        raise ParameterError("the objective has no residuals", "choose another solver")
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """An objective with a pull towards the place where the parameters are expected.
+
+    Parameters
+    ----------
+    objective : Quadratic
+    spec : ParamSpec
+        Of its parameters.
+    centre : (n,) float64
+    inertia : float
+        What it costs to be off by a first step of a parameter, in the objective's units; 0 is the
+        objective itself.
+    """
+
+    objective: Quadratic
+    spec: ParamSpec
+    centre: FloatArray
+    inertia: float = 0.0
+
+    @property
+    def unit(self) -> float:
+        """The scale of tolerances, in units of the value."""
+        return self.objective.unit
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """What is minimised, (B,), at parameter vectors (B, n)."""
+        off = (vectors - self.centre) / self.spec.scale
+        pull = self.inertia * self.unit * (off**2).sum(axis=1)
+        return np.asarray(self.objective.values(vectors) + pull)
+
+    def gauss_newton(
+        self, x: FloatArray, difference: float
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, Gauss-Newton matrix (n, n) and half the gradient (n,), per first step, at `x`."""
+        value, matrix, gradient = self.objective.gauss_newton(x, self.spec.scale, difference)
+        pull = self.inertia * self.unit
+        off = (x - self.centre) / self.spec.scale
+        return (
+            float(value + pull * (off**2).sum()),
+            matrix + pull * np.eye(len(x)),
+            gradient + pull * off,
+        )

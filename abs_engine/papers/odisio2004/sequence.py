@@ -1,0 +1,192 @@
+"""Tracking head and articulation through a sequence of pictures (section 4), from a first pose."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import parted
+from abs_engine.core.scene import Renderer
+from abs_engine.face.talking import TalkingFace, as_face
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.talking import explained_share, talking_problem
+from abs_engine.optimise.axes import AxesSimplex
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.tracking.loop import AGAIN, at_rest
+from abs_engine.tracking.loop import track as track_frames
+from abs_engine.tracking.setting import ClipSetting, FrameResult
+from abs_engine.tracking.talk_work import FrameBefore, TalkBinder
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a frame is searched.
+
+    Parameters
+    ----------
+    method : {"axes", "simplex"}
+        Gauss-Newton steps and a simplex along their axes; or the paper's: Nelder-Mead from a
+        simplex of the parameters' own scales, from the frame before.
+    predict : bool
+        Whether the start is predicted from the last movement. For "axes" also whether an
+        unusual epsilon makes it start again.
+    limit : int
+        Largest number of evaluations of a frame.
+    coarse, tolerance : float
+        Where the descent, and where the simplex, stops; in what a wrong match costs.
+    inertia : float
+        See `optimise.held.Held`.
+    unusual : float
+        Times the median epsilon of the last frames.
+    pose_known : bool
+        Whether the head stands still before the camera, as before one that it wears: only the
+        articulation is sought.
+    """
+
+    method: str = "axes"
+    predict: bool = True
+    limit: int = 200
+    coarse: float = 1e-4
+    tolerance: float = 1e-4
+    inertia: float = 1e-4
+    unusual: float = 1.25
+    pose_known: bool = False
+
+    def __post_init__(self) -> None:
+        if self.method not in ("axes", "simplex") or self.limit < 1:
+            raise ParameterError(
+                f"there is no search '{self.method}' of {self.limit} evaluations",
+                "choose axes or simplex, and at least 1",
+            )
+
+
+PAPER = Settings(method="simplex", predict=False, limit=300, inertia=0.0)
+"""Plain warm start, as in the paper."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """Parameters of all frames of a sequence.
+
+    Parameters
+    ----------
+    alpha : (T, P) float64, standard deviations
+    poses : tuple of Pose, T
+        Head to camera.
+    value : (T,) float64
+        Epsilon in what a wrong match costs.
+    evaluations : (T,) int64
+    restarted : (T,) bool
+        Whether the search started again from the corpus' postures.
+    seconds : float
+        All together.
+    """
+
+    alpha: FloatArray
+    poses: tuple[Pose, ...]
+    value: FloatArray
+    evaluations: NDArray[np.int64]
+    restarted: NDArray[np.bool_]
+    seconds: float = 0.0
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.alpha)
+
+
+def track(
+    face: TalkingFace,
+    name: str,
+    pictures: Iterable[Image],
+    camera: Camera,
+    pose: Pose,
+    alpha: FloatArray,
+    renderer: Renderer,
+    settings: Settings | None = None,
+    postures: FloatArray | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Tracked:
+    """Track a sequence.
+
+    Parameters
+    ----------
+    face : TalkingFace
+    name : str
+        Of the appearance model, of `models.MODELS`.
+    pictures : iterable of (H, W, 3) uint8 RGB
+    camera : Camera
+    pose : Pose
+        Head to camera in the first frame, about; from `tracking.prepare.HeadMotion` or given.
+    alpha : (P,) float64
+        Posture in the first frame, about.
+    renderer : Renderer
+    settings : Settings, optional
+    postures : (V, P) float64, optional
+        Of the corpus, from which a search may start again.
+    progress : callable, optional
+        Told the number of frames done.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such model, no picture, or the face leaves the picture.
+    PictureError
+        If a pixel is not finite.
+    """
+    how, started = settings or Settings(), time.perf_counter()
+    setting = clip_setting(face, name, camera, pose, renderer, how, postures)
+    rows: list[FrameResult] = []
+    start = at_rest(pose, np.asarray(alpha, np.float64))
+    for _, result in track_frames(setting, pictures, start):
+        rows.append(result)
+        if progress is not None:
+            progress(len(rows))
+    if not rows:
+        raise ParameterError("the sequence has no picture", "give at least one")
+    return Tracked(
+        np.array([parted(row.vector)[1] for row in rows]),
+        tuple(row.pose for row in rows if row.pose is not None),
+        np.array([row.value / row.unit for row in rows]),
+        np.array([row.evaluations for row in rows], np.int64),
+        np.array([row.status == AGAIN for row in rows]),
+        time.perf_counter() - started,
+    )
+
+
+def clip_setting(
+    face: TalkingFace,
+    name: str,
+    camera: Camera,
+    pose: Pose,
+    renderer: Renderer,
+    how: Settings,
+    postures: FloatArray | None = None,
+    rate: float = 25.0,
+) -> ClipSetting:
+    """What stays the same over a sequence; parameters as of `track`."""
+
+    def problem(image: Image, there: Pose, alpha: FloatArray) -> Problem:
+        given = image, camera, there, alpha, renderer
+        return talking_problem(face, name, *given, pose_known=how.pose_known)
+
+    binder = TalkBinder(
+        problem, face.shape.neutral, explained_share, how.predict,
+        postures if how.method == "axes" else None, how.unusual,
+    )  # fmt: skip
+    driver: Any = Simplex(how.tolerance, how.limit)
+    if how.method == "axes":
+        driver = AxesSimplex(how.limit, how.coarse, how.tolerance, how.inertia)
+    return ClipSetting(
+        as_face(face), camera, renderer, rate, FrameBefore(pose), binder, driver, charged=True
+    )

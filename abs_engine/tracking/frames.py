@@ -1,0 +1,111 @@
+"""What is known of a frame before it is fitted, and what is carried from frame to frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.blobs import LipBlob
+from abs_engine.tracking.landmark_fit import FrameLandmarks
+from abs_engine.tracking.landmarks import Landmarks
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+RECENT = 25
+"""Frames whose value says what is usual."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeenFace:
+    """A face's landmarks, and what they say of the head.
+
+    Parameters
+    ----------
+    landmarks : Landmarks
+    fit : FrameLandmarks
+    """
+
+    landmarks: Landmarks
+    fit: FrameLandmarks
+
+
+class HeadFrame(NamedTuple):
+    """A frame, and where its head is.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    pose : Pose or None
+        None where the face was not found.
+    face : SeenFace or None
+        None where the landmark network was not asked.
+    blob : LipBlob or None
+        The lips as a blob, where they are followed as one.
+    """
+
+    image: Image
+    pose: Pose | None
+    face: SeenFace | None = None
+    blob: LipBlob | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What is carried from frame to frame.
+
+    Parameters
+    ----------
+    vector : (6 + P,) float64 or None
+        Correction of the pose, and posture, of the frame before; None where it was lost.
+    pose : Pose or None
+        Of the frame before.
+    move : (6 + P,) float64 or None
+        From where the frame before was started about to where it ended.
+    values : tuple of float
+        Values of the last frames.
+    """
+
+    vector: FloatArray | None = None
+    pose: Pose | None = None
+    move: FloatArray | None = None
+    values: tuple[float, ...] = field(default=())
+
+    def after(self, pose: Pose, vector: FloatArray, move: FloatArray, value: float) -> Memory:
+        """What is carried on from a frame that was fitted."""
+        return replace(
+            self, vector=vector, pose=pose, move=move, values=(*self.values, value)[-RECENT:]
+        )
+
+    def lost(self) -> Memory:
+        """What is carried on from a frame without a fit."""
+        return replace(self, vector=None, move=None)
+
+
+class Follower(Protocol):
+    """Says where the head is, one frame after the other."""
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame (H, W, 3) uint8 RGB with the head's pose."""
+        ...
+
+    def finish(self) -> None:
+        """Say that there are no more frames.
+
+        Raises
+        ------
+        ParameterError
+            If there should have been.
+        """
+        ...
+
+
+class Motion(Protocol):
+    """How the head moves through a clip; a value, that can be followed any number of times."""
+
+    def follower(self) -> Follower:
+        """What follows the head from the first frame on."""
+        ...

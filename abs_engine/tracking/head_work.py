@@ -1,0 +1,169 @@
+"""A frame of a head as it is fitted: evidence, priors, and what its landmarks say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import GaussianPrior, InformationPrior, Prior
+from abs_engine.core.blocks import POSE, POSTURE
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.pose import PoseFrame, at_base
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.base import Face
+from abs_engine.face.head import MouthModel
+from abs_engine.fit.head_frame import contact_prior, mouth_window
+from abs_engine.fit.problem import Problem, Term
+from abs_engine.fit.terms import COLOUR, TermKind, Weighted, bound
+from abs_engine.fit.view import View
+from abs_engine.tracking.frames import HeadFrame, Memory
+from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.mouth_place import mouth_place
+from abs_engine.tracking.person import POSE_DEVIATION
+from abs_engine.tracking.setting import BOTH, LANDMARKS, RENDERING, Landmarked, Work
+
+FloatArray = NDArray[np.float64]
+STEP_DEVIATION = 0.8
+"""How far a posture moves in 40 ms, in standard deviations of a mode: in speech by 0.3 (RMS of
+authored and of tracked motion), but in one step of a hundred by 1.1."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeadBinder:
+    """Binds evidence to a head whose person is known or was fitted.
+
+    Parameters
+    ----------
+    model : MouthModel
+    face : Face
+        The model with the person held, and its appearance.
+    camera : Camera
+    renderer : Renderer
+    rate : float
+        Frames per second.
+    kinds : mapping of str to TermKind
+        The evidence.
+    pose_held : bool
+        Whether poses are taken as they are, and only the posture is fitted.
+    lips : LipLandmarks, optional
+        Where the landmark network sees the lips of this head; with it the network is asked.
+    evidence : str
+        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+    forces : bool
+        Whether the driver asks for forces.
+    """
+
+    model: MouthModel
+    face: Face
+    camera: Camera
+    renderer: Renderer
+    rate: float
+    kinds: Mapping[str, TermKind] = field(default_factory=lambda: {COLOUR.name: COLOUR})
+    pose_held: bool = False
+    lips: LipLandmarks | None = None
+    evidence: str = BOTH
+    forces: bool = False
+
+    @property
+    def classes(self) -> ColourClasses:
+        """The clip's colour classes."""
+        classes: ColourClasses = self.face.learned("colour")
+        return classes
+
+    @property
+    def person(self) -> FloatArray:
+        """What was fitted of the person, (Q,)."""
+        return self.face.identity
+
+    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
+        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        model, face, last = self.model, frame.face, memory.vector
+        base = PoseFrame(pose, model.pivot)
+        window = mouth_window(model, base.base, self.camera, self.person)
+        priors = self._priors(last, thick=face is not None)
+        beside, without, told, place = priors, priors, None, None
+        if face is not None:
+            told = at_base(face.fit.posture[: model.n_expression])
+            if self.evidence != RENDERING:
+                place = mouth_place(model, base, self.camera, window, self.person, told)
+            evidence = face.fit.evidence(model.n_expression)
+            beside = (*priors, _less_sure(evidence, self.classes.outdoing))
+            without = (*priors, evidence)
+        start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
+        view = View(
+            frame.image, self.camera, self.renderer, base, window, start, place, self.forces
+        )
+        terms = bound(self.kinds, self.face, view)
+        problem = self._problem(base, terms, beside if self.evidence != RENDERING else priors)
+        usual = at_base(model.prototypes)
+        starts = np.vstack([*(x for x in (last, told) if x is not None), usual])
+        marks = None
+        if told is not None and face is not None:
+            apart = None if self.lips is None else partial(self.lips.apart, face.landmarks)
+            alone = self._problem(base, {n: _silent(t) for n, t in terms.items()}, without)
+            only, decide = self.evidence == LANDMARKS, self.evidence == BOTH
+            marks = Landmarked(alone, told, apart, only, decide)
+        return Work(problem, starts, partial(explained, terms), marks)
+
+    def _problem(
+        self, base: PoseFrame, terms: Mapping[str, Term], priors: tuple[Prior, ...]
+    ) -> Problem:
+        free = (POSTURE,) if self.pose_held else (POSE, POSTURE)
+        return Problem(base, self.face.blocks, terms, priors, free, mobility=self._mobility)
+
+    @cached_property
+    def _mobility(self) -> FloatArray:
+        """How far each parameter gives way to a force: by its variance beforehand."""
+        deviation = at_base(np.ones(self.model.n_expression))
+        deviation[: len(POSE_DEVIATION)] = POSE_DEVIATION
+        return deviation**2
+
+    def _priors(self, last: FloatArray | None, thick: bool = False) -> tuple[Prior, ...]:
+        p = self.model.n_expression
+        likely = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
+        contact = contact_prior(self.model, self.person, thick)
+        if last is None:
+            return likely, contact
+        step = STEP_DEVIATION * np.sqrt(25.0 / self.rate)
+        near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step)])
+        return likely, contact, near
+
+
+def explained(terms: Mapping[str, Term], value: Evaluation) -> float:
+    """How much of the picture is explained, 0 to 1: by the first term that can say."""
+    for name, term in terms.items():
+        if isinstance(term, FacetLikelihood) and term.observations:
+            return float(np.exp(-value.terms[name] / term.observations))
+        if isinstance(term, Weighted):
+            return term.explained(value.terms[name])
+    return float("nan")
+
+
+def _silent(term: Term) -> Term:
+    """A term that says nothing."""
+    if isinstance(term, FacetLikelihood):
+        return replace(term, observations=0.0)
+    return _Nothing()
+
+
+class _Nothing:
+    """Evidence that is worth the same of every candidate."""
+
+    def negative_log(self, candidates) -> FloatArray:  # type: ignore[no-untyped-def]
+        """Return zeros (B,)."""
+        return np.zeros(len(candidates))
+
+
+def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:
+    """What landmarks say, their noise in the posture this many times as large."""
+    scale = at_base(np.full(len(told.mean), 1 / factor))[: len(told.mean)]
+    scale[: len(POSE_DEVIATION)] = 1.0
+    return replace(told, information=told.information * np.outer(scale, scale))

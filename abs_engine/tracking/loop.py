@@ -1,0 +1,151 @@
+"""The loop over frames: where is the head, is the mouth seen, where to start, fit, believe it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.blocks import POSTURE
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import at_base
+from abs_engine.face.base import Face
+from abs_engine.fit.search import search
+from abs_engine.optimise.base import Solution
+from abs_engine.tracking.frames import HeadFrame, Memory
+from abs_engine.tracking.setting import NO_FACE, ClipSetting, FrameResult, Work
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+NOTHING = Memory()
+HELD, AGAIN = "held to the landmarks", "started again"
+"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
+one that was begun again from postures that are known."""
+MOST_OFF, ASTRAY = 1.75, 6.0
+"""Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks, and from
+which on these are no mouth's."""
+
+
+def track(
+    setting: ClipSetting, images: Iterable[Image], memory: Memory = NOTHING
+) -> Iterator[tuple[Image, FrameResult]]:
+    """Fit every frame, each with what is carried on from the one before.
+
+    Parameters
+    ----------
+    setting : ClipSetting
+    images : iterable of (H, W, 3) uint8 RGB
+    memory : Memory
+        What is known before the first frame.
+
+    Yields
+    ------
+    image, FrameResult
+        Each frame with what was found in it.
+    """
+    head = setting.motion.follower()
+    for index, image in enumerate(images):
+        frame = head.step(image, memory)
+        result, memory = _step(setting, index, frame, memory)
+        yield image, result
+    head.finish()
+
+
+def _step(
+    setting: ClipSetting, index: int, frame: HeadFrame, memory: Memory
+) -> tuple[FrameResult, Memory]:
+    pose = frame.pose
+    if pose is None:
+        return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
+    hidden = "" if setting.visibility is None else setting.visibility.hidden(frame, pose)
+    if hidden:
+        seen = replace(lost(setting.face, index), pose=pose, status=hidden, covered=True)
+        return seen, memory.lost()
+    work = setting.binder.work(frame, pose, memory)
+    solution = _accepted(setting, work)
+    if solution is None:
+        return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
+    result = _result(setting, index, work, solution)
+    move = solution.x - work.starts[0]
+    value = solution.value / work.problem.unit
+    return result, memory.after(work.problem.frame.pose(result.vector), result.vector, move, value)
+
+
+def _accepted(setting: ClipSetting, work: Work) -> Solution | None:
+    """Where the search ended, over all parameters; None where it leads to no mouth.
+
+    A fit that lies off the landmarks is begun once more from them, then held to them.
+    """
+    marks = work.landmarks
+    if marks is not None and marks.only:
+        return _minimised(setting, work, marks.told, alone=True)
+    problem = work.problem
+    starts = problem.chosen(work.starts)
+    found, again = search(problem, starts, setting.driver, work.again, setting.charged)
+    best = replace(found, x=problem.whole(found.x), status=AGAIN if again else found.status)
+    if marks is None or not marks.decide or marks.apart is None or _off(work, best) <= MOST_OFF:
+        return best
+    second = _minimised(setting, work, marks.told)
+    count = best.n_evaluations + second.n_evaluations
+    if _off(work, second) <= MOST_OFF:
+        return replace(second, n_evaluations=count)
+    third = _minimised(setting, work, marks.told, alone=True)
+    if _off(work, third) > ASTRAY:
+        return None
+    return replace(third, n_evaluations=count + third.n_evaluations, status=HELD)
+
+
+def _minimised(
+    setting: ClipSetting, work: Work, start: FloatArray, alone: bool = False
+) -> Solution:
+    """Minimise from one start (6 + P,), by the landmarks alone if told to; over all parameters."""
+    marks = work.landmarks
+    problem = marks.alone if alone and marks is not None else work.problem
+    found = search(problem, problem.chosen(start)[None], setting.driver)[0]
+    return replace(found, x=problem.whole(found.x))
+
+
+def _off(work: Work, found: Solution) -> float:
+    """How far the lips lie off the landmarks, in standard deviations."""
+    return _apart(work, found.x)[1]
+
+
+def _apart(work: Work, x: FloatArray) -> tuple[float, float]:
+    """How far they lie off at all parameters (6 + P,), in mm and standard deviations.
+
+    NaN and 0 where there are none.
+    """
+    marks, problem = work.landmarks, work.problem
+    if marks is None or marks.apart is None:
+        return float("nan"), 0.0
+    return marks.apart(problem.frame.pose(x), problem.blocks.part(x, POSTURE))
+
+
+def _result(setting: ClipSetting, index: int, work: Work, solution: Solution) -> FrameResult:
+    problem, face, x = work.problem, setting.face, solution.x
+    value = problem(problem.chosen(x))
+    lips, width, aperture = face.measures(problem.blocks.part(x, POSTURE))
+    by_landmarks = float("nan")
+    if work.landmarks is not None:
+        told = problem.blocks.part(work.landmarks.told, POSTURE)
+        by_landmarks = face.measures(told)[2]
+    return FrameResult(
+        index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
+        work.explained(value), solution.n_evaluations, solution.status,
+        landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
+    )  # fmt: skip
+
+
+def lost(face: Face, index: int) -> FrameResult:
+    """A frame in which nothing was found."""
+    nothing, nan = np.full(len(face.blocks), np.nan), float("nan")
+    lips = np.full((sum(face.ring_sizes), 3), np.nan)
+    return FrameResult(index, False, nothing, None, lips, nan, nan, nan, nan, 0, NO_FACE)
+
+
+def at_rest(pose: Pose, posture: FloatArray) -> Memory:
+    """What is carried into a first frame whose pose and posture are known."""
+    vector = at_base(posture)
+    return Memory(vector, pose, np.zeros(len(vector)))

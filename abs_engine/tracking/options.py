@@ -1,0 +1,193 @@
+"""What a user may choose of a clip that is tracked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.registry import DRIVERS
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.fit.terms import TermKind, check_leaves, term_kinds
+from abs_engine.optimise.drivers import Driver
+from abs_engine.tracking.frames import Memory
+from abs_engine.tracking.loop import track
+from abs_engine.tracking.scale import Scale
+from abs_engine.tracking.setting import BOTH, ClipSetting, FrameResult
+from abs_engine.video import VideoInfo, read_frames
+
+Image = NDArray[np.uint8]
+LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
+
+
+@dataclass(frozen=True)
+class TrackOptions:
+    """What a user may choose.
+
+    Parameters
+    ----------
+    person : str or None
+        A person of the speaker whose head is known; by default the average head, whose mouth is
+        fitted to the clip.
+    mouth : tuple of float or None
+        Left, top, width and height of the mouth in the first frame, pixels.
+    camera : Camera or None
+        Its calibration; by default an ideal camera of a usual field of view.
+    speaker : Path or None
+        A `head.npz`; by default the bundled head.
+    colours : Path or None
+        The `colours.npz` of another run; by default colours are learned from the clip.
+    physics : Path or None
+        Lips that `train` learned from dots; by default the mouth moves in components of face units.
+    poses : Path or None
+        Head poses of all frames (see `tracking.poses_file`); by default they are estimated. With
+        a known head they are taken as they are, with the average head as a first guess.
+    start : str or None
+        "landmarks", the default: a network's landmarks place the whole head, and are one soft term
+        in each frame; "blobs": as in the papers, by colour about a face that was detected. A known
+        head is found by its texture, and given poses place it.
+    face : int or None
+        Which face, where there are several, counted from 1, the largest first.
+    pupil_distance : float or None
+        Of the person, mm: it sets the scale.
+    evidence : str
+        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+    model : str or None
+        What is tracked, of `core.registry.MODELS`, or the file of a model; by default a head.
+    model_file : Path or None
+        Its file, once `model` says its kind: see `presets.resolved`.
+    terms : tuple of str or None
+        The evidence that is rendered and compared, of `core.registry.TERMS`; by default colour.
+    driver : str or None
+        What moves the parameters, of `core.registry.DRIVERS`; by default the simplex.
+    preset : str or None
+        A choice of all of these together, of `core.registry.PRESETS`.
+    """
+
+    person: str | None = None
+    mouth: tuple[float, float, float, float] | None = None
+    camera: Camera | None = None
+    speaker: Path | None = None
+    colours: Path | None = None
+    physics: Path | None = None
+    poses: Path | None = None
+    start: str | None = None
+    face: int | None = None
+    pupil_distance: float | None = None
+    evidence: str = BOTH
+    model: str | None = None
+    model_file: Path | None = None
+    terms: tuple[str, ...] | None = None
+    driver: str | None = None
+    preset: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """A video as it is tracked.
+
+    Parameters
+    ----------
+    video : Path
+    info : VideoInfo
+    camera : Camera
+    colours : ColourClasses or None
+        Those learned before.
+    """
+
+    video: Path
+    info: VideoInfo
+    camera: Camera
+    colours: ColourClasses | None
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """The evidence and the driver that were chosen.
+
+    Parameters
+    ----------
+    kinds : dict of str to TermKind
+    driver : Driver
+    name : str
+        Of the driver.
+    """
+
+    kinds: dict[str, TermKind]
+    driver: Driver
+    name: str
+
+    @classmethod
+    def of(cls, options: TrackOptions) -> Leaves:
+        """Those of some options.
+
+        Raises
+        ------
+        ParameterError
+            If there is no evidence or driver of such a name.
+        PluginError
+            If one cannot be imported.
+        """
+        name = options.driver or "simplex"
+        driver: Driver = DRIVERS.get(name)
+        return cls(term_kinds(options.terms or ()), driver, name)
+
+    @property
+    def forces(self) -> bool:
+        """Whether the driver asks for forces."""
+        return self.driver.needs == "forces"
+
+    def check(self, model: str, has: tuple[str, ...]) -> None:
+        """Refuse what does not go together; see `fit.terms.check_leaves`."""
+        check_leaves(model, has, self.kinds, self.driver, self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class ClipTracker:
+    """A clip made ready: iterate `results` for the frames.
+
+    Parameters
+    ----------
+    video : Path
+    info : VideoInfo
+    setting : ClipSetting
+    scale : Scale
+        What millimetres rest on.
+    faces : str
+        What is said of several faces, or of a box in which none was seen; empty without either.
+    facts : dict
+        What else `run.json` says of how it was prepared, JSON values.
+    memory : Memory
+        What is known before the first frame.
+    """
+
+    video: Path
+    info: VideoInfo
+    setting: ClipSetting
+    scale: Scale
+    faces: str = ""
+    facts: dict[str, Any] = field(default_factory=dict)
+    memory: Memory = field(default_factory=Memory)
+
+    def results(self) -> Iterator[tuple[Image, FrameResult]]:
+        """Each frame with what was found in it."""
+        return track(self.setting, read_frames(self.video), self.memory)
+
+
+Tell = Callable[[str], None]
+
+
+class Prepare(Protocol):
+    """Makes a clip ready for one kind of face: an entry of `core.registry.MODELS`."""
+
+    def __call__(
+        self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+    ) -> ClipTracker:
+        """Find the face, and learn what is to be learned of it."""
+        ...

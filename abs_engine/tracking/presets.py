@@ -1,0 +1,83 @@
+"""Choices of model, evidence, driver and start that belong together, by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import MODELS, PRESETS, nearest
+from abs_engine.tracking.model_file import model_of_file
+from abs_engine.tracking.options import LANDMARKS, Prepare, TrackOptions
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A choice that belongs together: an entry of `core.registry.PRESETS`.
+
+    Parameters
+    ----------
+    summary : str
+        What it is, in a line.
+    model : str
+        Of `core.registry.MODELS`.
+    terms : tuple of str
+    driver : str
+    start : str
+    prepare : callable, optional
+        How a clip is made ready, where not as the model's own entry does.
+    """
+
+    summary: str
+    model: str
+    terms: tuple[str, ...]
+    driver: str
+    start: str
+    prepare: Prepare | None = None
+
+
+USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "simplex", LANDMARKS)
+
+
+def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
+    """The options with nothing left open, and what makes a clip ready by them.
+
+    What is chosen itself counts more than what a preset says.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If a model's file cannot be read.
+    ParameterError
+        If there is no preset or model of such a name.
+    PluginError
+        If one cannot be imported.
+    """
+    preset: Preset = USUAL if options.preset is None else PRESETS.get(options.preset)
+    name, own = options.model or preset.model, preset.prepare
+    file = _file(name)
+    kind = name if file is None else model_of_file(file)
+    if kind != preset.model:
+        own = None
+    chosen = replace(
+        options,
+        model=kind,
+        model_file=file,
+        terms=options.terms or preset.terms,
+        driver=options.driver or preset.driver,
+        start=options.start or preset.start,
+    )
+    prepare: Prepare = own or MODELS.get(kind)
+    return chosen, prepare
+
+
+def _file(name: str) -> Path | None:
+    """The file that a model is named by; None where it is named by its kind."""
+    if name in MODELS.names():
+        return None
+    path = Path(name)
+    if path.suffix or len(path.parts) > 1:
+        return path
+    raise ParameterError(
+        f"there is no model '{name}'", f"{nearest(name, MODELS.names())}; or give a file"
+    )

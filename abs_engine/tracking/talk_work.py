@@ -1,0 +1,93 @@
+"""A frame of a talking face as it is fitted: from the frame before, and again if that is bad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.geometry import Pose
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.pose import at_base, parted
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.search import Again
+from abs_engine.tracking.frames import HeadFrame, Memory
+from abs_engine.tracking.setting import Work
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+SPEEDS = (0.0, 0.5, 1.0)
+"""Shares of the last movement that are tried for the next one."""
+MakeProblem = Callable[[Image, Pose, FloatArray], Problem]
+"""The problem of a picture about a pose and a posture (P,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TalkBinder:
+    """Starts each frame from the one before.
+
+    As Odisio and Bailly (section 4) have it the best parameters of a frame are where the search of
+    the next one starts. Beyond it: the start is predicted from the last movement, and a search that
+    ends with an unusually large value starts again from the best of known postures.
+
+    Parameters
+    ----------
+    problem : callable
+    neutral : (P,) float64
+        The posture to begin with where there is no frame before.
+    explained : callable
+        How much of the picture is explained, 0 to 1, by the terms of a value.
+    predict : bool
+    postures : (K, P) float64, optional
+        From which a search may start again.
+    unusual : float
+        Times the median value of the last frames.
+    """
+
+    problem: MakeProblem
+    neutral: FloatArray
+    explained: Callable[[Problem, Evaluation], float]
+    predict: bool = True
+    postures: FloatArray | None = None
+    unusual: float = 1.25
+
+    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
+        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        posture = self.neutral if memory.vector is None else parted(memory.vector)[1]
+        made = self.problem(frame.image, pose, posture)
+        last, starts = at_base(posture), at_base(posture)[None]
+        if self.predict and memory.move is not None and memory.move.any():
+            ahead = made.chosen(last + np.outer(SPEEDS, memory.move))
+            starts = np.array([made.whole(made.spec.clip(row)) for row in ahead])
+        again = None
+        if self.predict and self.postures is not None:
+            usual = float(np.median(memory.values)) if memory.values else np.inf
+            limit = self.unusual * usual * made.unit
+            again = Again(self.postures, lambda value: value > limit)
+        return Work(made, starts, lambda value: self.explained(made, value), again=again)
+
+
+@dataclass(frozen=True, eq=False)
+class FrameBefore:
+    """A head that is where it was in the frame before.
+
+    Parameters
+    ----------
+    first : Pose
+        In the first frame, about.
+    """
+
+    first: Pose
+
+    def follower(self) -> FrameBefore:
+        """What follows the head from the first frame on: nothing but memory."""
+        return self
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame with the pose of the one before."""
+        return HeadFrame(image, self.first if memory.pose is None else memory.pose)
+
+    def finish(self) -> None:
+        """Any number of frames will do."""

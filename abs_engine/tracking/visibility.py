@@ -1,0 +1,81 @@
+"""Whether the mouth can be seen: by its look where landmarks put it, or by its blob."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.head import MouthModel
+from abs_engine.tracking.covered import (
+    COVERED,
+    OUTSIDE,
+    MouthEvidence,
+    UsualMouth,
+    mouth_evidence,
+)
+from abs_engine.tracking.frames import HeadFrame
+from abs_engine.tracking.mouth_look import MouthLook, UsualLook
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class ByLook:
+    """By the colours within and around the lips where landmarks put them.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    usual : UsualLook
+    """
+
+    classes: ColourClasses
+    usual: UsualLook
+
+    def hidden(self, frame: HeadFrame, _pose: Pose) -> str:
+        """Why the mouth cannot be seen; empty where it can."""
+        if frame.face is None:
+            return ""
+        look = MouthLook.of(self.classes, frame.image, frame.face.landmarks)
+        if look is None:
+            return OUTSIDE
+        return COVERED if self.usual.hidden(look) else ""
+
+
+@dataclass(frozen=True, eq=False)
+class ByBlob:
+    """By the lips' blob where the head's pose puts them.
+
+    Parameters
+    ----------
+    classes : ColourClasses
+    model : MouthModel
+    camera : Camera
+    person : (Q,) float64
+    usual : UsualMouth, optional
+        What is usual in the clip; without it nothing counts as hidden.
+    """
+
+    classes: ColourClasses
+    model: MouthModel
+    camera: Camera
+    person: NDArray[np.float64]
+    usual: UsualMouth | None = None
+
+    def hidden(self, frame: HeadFrame, pose: Pose) -> str:
+        """Why the mouth cannot be seen; empty where it can."""
+        if self.usual is None:
+            return ""
+        now = self.evidence(frame.image, pose)
+        if now is None:
+            return OUTSIDE
+        return COVERED if self.usual.covered(now) else ""
+
+    def evidence(self, image: Image, pose: Pose) -> MouthEvidence | None:
+        """The lips' blob in a frame; None outside of the picture."""
+        return mouth_evidence(self.classes, self.model, self.camera, image, pose, self.person)
