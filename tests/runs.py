@@ -13,29 +13,34 @@ import numpy as np
 from abs_engine.assets import load_speaker, shipped
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.face.head import MouthModel
+from abs_engine.face.held_head import held_head
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.heads import mouth_model
-from abs_engine.tracking.tracker import FrameResult, TrackerSetting, lip_measures
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.video import VideoWriter
 
 SIZE = 320, 240
 
 
 @cache
-def toy_setting() -> TrackerSetting:
-    """The average head before a calibrated camera."""
-    model = mouth_model(load_speaker(), None)
-    person = np.zeros(model.n_person)
-    calibration = SimpleNamespace(person=person)
-    camera = Camera.ideal(SIZE)
-    return TrackerSetting(model, model.held(person), calibration, camera, CpuRenderer(), 25.0)
+def toy_model() -> MouthModel:
+    """The average head."""
+    return mouth_model(load_speaker(), None)
+
+
+@cache
+def toy_setting() -> ClipSetting:
+    """The average head before a calibrated camera; nothing follows it and nothing is compared."""
+    face = held_head(toy_model(), np.zeros(toy_model().n_person))
+    nothing = SimpleNamespace()
+    return ClipSetting(face, Camera.ideal(SIZE), CpuRenderer(), 25.0, nothing, nothing)
 
 
 def toy_result(index: int, prototype: int = 0) -> FrameResult:
     """A frame in which the head looks into the camera in one of the model's postures."""
-    setting = toy_setting()
-    vector = np.r_[np.zeros(6), setting.model.prototypes[prototype]]
-    lips, width, aperture = lip_measures(setting.model, setting.scene, vector[6:])
+    vector = np.r_[np.zeros(6), toy_model().prototypes[prototype]]
+    lips, width, aperture = toy_setting().face.measures(vector[6:])
     pose = Pose(FACING, [0.0, 40.0, 700.0])
     return FrameResult(
         index, True, vector, pose, lips, width, aperture, 12.5, 0.9, 321, "converged"

@@ -17,7 +17,7 @@ from abs_engine.tracking import align
 from abs_engine.tracking.align import KnownHead, face_motions
 from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.keyframes import Keyframes
-from abs_engine.tracking.prepare import HeadMotion
+from abs_engine.tracking.prepare import HeadMotion, followed
 from abs_engine.tracking.rigid import RigidState
 
 CAMERA = Camera.ideal((320, 240))
@@ -114,10 +114,10 @@ def test_followed_poses_are_settled_frame_by_frame(monkeypatch):
     state = RigidState(start, np.zeros((0, 2), np.float32), 0.0, 1.0)
     monkeypatch.setattr(Keyframes, "step", lambda _self, _image: state)
     model = head_of("kofi")
-    ((_, pose),) = HeadMotion(model, CAMERA, CpuRenderer()).poses([glossy("kofi")])
+    ((_, pose),) = followed(HeadMotion(model, CAMERA, CpuRenderer()), [glossy("kofi")])
     assert off("kofi", start)[1] > 1.5 > 3 * off("kofi", pose)[1]
     average = HeadMotion(mouth_model(load_speaker(), None), CAMERA, CpuRenderer())
-    assert next(iter(average.poses([glossy("kofi")])))[1] is start
+    assert next(iter(followed(average, [glossy("kofi")])))[1] is start
 
 
 def test_units_that_move_the_face_most_come_first():

@@ -254,10 +254,10 @@ def test_given_motion_looks_at_nothing_but_counts():
     poses = tuple(Pose.from_vectors(*p) for p in zip(TURNS, SHIFTS, strict=True))
     images = [np.full((2, 2, 3), k, np.uint8) for k in range(T + 1)]
     motion = GivenMotion(poses)
-    assert [pose for _, pose in motion.poses(images[:T])] == list(poses)
+    assert [pose for _, pose in prepare.followed(motion, images[:T])] == list(poses)
     for wrong in (images, images[:-2]):
         with pytest.raises(ParameterError, match="4 poses for"):
-            list(motion.poses(wrong))
+            list(prepare.followed(motion, wrong))
 
 
 def test_frames_are_learned_from_whose_mouth_is_in_the_picture():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from runs import toy_setting
+from runs import toy_model
 
 from abs_engine.face.head import PROTOTYPES
 from abs_engine.fit.head_frame import LEAST_THICKNESS, contact_prior
 
-MODEL = toy_setting().model
+MODEL = toy_model()
 NOBODY = np.zeros(MODEL.n_person)
 THIN, THICK = (contact_prior(MODEL, NOBODY, thick=thick) for thick in (False, True))
 P = MODEL.n_expression

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from heads import seen_at
-from runs import toy_setting
+from runs import toy_model, toy_setting
 
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates
@@ -15,7 +15,7 @@ from abs_engine.fit.head_frame import mouth_window
 from abs_engine.tracking.mouth_place import mouth_place
 
 SETTING = toy_setting()
-MODEL, CAMERA = SETTING.model, SETTING.camera
+MODEL, CAMERA = toy_model(), SETTING.camera
 NOBODY = np.zeros(MODEL.n_person)
 CLASSES = MODEL.speaker.class_names
 
@@ -29,7 +29,7 @@ def case(prototype=4, roll=0.0):
     base = PoseFrame(pose, MODEL.pivot)
     place = mouth_place(MODEL, base, CAMERA, window, NOBODY, vector)
     one = Candidates.one(vector[6:], pose)
-    drawn = SETTING.renderer.draw(SETTING.scene, one, CAMERA, window)[0].class_id
+    drawn = SETTING.renderer.draw(SETTING.face.scene, one, CAMERA, window)[0].class_id
     return place, drawn, pose, window
 
 

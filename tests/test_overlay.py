@@ -95,7 +95,7 @@ def test_the_enlarged_mouth_says_what_the_contours_are():
 def test_large_video_is_not_enlarged():
     class Large:
         camera = type(toy_setting().camera).ideal((1921, 1081))
-        model, calibration, rate = toy_setting().model, toy_setting().calibration, 25.0
+        face, rate = toy_setting().face, 25.0
 
     painter = Painter(Large())
     assert painter.size == (1920 + 448, 1080 + 96)

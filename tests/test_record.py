@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from runs import lost_result, toy_result, toy_setting
+from runs import lost_result, toy_model, toy_result, toy_setting
 
 from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.errors import InputFileError, ModelFormatError
@@ -63,8 +63,7 @@ def test_arrays_come_back(run):
 
 
 def test_lip_vertices_are_those_of_the_bundled_head(run):
-    setting = toy_setting()
-    whole = setting.model.expression
+    whole = toy_model().expression
     weights = RESULTS_OF_CLIP[1].vector[6:]
     vertices = whole.mean + np.tensordot(weights, whole.modes, 1)
     np.testing.assert_allclose(vertices[run["lip_vertex"]], run["lip_points"][1], atol=1e-3)
@@ -132,7 +131,7 @@ def test_the_mesh_holds_the_lips_of_the_results(folder, run):
 
 
 def test_a_person_moves_the_whole_mesh_as_the_drawn_part():
-    model = toy_setting().model
+    model = toy_model()
     person = np.linspace(-1, 1, model.n_person)
     np.testing.assert_allclose(model.whole(person)[model.kept], model.held(person).mean, atol=1e-4)
 

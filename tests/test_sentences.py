@@ -13,18 +13,23 @@ import shapes
 
 from abs_engine.compare.descriptor import texture_error
 from abs_engine.compare.points import local_error
+from abs_engine.compare.prior import PenaltyPrior
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.core.pose import PoseFrame, at_base, mode_block, pose_and
+from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.choose import choose_points
 from abs_engine.face.appearance.local import learn_local
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.penalty import ExponentialPenalty
-from abs_engine.fit.axes import Held, descend, polish
-from abs_engine.fit.residuals import parts
-from abs_engine.fit.talking import Problem
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.talking import PENALTY_SHARE
+from abs_engine.optimise.axes import AxesSimplex
+from abs_engine.optimise.held import Held
 from abs_engine.papers.odisio2004.sentences_scores import Closures, closures
+from abs_engine.papers.odisio2004.sequence import PAPER, Settings
 from abs_engine.papers.odisio2004.trees import (
     CONSONANTS,
     VOWELS,
@@ -36,7 +41,6 @@ from abs_engine.papers.odisio2004.trees import (
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.synth.french import BILABIALS, PHONEMES, PRACTICE, QUICK, SENTENCES
 from abs_engine.synth.speech import parse_phonemes
-from abs_engine.tracking.sequence import PAPER, Settings
 
 RENDERER = CpuRenderer()
 N = appearances.N_MODES
@@ -140,20 +144,16 @@ def ball_problem(ball, kind):
     if kind == "tex":
         size = fitting_size(scene, camera, Pose.facing(shapes.DISTANCE))
         model = learn_texture(frames, scene, lay_atlas(scene, size, RENDERER), camera, RENDERER)
-        start = np.r_[np.zeros(6), other.parameters]
-        error = texture_error(
-            model, scene, other.image, camera, camera.whole, frame.candidates, start, RENDERER,
-            penalty,
-        )  # fmt: skip
+        start = Candidates.one(other.parameters, other.pose)
+        error = texture_error(model, scene, other.image, camera, camera.whole, start, RENDERER)
     else:
         front = np.flatnonzero(scene.mean[:, 2] > 0.5 * shapes.RADIUS)
         every = learn_local(frames, scene, front, camera, RENDERER)
         model = every.only(choose_points(every, 40, scene.mean[front], 8.0))
-        error = local_error(
-            model, scene, other.image, camera, camera.whole, frame.candidates, RENDERER, penalty,
-            whiten="all",
-        )  # fmt: skip
-    return Problem(error, frame, pose_spec(N), pose_known=False)
+        error = local_error(model, scene, other.image, camera, camera.whole, RENDERER, whiten="all")
+    blocks = pose_and(mode_block(N))
+    prior = PenaltyPrior(penalty, PENALTY_SHARE * error.unit, blocks.places[POSTURE])
+    return Problem(frame, blocks, {kind: error}, (prior,), unit=error.unit)
 
 
 @pytest.mark.parametrize("kind", ["tex", "la"])
@@ -161,8 +161,11 @@ def test_epsilon_taken_apart_is_epsilon(ball, kind):
     problem = ball_problem(ball, kind)
     rows = np.random.default_rng(3).normal(0, 1.0, (4, 6 + N)) * problem.spec.scale
     rows[:, 6:] *= 4  # outside of the penalty's range
-    apart = parts(problem.error, rows)
-    np.testing.assert_allclose(apart.value, problem.error.values(rows), rtol=1e-4)
+    error, many = problem.terms[kind], problem.candidates(rows)
+    apart, walls = error.rows(many), (problem.roots(rows) ** 2).sum(axis=1)
+    assert walls.any()
+    np.testing.assert_allclose(apart.value, error.epsilon(many), rtol=1e-4)
+    np.testing.assert_allclose(apart.value + walls, problem.values(rows), rtol=1e-4)
     if kind == "la":
         assert apart.there.any()
 
@@ -170,17 +173,19 @@ def test_epsilon_taken_apart_is_epsilon(ball, kind):
 @pytest.mark.parametrize("kind", ["tex", "la"])
 def test_a_search_comes_home(ball, kind):
     problem, other = ball_problem(ball, kind), ball[3]
-    start = np.r_[np.zeros(6), other.parameters]
-    off = start + 0.8 * problem.spec.scale * np.r_[0.3, -0.3, 0.3, 1, -1, 0.5, 1, -1, 1]
-    held = Held(problem, off, 0.0)
-    found = descend(held, off, 120, 1e-6)
-    better = polish(held, found, 100, 1e-6)
+    start, spec = at_base(other.parameters), problem.spec
+    off = start + 0.8 * spec.scale * np.r_[0.3, -0.3, 0.3, 1, -1, 0.5, 1, -1, 1]
+    held, solver = Held(problem, spec, off), AxesSimplex(220, 1e-6, 1e-6)
+    found = solver.descend(problem, off, spec, 120)
+    better = solver.polish(problem, found, spec, off, 100)
     assert better.value <= found.value < float(held.values(off[None])[0])
     assert np.abs(better.x[6:] - other.parameters).max() < 0.2
-    assert found.evaluations <= 120
-    assert better.evaluations <= 220
-    pulled = Held(problem, off, 10.0)
-    assert np.abs(descend(pulled, off, 120, 1e-6).x - off).max() < 0.1
+    assert found.n_evaluations <= 120
+    assert better.n_evaluations <= 220
+    pulled = replace(solver, inertia=10.0)
+    assert np.abs(pulled.descend(problem, off, spec, 120).x - off).max() < 0.1
+    free = pulled.descend(problem, off, spec, 120, free=True)
+    np.testing.assert_array_equal(free.x, found.x)
 
 
 def test_settings_are_checked():

@@ -18,8 +18,8 @@ from abs_engine.papers.odisio2004.kept import Kept, digest
 from abs_engine.papers.odisio2004.sentences import chosen
 from abs_engine.papers.odisio2004.sentences_parts import jobs_of
 from abs_engine.papers.odisio2004.sentences_work import Job, Work, settings_of, track_sentences
+from abs_engine.papers.odisio2004.sequence import Settings, Tracked
 from abs_engine.synth.french import SENTENCES
-from abs_engine.tracking.sequence import Settings, Tracked
 from abs_engine.unfinished import Unfinished, partial_of
 
 FRAMES, P = 3, 2

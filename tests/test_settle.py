@@ -10,12 +10,14 @@ import pytest
 from heads import SIZE, colours_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
+from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.fem import ThinShell
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.settle import Settled, settle, softness
-from abs_engine.fit.shell import ShellPosterior, shell_posterior
+from abs_engine.fit.shell import ShellSetting, shell_problem
+from abs_engine.fit.shell_frame import colours_of as colours_in
 from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
 from abs_engine.papers.basu1998.further import STRAINED, further_trained
 from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion
@@ -68,11 +70,15 @@ def known(frame: int) -> np.ndarray:
 
 
 @cache
-def posterior(frame: int) -> ShellPosterior:
+def setting() -> ShellSetting:
+    return lips().setting(CAMERA, CpuRenderer())
+
+
+@cache
+def colours(frame: int) -> FacetLikelihood:
     """Of a picture of a whole head whose lips are rounded."""
     head = replace(head_of("clara").head, mean=HEADS[frame])
-    setting = lips().setting(CAMERA, CpuRenderer())
-    return shell_posterior(setting, picture_of(head, FRONT, CAMERA), FRONT)
+    return colours_in(shell_problem(setting(), picture_of(head, FRONT, CAMERA), FRONT))
 
 
 def rms(away: np.ndarray) -> float:
@@ -83,7 +89,8 @@ def rms(away: np.ndarray) -> float:
 @cache
 def settled(frame: int, typical: float = STRAINED) -> Settled:
     shell = elastic()
-    return settle(posterior(frame), known(frame), FRONT, shell, softness(shell, typical))
+    model = setting().model
+    return settle(model, colours(frame), known(frame), FRONT, shell, softness(shell, typical))
 
 
 def leaving(frame: int) -> tuple[np.ndarray, np.ndarray]:
@@ -94,7 +101,7 @@ def leaving(frame: int) -> tuple[np.ndarray, np.ndarray]:
     model = lips().model
     truth, found = model.shell.nodes(HEADS[frame]), settled(frame, 1.0)
     near = found.nodes - found.moved
-    np.testing.assert_allclose(near, posterior(frame).setting.scene.vertices(known(frame))[:204])
+    np.testing.assert_allclose(near, setting().scene.vertices(known(frame))[:204])
     return (truth - near)[: 3 * COLUMNS], found.moved[: 3 * COLUMNS]
 
 
@@ -124,18 +131,18 @@ def test_the_posterior_never_gets_worse(start):
     for frame in ROUNDED:
         weights = {"known": known(frame), "mean": np.zeros(10), "wrong": np.ones(10)}[start]
         for typical in (0.05, STRAINED, 2.0):
-            found = settle(posterior(frame), weights, FRONT, shell, softness(shell, typical))
+            soft = softness(shell, typical)
+            found = settle(setting().model, colours(frame), weights, FRONT, shell, soft)
             assert found.after <= found.before
             assert (found.after < found.before) == bool(found.moved.any())
 
 
 def test_what_is_told_is_the_likelihood_and_the_strain():
     frame, shell = ROUNDED[1], elastic()
-    found, at = settled(frame), posterior(frame)
-    like = at.likelihood
-    base = at.setting.scene.vertices(known(frame))
+    found, like = settled(frame), colours(frame)
+    base = setting().scene.vertices(known(frame))
     for u, told in ((0 * found.moved, found.before), (found.moved, found.after)):
-        mean = np.float32(base + at.setting.model.surrounded(u))
+        mean = np.float32(base + setting().model.surrounded(u))
         there = replace(like, scene=replace(like.scene, mean=mean, modes=0 * like.scene.modes))
         candidate = Candidates.one(np.zeros(10), FRONT)
         strain = shell.energy(u) / softness(shell, STRAINED)

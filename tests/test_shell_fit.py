@@ -11,8 +11,10 @@ import pytest
 from heads import SIZE, colours_of, head_of, picture_of, seen_at
 
 from abs_engine.assets import load_speaker
+from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import slopes
 from abs_engine.compare.prior import MixturePrior
+from abs_engine.compare.pull import PULL_RULES, Pull
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -28,21 +30,18 @@ from abs_engine.face.shape.lip_model import (
 )
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.centroid import centred
+from abs_engine.fit.head_frame import COLOUR, zone
+from abs_engine.fit.problem import FIRST_STRIDE, Problem
 from abs_engine.fit.shell import (
     DRAWN_MOUTH,
-    FIRST_STRIDE,
     POSE_FREE,
-    RULES,
     SIDE,
     SIDE_OF_MOUTH,
     WIDTH,
-    Pull,
-    ShellPosterior,
     ShellSetting,
     mouth_across,
-    shell_posterior,
+    shell_problem,
     shell_window,
-    zone,
 )
 from abs_engine.fit.shell_frame import (
     DRIVERS,
@@ -220,12 +219,13 @@ def test_the_window_holds_the_lips_at_a_set_resolution(yaw, distance):
 
 
 def test_a_known_pose_is_no_parameter():
-    known, free = setting(), setting(pose_free=True)
+    known, free = (
+        shell_problem(setting(pose_free=free), picture(0), FRONT) for free in (False, True)
+    )
     assert known.spec.names == tuple(f"shape{k}" for k in range(1, 7))
     assert free.spec.names[:6] == ("rx", "ry", "rz", "tx", "ty", "tz")
     assert len(free.spec.names) == 12
-    posterior = shell_posterior(known, picture(0), FRONT)
-    np.testing.assert_array_equal(posterior.whole(np.ones(6)), np.r_[np.zeros(6), np.ones(6)])
+    np.testing.assert_array_equal(known.whole(np.ones(6)), np.r_[np.zeros(6), np.ones(6)])
 
 
 @pytest.mark.parametrize("at", [(150.0, 110.0), (171.5, 133.25)])
@@ -242,34 +242,44 @@ def test_lips_are_centred_where_they_were_seen(at):
     assert moved.translation[2] == pose.translation[2]
 
 
-# ---- posterior and forces ------------------------------------------------------------------------
+# ---- problem and forces --------------------------------------------------------------------------
 
 
 def test_values_are_those_of_one_by_one_and_the_sum_of_terms():
-    posterior = shell_posterior(setting(), picture(12), FRONT)
+    problem = shell_problem(setting(), picture(12), FRONT)
     vectors = np.random.default_rng(0).normal(size=(5, 6))
-    ones = [posterior(x) for x in vectors]
-    np.testing.assert_allclose(posterior.values(vectors), [one.value for one in ones])
-    assert ones[0].value == pytest.approx(ones[0].terms["likelihood"] + ones[0].terms["prior"])
+    ones = [problem(x) for x in vectors]
+    np.testing.assert_allclose(problem.values(vectors), [one.value for one in ones])
+    assert ones[0].value == pytest.approx(ones[0].terms[COLOUR] + ones[0].terms["prior"])
     assert ones[0].terms["prior"] == pytest.approx(0.5 * (vectors[0] ** 2).sum())
 
 
-def judged_by_the_pull(posterior: ShellPosterior) -> ShellPosterior:
+def likelihood_in(problem: Problem) -> FacetLikelihood:
+    """Of the colours."""
+    return problem.terms[COLOUR]
+
+
+def changed(problem: Problem, **fields) -> Problem:
+    """The same with something else in the colours' likelihood."""
+    return replace(problem, terms={COLOUR: replace(likelihood_in(problem), **fields)})
+
+
+def judged_by_the_pull(problem: Problem) -> Problem:
     """The same with the smoothed maps as the score, so that forces are its derivative."""
-    zeroed = posterior.pull.maps - posterior.pull.maps.min(axis=0)  # maps may not be negative
+    pull = likelihood_in(problem).pull
+    zeroed = pull.maps - pull.maps.min(axis=0)  # maps may not be negative
     maps = np.float32(zeroed)
-    like = replace(posterior.likelihood, maps=ClassMaps(maps), outside=maps[0])
-    pull = Pull(zeroed, slopes(zeroed))
-    return replace(posterior, likelihood=like, pull=pull)
+    whole = Pull(zeroed, slopes(zeroed), pull.rule)
+    return changed(problem, maps=ClassMaps(maps), outside=maps[0], pull=whole)
 
 
-def numerical(posterior: ShellPosterior, x: np.ndarray, reach: np.ndarray) -> np.ndarray:
+def numerical(problem: Problem, x: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Which way -log f(O|p) falls, per unit of each parameter."""
     falls = []
     for k, r in enumerate(reach):
         several = [
-            (posterior(x - s * r * unit).terms["likelihood"]
-             - posterior(x + s * r * unit).terms["likelihood"]) / (2 * s * r)
+            (problem(x - s * r * unit).terms[COLOUR]
+             - problem(x + s * r * unit).terms[COLOUR]) / (2 * s * r)
             for s in (0.7, 1.0, 1.4)
             for unit in (np.eye(len(x))[k],)
         ]  # fmt: skip
@@ -285,23 +295,25 @@ def cosine(one: np.ndarray, other: np.ndarray) -> float:
 @pytest.mark.parametrize("frame", SHOWN[::2])
 def test_forces_push_the_way_in_which_the_likelihood_falls(frame, yaw):
     """Per mm of each mode; by every rule, though only one of them knows that facets grow."""
-    posterior = shell_posterior(setting(), picture(frame, yaw), turned(yaw))
+    problem = shell_problem(setting(), picture(frame, yaw), turned(yaw))
     x = np.random.default_rng(frame).normal(0, 0.7, 6)
     reach = np.minimum(1.5, 8 / MODEL.deviations)
-    down = numerical(posterior, x, reach) / MODEL.deviations
+    down = numerical(problem, x, reach) / MODEL.deviations
     least = {"whole": 0.95, "exact": 0.6, "sample": 0.6}
-    for rule in RULES:
-        assert cosine(replace(posterior, rule=rule).push(x), down) > least[rule], rule
+    pull = likelihood_in(problem).pull
+    for rule in PULL_RULES:
+        by_rule = changed(problem, pull=replace(pull, rule=rule))
+        assert cosine(by_rule.push(x), down) > least[rule], rule
 
 
 def test_forces_know_how_the_head_is_turned():
     """Nodding above all: of a head that only turns or leans, rotation and transpose are one."""
     tilted = Pose.from_vectors([0.5, 0.3, 0.2], np.zeros(3)).rotation @ FRONT.rotation
     guess = Pose(tilted, FRONT.translation)
-    posterior = judged_by_the_pull(shell_posterior(setting(), picture(12), guess))
+    problem = judged_by_the_pull(shell_problem(setting(), picture(12), guess))
     x = np.zeros(6)
-    down = numerical(posterior, x, np.minimum(1.5, 8 / MODEL.deviations)) / MODEL.deviations
-    assert cosine(posterior.push(x), down) > 0.95
+    down = numerical(problem, x, np.minimum(1.5, 8 / MODEL.deviations)) / MODEL.deviations
+    assert cosine(problem.push(x), down) > 0.95
 
 
 @pytest.mark.parametrize("frame", SHOWN[1::2])
@@ -309,16 +321,15 @@ def test_forces_are_the_derivative_of_the_smoothed_score(frame):
     """Not their direction alone: the work of each mode, and of the pose."""
     guess = Pose(FRONT.rotation, FRONT.translation + OFF)
     free = setting(pose_free=True)
-    posterior = judged_by_the_pull(shell_posterior(free, picture(frame), guess))
+    problem = judged_by_the_pull(shell_problem(free, picture(frame), guess))
     x = np.r_[np.zeros(6), np.random.default_rng(frame).normal(0, 0.7, 6)]
-    forces, drawn = posterior.node_forces(x)
-    forces = posterior.gain(posterior(x).terms["likelihood"]) * forces
-    rotation = drawn.rotations[0]
+    drawn = problem.candidates(x[None])
+    forces, rotation = likelihood_in(problem).forces(drawn), drawn.rotations[0]
     modes = free.scene.modes.astype(float)
-    arm = (free.scene.vertices(x[6:]) - posterior.frame.pivot) @ rotation.T
+    arm = (free.scene.vertices(x[6:]) - problem.frame.pivot) @ rotation.T
     turning, work = np.cross(arm, forces).sum(axis=0), np.tensordot(modes, forces @ rotation, 2)
     reach = np.r_[0.03, 0.03, 0.03, 1, 1, 8, np.minimum(1.5, 8 / MODEL.deviations)]
-    down = numerical(posterior, x, reach)
+    down = numerical(problem, x, reach)
     units = np.r_[0.02, 0.02, 0.02, 1, 1, 10, 1 / MODEL.deviations]
     away = units * (np.r_[turning, forces.sum(axis=0), work] - down)
     for part in (slice(0, 6), slice(6, 12)):
@@ -326,8 +337,8 @@ def test_forces_are_the_derivative_of_the_smoothed_score(frame):
 
 
 def test_the_first_push_moves_no_node_farther_than_a_stride():
-    posterior = shell_posterior(setting(), picture(34), FRONT)
-    moved = np.tensordot(posterior.push(np.zeros(6)), setting().scene.modes, 1)
+    problem = shell_problem(setting(), picture(34), FRONT)
+    moved = np.tensordot(problem.push(np.zeros(6)), setting().scene.modes, 1)
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(FIRST_STRIDE, rel=1e-4)
 
 
@@ -365,7 +376,7 @@ def test_one_sample_for_each_facet_finds_the_lips_too(driver):
     errors = np.array([error(fit.nodes, frame) for fit, frame in zip(fits, SHOWN, strict=True)])
     assert (errors < 0.5 * np.array([untracked(frame) for frame in SHOWN])).all()
     assert np.sqrt(np.mean(errors**2)) < 1.2  # mm
-    exact = shell_posterior(setting(), picture(0), FRONT)(fits[0].solution.x)
+    exact = shell_problem(setting(), picture(0), FRONT)(fits[0].solution.x)
     assert abs(exact.value - fits[0].solution.value) > 1
     assert all(0.9 < fit.explained <= 1 for fit in fits)
 
@@ -410,12 +421,12 @@ def test_a_posture_of_the_modes_is_recovered(driver):
 
 @pytest.mark.parametrize("driver", DRIVERS)
 def test_a_fit_does_not_end_worse_than_it_began(driver):
-    posterior = shell_posterior(setting(), picture(20), FRONT)
+    problem = shell_problem(setting(), picture(20), FRONT)
     fit = fitted(20, driver)
-    started = posterior.values(STARTS).min()
+    started = problem.values(STARTS).min()
     assert fit.solution.value < started - 1
-    assert posterior(fit.solution.x).value == pytest.approx(fit.solution.value)
-    highest = posterior.setting.scene.vertices(fit.solution.x)[: len(MODEL.shell)]
+    assert problem(fit.solution.x).value == pytest.approx(fit.solution.value)
+    highest = setting().scene.vertices(fit.solution.x)[: len(MODEL.shell)]
     np.testing.assert_allclose(fit.highest, highest)
     assert fit.solution.n_evaluations > len(STARTS)
     assert fit.seconds > 0
@@ -468,12 +479,18 @@ def test_a_wrong_pose_is_set_right_along_with_the_shape(driver):
         assert error(fit.nodes, frame) < 0.75 * untracked(frame)
 
 
-@pytest.mark.parametrize(("driver", "rule"), [("annealing", "whole"), ("forces", "half")])
-def test_unknown_drivers_and_rules_are_named(driver, rule):
-    with pytest.raises(ParameterError, match=f"'{driver}' with rule '{rule}'") as caught:
+@pytest.mark.parametrize(
+    ("driver", "rule", "said", "known"),
+    [
+        ("annealing", "whole", "no driver 'annealing'", DRIVERS),
+        ("forces", "half", "no rule 'half'", PULL_RULES),
+    ],
+)
+def test_unknown_drivers_and_rules_are_named(driver, rule, said, known):
+    with pytest.raises(ParameterError, match=said) as caught:
         fit_frame(setting(), picture(0), FRONT, STARTS, driver, rule)
-    for known in (*DRIVERS, *RULES):
-        assert known in caught.value.remedy
+    for name in known:
+        assert name in caught.value.remedy
 
 
 def test_typical_shapes_are_the_mean_and_shapes_that_were_seen():
@@ -499,28 +516,31 @@ def informed() -> ShellSetting:
 
 
 def test_shapes_that_were_seen_make_the_prior():
-    plain = shell_posterior(setting(), picture(12), FRONT)
-    told = shell_posterior(informed(), picture(12), FRONT)
+    plain = shell_problem(setting(), picture(12), FRONT)
+    told = shell_problem(informed(), picture(12), FRONT)
     x = np.array([1.0, -0.5, 0.5, 0, 0, 1])
-    assert told(x).terms["likelihood"] == plain(x).terms["likelihood"]
-    expected = MixturePrior(plain.prior, informed().seen, WIDTH).negative_log(np.r_[np.zeros(6), x])
+    assert told(x).terms[COLOUR] == plain(x).terms[COLOUR]
+    expected = MixturePrior(plain.priors[0], informed().seen, WIDTH).negative_log(
+        np.r_[np.zeros(6), x]
+    )
     assert told(x).terms["prior"] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("frame", SHOWN[::2])
 def test_where_a_picture_says_nothing_forces_follow_the_prior(frame):
     """Maps of one value: what pushes is that the shape is unlikely."""
-    posterior = shell_posterior(informed(), picture(frame), FRONT)
-    none = replace(posterior, pull=Pull(0 * posterior.pull.maps, 0 * posterior.pull.slopes))
+    problem = shell_problem(informed(), picture(frame), FRONT)
+    pull = likelihood_in(problem).pull
+    none = changed(problem, pull=Pull(0 * pull.maps, 0 * pull.slopes))
     x = np.array([2.5, -2, 2, 1.5, -2, 2])
     step = none.push(x)
-    assert posterior(x + 0.2 * step).terms["prior"] < posterior(x).terms["prior"]
+    assert problem(x + 0.2 * step).terms["prior"] < problem(x).terms["prior"]
 
 
 def test_an_observation_is_no_smaller_than_a_share_of_the_mouth():
     """Over which the errors of a shell last, however fine the picture is."""
     near, far = seen_at([0, 0, 0], [0, 0, 280]), seen_at([0, 0, 0], [0, 0, 5600])
-    counted = [shell_posterior(setting(), picture(0), pose).likelihood for pose in (near, far)]
+    counted = [likelihood_in(shell_problem(setting(), picture(0), pose)) for pose in (near, far)]
     width = [like.pixels / like.observations / like.window.scale**2 for like in counted]
     across = mouth_across(setting(), near)
     assert width[0] == pytest.approx((SIDE_OF_MOUTH * across) ** 2)

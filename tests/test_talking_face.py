@@ -10,7 +10,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates
 from abs_engine.face.talking import MODELS
-from abs_engine.fit.talking import fit, problem
+from abs_engine.fit.talking import fit, talking_problem
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import build
 from abs_engine.papers.odisio2004.filmed import VisemePictures, split
@@ -76,14 +76,14 @@ def test_the_compared_surface_has_no_holes_around_the_lips(speech):
 @pytest.mark.parametrize("known", [True, False])
 def test_epsilon_is_its_residuals_squared(name, known, speech, face):
     seen, start = speech.pictures, speech.shape.neutral
-    asked = problem(
+    asked = talking_problem(
         face, name, seen.pictures[3], CAMERA, seen.poses[3], start, RENDERER, pose_known=known
     )
     x = start if known else np.concatenate([np.zeros(6), start])
     assert len(asked.spec) == len(x)
-    away = asked.error.residuals(asked.whole(x))
+    away = asked.residuals(x)
     assert away @ away == pytest.approx(asked(x).value, rel=1e-4)
-    np.testing.assert_array_equal(asked.alpha(x), start)
+    np.testing.assert_array_equal(asked.part(x, "posture"), start)
 
 
 @pytest.mark.parametrize("name", ["tex_lin", "la_lin"])
@@ -98,7 +98,7 @@ def test_a_fit_comes_nearer(name, speech, face):
 def test_what_cannot_be_asked_for(speech, face):
     seen = speech.pictures
     with pytest.raises(ParameterError, match="choose of tex_lin"):
-        problem(
+        talking_problem(
             face, "aam", seen.pictures[0], CAMERA, seen.poses[0], speech.shape.neutral, RENDERER
         )
     with pytest.raises(ParameterError, match="there is no model 'la_lin'"):

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 from heads import colours_of, head_of, picture_of, seen_at
-from runs import toy_setting
+from runs import toy_model, toy_setting
 
 from abs_engine.core.camera import Camera
-from abs_engine.tracking import tracker
 from abs_engine.tracking.covered import (
     COVERED,
     OUTSIDE,
@@ -20,8 +18,11 @@ from abs_engine.tracking.covered import (
     UsualMouth,
     mouth_evidence,
 )
-from abs_engine.tracking.landmark_motion import HeadFrame
+from abs_engine.tracking.given import GivenMotion
+from abs_engine.tracking.loop import track
 from abs_engine.tracking.place import shifted
+from abs_engine.tracking.shifted_motion import ShiftedMotion
+from abs_engine.tracking.visibility import ByBlob
 
 CAMERA = Camera.ideal((320, 240))
 POSE = seen_at([0, 0, 0], [0, 10, 650])
@@ -89,19 +90,27 @@ def test_a_mouth_outside_of_the_picture_has_no_evidence(seen):
 
 
 def test_a_covered_frame_holds_nothing_but_the_heads_pose(monkeypatch):
-    evidence = iter([MouthEvidence(0.01, 0.0), None])
-    monkeypatch.setattr(tracker, "_evidence", lambda *_: next(evidence))
-    setting = replace(toy_setting(), usual=USUAL)
-    moved = SimpleNamespace(shift=np.array([0.0, 0.1, 0.0, 1.0, 2.0, 30.0]))
-    setting = replace(setting, calibration=moved)
+    evidence, asked = iter([MouthEvidence(0.01, 0.0), None]), []
+
+    def look(_self, _image, pose):
+        asked.append(pose)
+        return next(evidence)
+
+    monkeypatch.setattr(ByBlob, "evidence", look)
+    shift, pivot = np.array([0.0, 0.1, 0.0, 1.0, 2.0, 30.0]), toy_model().pivot
+    motion = ShiftedMotion(GivenMotion((POSE, POSE)), shift, pivot)
+    sight = ByBlob(None, toy_model(), CAMERA, NOBODY, USUAL)
+    setting = replace(toy_setting(), motion=motion, visibility=sight)
     image = np.zeros((240, 320, 3), np.uint8)
-    results = [r for _, r in tracker.track(setting, [HeadFrame(image, POSE)] * 2)]
+    results = [r for _, r in track(setting, [image] * 2)]
     assert [r.status for r in results] == [COVERED, OUTSIDE]
     for result in results:
         assert result.covered
         assert not result.found
-        wanted = shifted(POSE, moved.shift, setting.model.pivot)  # as in the frames before it
+        wanted = shifted(POSE, shift, pivot)  # as in the frames before it
         np.testing.assert_allclose(result.pose.translation, wanted.translation)
         np.testing.assert_allclose(result.pose.rotation, wanted.rotation)
         assert np.isnan(result.lips).all()
         assert np.isnan(result.aperture)
+    for pose in asked:
+        np.testing.assert_allclose(pose.translation, shifted(POSE, shift, pivot).translation)

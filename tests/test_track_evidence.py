@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from runs import toy_setting
+from runs import toy_model, toy_setting
 
 from abs_engine.core.camera import Window
 from abs_engine.core.geometry import FACING, Pose
@@ -18,7 +18,7 @@ from abs_engine.tracking.person import Calibration
 from abs_engine.tracking.place import CalibrationFrame
 
 SETTING = toy_setting()
-MODEL, CAMERA, RENDERER = SETTING.model, SETTING.camera, SETTING.renderer
+MODEL, CAMERA, RENDERER = toy_model(), SETTING.camera, SETTING.renderer
 POSE = Pose(FACING, [0.0, 30.0, 450.0])
 PAINT = {"skin": (190, 140, 110), "lips": (160, 90, 85), "teeth": (200, 180, 160)}
 PAINT["dark"] = (40, 20, 18)
@@ -46,7 +46,7 @@ def frames():
     size = Window(0.0, 0.0, *map(float, CAMERA.size), 1.0)
     base = PoseFrame(POSE, MODEL.pivot)
     posture = np.r_[np.zeros(6), MODEL.prototypes[4]]
-    drawn = RENDERER.draw(SETTING.scene, base.candidates(posture[None]), CAMERA, size)[0]
+    drawn = RENDERER.draw(SETTING.face.scene, base.candidates(posture[None]), CAMERA, size)[0]
     picture = np.full((*drawn.class_id.shape, 3), PAINT["skin"], np.float64)
     for k, name in enumerate(MODEL.colour_classes):
         if name is not None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from runs import toy_setting
+from runs import toy_model, toy_setting
 
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.core.geometry import FACING, Pose
@@ -15,27 +14,28 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_spec
 from abs_engine.core.scene import ClassMaps
 from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.face.held_head import held_head
 from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
     IN_LINE,
     IN_SHADE,
     SMOOTHING,
-    FramePosterior,
     best_start,
     class_maps,
     contact_prior,
+    head_problem,
     likelihood_of,
     mouth_window,
     zone,
 )
+from abs_engine.fit.problem import Problem
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
 from abs_engine.tracking.person import POSE_DEVIATION
-from abs_engine.tracking.tracker import lip_measures
 
 SETTING = toy_setting()
-MODEL, SCENE, CAMERA = SETTING.model, SETTING.scene, SETTING.camera
+MODEL, SCENE, CAMERA = toy_model(), SETTING.face.scene, SETTING.camera
 N = 6 + MODEL.n_expression
 POSE = Pose(FACING, [0.0, 20.0, 400.0])
 BASE = PoseFrame(POSE, MODEL.pivot)
@@ -73,13 +73,13 @@ def start(case: int, free: np.ndarray) -> np.ndarray:
     return moved
 
 
-def posterior(renderer, case: int, priors=None) -> FramePosterior:
+def posterior(renderer, case: int, priors=None) -> Problem:
     window = mouth_window(MODEL, POSE, CAMERA)
     likelihood = likelihood_of(renderer, SCENE, CAMERA, window, maps_of(case))
     if priors is None:
         likely = GaussianPrior(np.zeros(N), np.r_[POSE_DEVIATION, np.ones(N - 6)])
         priors = likely, contact_prior(MODEL, np.zeros(MODEL.n_person))
-    return FramePosterior(likelihood, BASE, priors)
+    return head_problem(likelihood, BASE, priors, MODEL.n_expression)
 
 
 def fit(renderer, case: int, free: np.ndarray, solver: Simplex, rounds: int = 1, priors=None):
@@ -110,7 +110,7 @@ def fit(renderer, case: int, free: np.ndarray, solver: Simplex, rounds: int = 1,
 @cache
 def fitted(case: int):
     """All parameters on the CPU, at the tracker's own tolerance."""
-    return fit(CPU, case, ALL, SETTING.solver)
+    return fit(CPU, case, ALL, SETTING.driver)
 
 
 @cache
@@ -120,7 +120,7 @@ def fitted_leading(case: int) -> np.ndarray:
 
 
 def lips(vector: np.ndarray) -> np.ndarray:
-    return lip_measures(MODEL, SCENE, vector[6:])[0]
+    return SETTING.face.measures(vector[6:])[0]
 
 
 def rms(one: np.ndarray, two: np.ndarray) -> float:
@@ -177,7 +177,7 @@ class TestBothRenderers:
         """
         apart, off = [], []
         for case in range(8):
-            ours, theirs = fit(renderer, case, ALL, SETTING.solver), fitted(case)
+            ours, theirs = fit(renderer, case, ALL, SETTING.driver), fitted(case)
             apart.append(rms(ours[0], theirs[0]))
             off.append(abs(ours[2] / theirs[2] - 1))
         assert np.median(apart) <= 0.02
@@ -293,16 +293,16 @@ def test_gaps_are_the_distance_between_the_lips():
     assert wide[middle] > wide[0]
     assert wide[middle] > wide[-1]
     for k in (3, 4):
-        aperture = lip_measures(MODEL, SCENE, MODEL.prototypes[k])[2]
+        aperture = SETTING.face.measures(MODEL.prototypes[k])[2]
         assert (gap + slope @ MODEL.prototypes[k])[middle] == pytest.approx(aperture, abs=0.6)
 
 
 def test_contact_leaves_pose_and_parted_lips_alone():
     contact = contact_prior(MODEL, np.zeros(MODEL.n_person))
-    assert not contact.slope[:, :6].any()
+    assert not contact.slope_of_gaps[:, :6].any()
     wide = np.r_[np.ones(6), MODEL.prototypes[4]]
     assert contact.negative_log(wide) < 0.1
-    gap, slope = contact.gap, contact.slope[:, 6:]
+    gap, slope = contact.gap, contact.slope_of_gaps[:, 6:]
     through = np.linalg.lstsq(slope, -2.0 - gap, rcond=None)[0]
     assert contact.negative_log(np.r_[np.zeros(6), through]) > 10
 
@@ -315,8 +315,8 @@ def test_a_held_person_is_the_person_modes_added():
         MODEL.scene.vertices(np.r_[weights, person]),
         atol=1e-3,
     )
-    wide = replace(SETTING, scene=MODEL.held(np.eye(MODEL.n_person)[0]))
-    resting = [lip_measures(MODEL, s.scene, np.zeros(N - 6))[1] for s in (SETTING, wide)]
+    wide = held_head(MODEL, np.eye(MODEL.n_person)[0])
+    resting = [face.measures(np.zeros(N - 6))[1] for face in (SETTING.face, wide)]
     assert resting[1] > resting[0] + 1
 
 

@@ -19,7 +19,7 @@ from abs_engine.tracking.align import KnownHead
 from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.keyframes import Keyframes
 from abs_engine.tracking.locate import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
-from abs_engine.tracking.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames
+from abs_engine.tracking.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames, followed
 
 CAMERA = Camera.ideal((320, 240))
 START = seen_at([0, 0, 0], [0, 10, 650])
@@ -76,7 +76,7 @@ def motion(clara, monkeypatch):
 def test_a_boxed_face_is_taken_up_again_where_the_detector_finds_none(clara, motion):
     moved = seen_at([0, 0.06, 0], [4, 12, 650])
     pictures = [picture_of(clara.head, pose, CAMERA) for pose in (START, moved)]
-    poses = [p for _, p in motion.poses([*pictures, BLANK, BLANK, *pictures[::-1]])]
+    poses = [p for _, p in followed(motion, [*pictures, BLANK, BLANK, *pictures[::-1]])]
     assert [pose is None for pose in poses] == [False, False, True, True, False, False]
     for pose, true in zip([poses[1], *poses[4:]], [moved, moved, START], strict=True):
         turned = np.degrees(np.arccos((np.trace(pose.rotation.T @ true.rotation) - 1) / 2))
@@ -92,8 +92,8 @@ def test_a_face_that_comes_back_elsewhere_is_found_by_its_lips(clara, motion, mo
     shown = [pictures[0], np.full_like(pictures[0], 90), pictures[1]]
     wide = replace(motion, camera=camera, colours=colours_of(clara, left, camera))
     plain = replace(wide, colours=None)
-    assert [p is None for _, p in plain.poses(shown)] == [False, True, True]
-    poses = [p for _, p in wide.poses(shown)]
+    assert [p is None for _, p in followed(plain, shown)] == [False, True, True]
+    poses = [p for _, p in followed(wide, shown)]
     assert [p is None for p in poses] == [False, True, False]
     np.testing.assert_allclose(poses[2].translation, right.translation, atol=20)
 
@@ -122,7 +122,7 @@ def test_a_lost_face_goes_on_from_where_it_moved_to(motion, monkeypatch, move, s
     beside = Pose(START.rotation, START.translation + np.array([*seen, move[2]]))
     found = face_of(marks, beside, CAMERA)
     monkeypatch.setattr(prepare, "find_face", lambda _image: found)
-    one, two = (pose for _, pose in motion.poses(pictures))
+    one, two = (pose for _, pose in followed(motion, pictures))
     by_face = pose_of_face(found, CAMERA, marks).translation
     if kept:
         pivot = motion.model.pivot
@@ -143,14 +143,14 @@ def test_a_box_places_the_mouth_of_the_face_that_it_is_about(clara, roll):
     image = picture_of(clara.head, pose, CAMERA)
     x, y = CAMERA.project(pose.apply(clara.pivot)) + np.array([0, 6])
     box = FaceBox.around_mouth(x - 30, y - 8, 60, 16)  # twice as wide as the mouth
-    found = next(HeadMotion(somebody, CAMERA, CpuRenderer(), box).poses([image]))[1]
+    ((_, found),) = followed(HeadMotion(somebody, CAMERA, CpuRenderer(), box), [image])
     np.testing.assert_allclose(CAMERA.project(found.apply(somebody.pivot)), [x, y], atol=0.1)
     assert found.angle_to(pose) < 0.15
     assert found.apply(somebody.pivot)[2] == pytest.approx(pose.apply(clara.pivot)[2], rel=0.1)
 
 
 def test_a_box_on_a_blank_wall_is_no_face(motion):
-    assert [p for _, p in motion.poses([BLANK, BLANK])] == [None, None]
+    assert [p for _, p in followed(motion, [BLANK, BLANK])] == [None, None]
 
 
 def test_a_speaker_with_other_classes_is_refused():

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from runs import toy_setting
+from runs import toy_model, toy_setting
 
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.core.geometry import FACING, Pose
@@ -25,7 +25,7 @@ from abs_engine.tracking.restart import (
 
 STARTS = (HIGHER, "fuller", LOWER, *NEARER_AND_FARTHER)
 SETTING = toy_setting()
-MODEL = SETTING.model
+MODEL = toy_model()
 POSE = Pose(FACING, [0.0, 30.0, 600.0])
 FRAMES = [CalibrationFrame(np.zeros((4, 4, 3), np.uint8), POSE)]
 OWN = np.array([0.01, -0.02, 0.03, 1.0, 2.0, 3.0])

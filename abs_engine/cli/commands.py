@@ -69,6 +69,7 @@ def track(chosen: Namespace) -> int:
 
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.output import OVERLAY, SHEET
+    from abs_engine.tracking.presets import resolved
     from abs_engine.tracking.run import track_video
     from abs_engine.tracking.scale import scale_line
     from abs_engine.truth import load_camera
@@ -85,7 +86,12 @@ def track(chosen: Namespace) -> int:
         face=chosen.face,
         pupil_distance=chosen.pupil_distance,
         evidence=chosen.evidence,
+        model=chosen.model,
+        terms=chosen.terms,
+        driver=chosen.driver,
+        preset=chosen.preset,
     )
+    resolved(options)  # what cannot be is said before a renderer is opened
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)
         told = track_video(

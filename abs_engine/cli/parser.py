@@ -14,6 +14,7 @@ from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
 from abs_engine.cli.reproduce import add_reproduce, reproduce
 from abs_engine.cli.train import add_train, train
+from abs_engine.core.registry import nearest
 from abs_engine.release import engine_version
 
 EVALUATE_FORMATS = """\
@@ -68,6 +69,16 @@ class Parser(argparse.ArgumentParser):
         if unknown and " " in self.prog:
             self.error(f"unrecognized arguments: {' '.join(unknown)}")
         return found, unknown
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Complain of what is not among the choices, with the nearest of them."""
+        if action.choices is not None and value not in action.choices:
+            known = [str(choice) for choice in action.choices]
+            what = "command" if isinstance(action, argparse._SubParsersAction) else "choice"
+            raise argparse.ArgumentError(
+                None if what == "command" else action,
+                f"there is no {what} '{value}'; {nearest(str(value), known)}",
+            )
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
@@ -166,7 +177,22 @@ def _track(command: argparse.ArgumentParser) -> None:
         "walter, amara, ravi); by default the average head, whose mouth is fitted",
     )  # fmt: skip
     command.add_argument(
-        "--start", choices=("landmarks", "blobs"), default="landmarks",
+        "--preset", metavar="NAME",
+        help="a choice of model, evidence, driver and start that belong together",
+    )
+    command.add_argument(
+        "--model", metavar="NAME",
+        help="what is tracked: head, shell or talking, or the file of a model (default: head)",
+    )
+    command.add_argument(
+        "--terms", type=_names, metavar="NAME+NAME",
+        help="evidence that is rendered and compared, joined by + (default: colour)",
+    )
+    command.add_argument(
+        "--driver", metavar="NAME", help="what moves the parameters (default: simplex)"
+    )
+    command.add_argument(
+        "--start", choices=("landmarks", "blobs"),
         help="how an unknown head is placed: by a landmark network, or as in the papers by colour "
         "(default: landmarks)",
     )  # fmt: skip
@@ -258,6 +284,10 @@ def _renderer(command: argparse.ArgumentParser) -> None:
         "--renderer", choices=RENDERERS, default="auto",
         help="what draws; auto: OpenGL, or the CPU where none loads. Without a GPU, cpu is faster",
     )  # fmt: skip
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(part.strip() for part in text.split("+") if part.strip())
 
 
 def _count(text: str) -> int:

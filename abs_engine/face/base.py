@@ -33,6 +33,8 @@ class Body:
     modes : (P, V, 3) float32, mm per unit of a posture's parameters
     faces : (F, 3) int32
     facet_class : (F,) int32
+    regions : tuple of (str or None)
+        What colour class the facets of each class show.
     lips : (N,) int32
         The vertices at the lips' contours: outer, upper inner, lower inner.
     """
@@ -41,6 +43,7 @@ class Body:
     modes: NDArray[np.float32]
     faces: NDArray[np.int32]
     facet_class: NDArray[np.int32]
+    regions: tuple[str | None, ...]
     lips: NDArray[np.int32]
 
 

@@ -94,7 +94,8 @@ def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") 
     whole = shape.scene
     body = Body(
         np.asarray(whole.mean, np.float32), np.asarray(whole.modes, np.float32), whole.faces,
-        whole.facet_class, np.concatenate([shape.rings[n] for n in RINGS]).astype(np.int32),
+        whole.facet_class, shape.regions,
+        np.concatenate([shape.rings[n] for n in RINGS]).astype(np.int32),
     )  # fmt: skip
     model = face.texture(texture)
     noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))

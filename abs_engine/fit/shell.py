@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,14 +16,14 @@ from abs_engine.compare.pull import Pull, PullRule
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, mode_block, pose_and
+from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.head_frame import COLOUR, SMOOTHING, zone
-from abs_engine.fit.problem import Problem
+from abs_engine.fit.problem import Problem, Term
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -33,6 +34,8 @@ SIDE_OF_MOUTH = 0.04  # or in mouth widths, if that is more: over so much the er
 WIDTH = 0.7  # of the prior about each shape that was seen, standard deviations
 PULL = 0.06  # likewise of the forces: how far a boundary is felt
 IN_SHADE = 0.25  # share of the probability of dark that lips get: they throw shade on each other
+MODE_LIMIT = 6.0
+"""Standard deviations of a mode that a fit may go to."""
 POSE_FREE = np.array([0.05, 0.05, 0.05, 2.0, 2.0, 12.0])
 """Standard deviations, rad and mm, of a pose that is estimated along."""
 
@@ -80,7 +83,7 @@ class ShellSetting:
     @property
     def blocks(self) -> Blocks:
         """The pose, and the posture: the weights of the modes."""
-        return pose_and(mode_block(self.model.n_modes, 6.0))
+        return pose_and(mode_block(self.model.n_modes, MODE_LIMIT))
 
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
@@ -106,9 +109,6 @@ def shell_problem(
 ) -> Problem:
     """-log f(p|O) of one frame over the fitted parameters; knows its forces.
 
-    The forces on the nodes go through the learned inverse stiffness: U = S L^(1/2) S' F (eq. 13).
-    In standard deviations of the modes that is S' F. A pose gives way by its variance.
-
     Parameters
     ----------
     setting : ShellSetting
@@ -118,6 +118,28 @@ def shell_problem(
     rule : str
         One of `compare.pull.PULL_RULES`.
     """
+    return problem_of(setting, pose, {COLOUR: shell_colours(setting, image, pose, rule)})
+
+
+def problem_of(setting: ShellSetting, pose: Pose, terms: Mapping[str, Term]) -> Problem:
+    """A frame of a shell, about a pose, by some terms.
+
+    The forces on the nodes go through the learned inverse stiffness: U = S L^(1/2) S' F (eq. 13).
+    In standard deviations of the modes that is S' F. A pose gives way by its variance.
+    """
+    frame = PoseFrame(pose, setting.border.mean(axis=0))
+    free = setting.pose_deviation
+    variance = np.zeros(len(POSE_NAMES)) if free is None else free**2
+    return Problem(
+        frame, setting.blocks, terms, (_prior(setting),), setting.free,
+        mobility=joined(variance, 1 / setting.model.deviations),
+    )  # fmt: skip
+
+
+def shell_colours(
+    setting: ShellSetting, image: Image, pose: Pose, rule: PullRule = "whole"
+) -> FacetLikelihood:
+    """The facet likelihood of a frame of a shell; parameters as of `shell_problem`."""
     window = shell_window(setting, pose)
     inside = zone(window)
     raw = setting.classes.probabilities(sampled(window, image))
@@ -127,24 +149,18 @@ def shell_problem(
     wide = wide - np.clip(1 - wide[1] - wide[2], 0, 1)
     pixels = int(inside.sum())
     side = max(SIDE, SIDE_OF_MOUTH * mouth_across(setting, pose)) * window.scale
-    likelihood = FacetLikelihood(
+    return FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
         ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / side**2,
         np.asarray(outside, np.float32), setting.score, inside, Pull.within(wide, inside, rule),
-    )  # fmt: skip
-    frame = PoseFrame(pose, setting.border.mean(axis=0))
-    free = setting.pose_deviation
-    mobility = np.r_[np.zeros(6) if free is None else free**2, 1 / setting.model.deviations]
-    return Problem(
-        frame, setting.blocks, {COLOUR: likelihood}, (_prior(setting),), setting.free,
-        mobility=mobility,
     )  # fmt: skip
 
 
 def _prior(setting: ShellSetting) -> GaussianPrior | MixturePrior:
     """Over all 6 + P parameters (eq. 10)."""
     free = setting.pose_deviation
-    deviation = np.r_[np.ones(6) if free is None else free, np.ones(setting.model.n_modes)]
+    pose = np.ones(len(POSE_NAMES)) if free is None else free
+    deviation = joined(pose, np.ones(setting.model.n_modes))
     gaussian = GaussianPrior(np.zeros(len(deviation)), deviation)
     return gaussian if setting.seen is None else MixturePrior(gaussian, setting.seen, WIDTH)
 

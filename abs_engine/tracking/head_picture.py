@@ -78,7 +78,7 @@ def _inks(setting: ClipSetting) -> NDArray[np.float64]:
         "teeth": (255, 255, 255),
         None: (255, 255, 255),
     }
-    return np.array([shown.get(c, _SKIN) for c in setting.face.regions], np.float64)
+    return np.array([shown.get(c, _SKIN) for c in setting.face.body.regions], np.float64)
 
 
 class HeadKeeper:

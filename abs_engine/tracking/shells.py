@@ -1,0 +1,205 @@
+"""Lips of learned physics made ready for a clip: the mouth's own size and shape fitted at first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.assets import Speaker, load_speaker, shipped
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import PoseFrame, at_base, mode_block, parted
+from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.base import INNER, RINGS, Body, Face
+from abs_engine.face.head import colour_classes, lip_rings
+from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel, lip_model
+from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
+from abs_engine.face.shape.modal import LearnedPhysics, load_physics
+from abs_engine.face.shape.physics_head import physics_shape
+from abs_engine.fit.centroid import centred
+from abs_engine.fit.shell import (
+    MODE_LIMIT,
+    ShellSetting,
+    problem_of,
+    shell_colours,
+    shell_window,
+)
+from abs_engine.fit.terms import TermKind, bound
+from abs_engine.fit.view import View
+from abs_engine.learn.training import check_speaker
+from abs_engine.tracking.blob_motion import BlobMotion
+from abs_engine.tracking.frames import HeadFrame, Memory
+from abs_engine.tracking.head_work import explained
+from abs_engine.tracking.heads import prepare_head
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
+from abs_engine.tracking.person import POSE_DEVIATION
+from abs_engine.tracking.setting import Work
+
+FloatArray = NDArray[np.float64]
+BY_BLOB = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
+"""Standard deviations, rad and mm, of a pose that is the blob's across the line of sight."""
+STARTS = (-1.5, 1.5)
+"""Standard deviations of the first modes that are tried where nothing is known of the posture."""
+_STARTED_MODES = 3
+BUNDLED = "lips/lips.npz"
+
+
+def prepare_shell(
+    clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+) -> ClipTracker:
+    """Find the mouth, learn its colours and fit its size and shape; then the shell takes over.
+
+    A head is fitted to some frames first; the shell is cut from it at rest. Its physics is that of
+    `options.physics`, or of the bundled lips.
+
+    Parameters
+    ----------
+    clip : Clip
+    options : TrackOptions
+    leaves : Leaves
+    renderer : Renderer
+    tell : callable
+        Told what is begun, in a few words.
+
+    Raises
+    ------
+    AbsEngineError
+        As `heads.prepare_head`; and if the physics cannot be read, or is of another head.
+    """
+    leaves.check("shell", ("colour",))
+    speaker = load_speaker(options.speaker)
+    physics = _physics(speaker, options.model_file or options.physics)
+    plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
+    base = prepare_head(clip, replace(options, physics=None), plain, renderer, tell)
+    classes: ColourClasses = base.setting.face.learned("colour")
+    tell("cutting the shell")
+    rest = base.setting.face.body.mean
+    lips = person_lips(speaker, physics, rest)
+    by_blobs = options.start == BLOBS and options.poses is None
+    free = BY_BLOB if by_blobs else POSE_DEVIATION
+    scene = lips.scene()
+    shell = ShellSetting(lips, scene, classes, clip.camera, renderer, free)
+    face = shell_face(speaker, lips, scene, rest, shell).looking(colour=classes)
+    motion, visibility = base.setting.motion, base.setting.visibility
+    if by_blobs:
+        motion = BlobMotion(classes, clip.info.rate, clip.camera, face.pivot, motion)
+        visibility = None
+    binder = ShellBinder(shell, face, leaves.kinds)
+    setting = replace(
+        base.setting, face=face, motion=motion, visibility=visibility, binder=binder,
+        driver=leaves.driver.minimiser(),
+    )  # fmt: skip
+    return replace(base, setting=setting, facts={**base.facts, "evidence": None})
+
+
+def _physics(speaker: Speaker, path: Path | None) -> LearnedPhysics:
+    physics = load_physics(shipped(BUNDLED) if path is None else path)
+    check_speaker(physics, speaker)
+    return physics
+
+
+def person_lips(speaker: Speaker, physics: LearnedPhysics, rest: NDArray[np.float32]) -> LipModel:
+    """Lips of a person whose head at rest is (V, 3) mm, that move as others' were learned to."""
+    shell = cut_lip_shell(speaker)
+    own = replace(physics, rest=shell.nodes(rest))
+    return lip_model(speaker, shell, own, rest)
+
+
+def shell_face(
+    speaker: Speaker,
+    lips: LipModel,
+    scene: Scene,
+    rest: NDArray[np.float32],
+    setting: ShellSetting,
+) -> Face:
+    """The face of a shell: what is drawn is the shell, what is written the head about it.
+
+    The head moves by the face units that come nearest to each mode (`physics_shape`).
+
+    Parameters
+    ----------
+    speaker : Speaker
+    lips : LipModel
+    scene : Scene
+        Of the lips.
+    rest : (V, 3) float32, mm
+        The head at rest.
+    setting : ShellSetting
+    """
+    marks = lip_rings(speaker)
+    rings = {name: _on_shell(speaker, lips, at, name) for name, at in marks.items()}
+    moved = physics_shape(speaker, rest, lips.shell, lips.physics)
+    contour = np.concatenate([marks[name] for name in RINGS]).astype(np.int32)
+    classes = speaker.facet_class.astype(np.int32)
+    body = Body(
+        moved.mean, moved.modes, speaker.faces, classes, colour_classes(speaker), contour
+    )
+
+    def colours(_face: Face, view: View) -> FacetLikelihood:
+        return shell_colours(setting, view.image, view.frame.base)
+
+    return Face(
+        "shell", scene, mode_block(lips.n_modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
+        setting.border, _starts(lips.n_modes), COLOUR_OF, body, own_terms={"colour": colours},
+    )  # fmt: skip
+
+
+def _on_shell(
+    speaker: Speaker, lips: LipModel, vertices: NDArray[np.int32], name: str
+) -> NDArray[np.int32]:
+    """Nodes of the shell's inner or outer contour that lie nearest to vertices of the head."""
+    at_rest = lips.shell.nodes(speaker.vertices)
+    inner, outer = np.arange(COLUMNS), np.arange(2 * COLUMNS, 3 * COLUMNS)
+    pools = {"outer": outer, "corners": outer, "points": np.r_[outer, inner]}
+    pool, places = pools.get(name, inner), speaker.vertices[vertices].astype(np.float64)
+    if name == "points":
+        first = [_nearest(at_rest, outer, places[:INNER]), _nearest(at_rest, inner, places[INNER:])]
+        return np.concatenate(first)
+    return _nearest(at_rest, pool, places)
+
+
+def _nearest(nodes: FloatArray, pool: NDArray[np.int64], places: FloatArray) -> NDArray[np.int32]:
+    away = np.linalg.norm(nodes[pool][None] - places[:, None], axis=2)
+    return np.asarray(pool[away.argmin(axis=1)], np.int32)
+
+
+def _starts(modes: int) -> FloatArray:
+    """Postures (K, P) to start from where nothing is known: the mean, and off it in some modes."""
+    moves = [s * np.eye(modes)[k] for k in range(min(_STARTED_MODES, modes)) for s in STARTS]
+    return np.vstack([np.zeros(modes), *moves])
+
+
+@dataclass(frozen=True, eq=False)
+class ShellBinder:
+    """Starts the shell from the frame before, placed by the centroid of the lips' blob.
+
+    Parameters
+    ----------
+    setting : ShellSetting
+    face : Face
+    kinds : mapping of str to TermKind
+        The evidence.
+    """
+
+    setting: ShellSetting
+    face: Face
+    kinds: Mapping[str, TermKind]
+
+    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
+        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        last = None if memory.vector is None else parted(memory.vector)[1]
+        starts = self.face.starts if last is None else last[None]
+        if frame.blob is not None:
+            pose = centred(self.setting, pose, frame.blob.centre, starts[0])
+        window, start = shell_window(self.setting, pose), at_base(starts[0])
+        base = PoseFrame(pose, self.face.pivot)
+        given = self.setting.camera, self.setting.renderer, base, window, start
+        terms = bound(self.kinds, self.face, View(frame.image, *given))
+        problem = problem_of(self.setting, pose, terms)
+        return Work(problem, at_base(starts), partial(explained, terms))
