@@ -15,22 +15,33 @@ if TYPE_CHECKING:
     from abs_engine.core.camera import Camera, Window
     from abs_engine.core.errors import AbsEngineError
     from abs_engine.core.geometry import Mesh, Pose
+    from abs_engine.core.params import ParamSpec
+    from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, RENDERERS, TERMS
     from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
     from abs_engine.evaluate.bench import run_bench
     from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
+    from abs_engine.face.base import Face
     from abs_engine.face.shape.articulatory import GuidedPCA
     from abs_engine.face.shape.articulatory_model import ArticulatoryModel, load_articulatory
     from abs_engine.face.shape.predictors import Predictor
+    from abs_engine.fit.problem import Problem
+    from abs_engine.fit.terms import TermKind
+    from abs_engine.fit.view import View
     from abs_engine.observe.corpus_file import read_corpus
+    from abs_engine.optimise.base import Solution
+    from abs_engine.optimise.drivers import Driver
     from abs_engine.optimise.simplex import Simplex
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
     from abs_engine.synth.studio import film_scene
     from abs_engine.systems.demo import film_clip, run_demo
     from abs_engine.systems.reporting import write_report
+    from abs_engine.tracking.api import Run, track
+    from abs_engine.tracking.heads import prepare_head
     from abs_engine.tracking.mesh import load_mesh
     from abs_engine.tracking.options import TrackOptions
+    from abs_engine.tracking.presets import Preset
     from abs_engine.tracking.record import load_run
     from abs_engine.tracking.run import prepare, track_video
     from abs_engine.tracking.setting import FrameResult
@@ -53,6 +64,8 @@ _HOME = {
     "open_renderer": "render.select",
     "Simplex": "optimise.simplex",
     # the lips in a video
+    "track": "tracking.api",
+    "Run": "tracking.api",
     "track_video": "tracking.run",
     "TrackOptions": "tracking.options",
     "prepare": "tracking.run",
@@ -77,19 +90,81 @@ _HOME = {
     "write_report": "systems.reporting",
     "score": "evaluate.truth_report",
     # the machine
+    # what can be chosen by name, and what one's own is made of
+    "MODELS": "core.registry",
+    "TERMS": "core.registry",
+    "DRIVERS": "core.registry",
+    "RENDERERS": "core.registry",
+    "PRESETS": "core.registry",
+    "Face": "face.base",
+    "View": "fit.view",
+    "TermKind": "fit.terms",
+    "Problem": "fit.problem",
+    "ParamSpec": "core.params",
+    "Driver": "optimise.drivers",
+    "Solution": "optimise.base",
+    "Preset": "tracking.presets",
+    "prepare_head": "tracking.heads",
     "diagnose": "render.diagnose",
     "run_bench": "evaluate.bench",
     "AbsEngineError": "core.errors",
 }
 
 __all__ = [
-    "AbsEngineError", "ArticulatoryModel", "Buffers", "Camera", "Candidates", "ClassMaps",
-    "ColourError", "Dataset", "FrameResult", "GuidedPCA", "Mesh", "Pose",
-    "Predictor", "Renderer", "Scene", "Simplex", "Speaker", "TrackOptions", "Truth",
-    "Window", "check_dataset",
-    "diagnose", "film_clip", "film_scene", "load_articulatory", "load_dataset", "load_mesh",
-    "load_run", "load_speaker", "load_truth", "open_renderer", "prepare", "read_corpus",
-    "run_bench", "run_demo", "score", "track_video", "write_report",
+    "DRIVERS",
+    "MODELS",
+    "PRESETS",
+    "RENDERERS",
+    "TERMS",
+    "AbsEngineError",
+    "ArticulatoryModel",
+    "Buffers",
+    "Camera",
+    "Candidates",
+    "ClassMaps",
+    "ColourError",
+    "Dataset",
+    "Driver",
+    "Face",
+    "FrameResult",
+    "GuidedPCA",
+    "Mesh",
+    "ParamSpec",
+    "Pose",
+    "Predictor",
+    "Preset",
+    "Problem",
+    "Renderer",
+    "Run",
+    "Scene",
+    "Simplex",
+    "Solution",
+    "Speaker",
+    "TermKind",
+    "TrackOptions",
+    "Truth",
+    "View",
+    "Window",
+    "check_dataset",
+    "diagnose",
+    "film_clip",
+    "film_scene",
+    "load_articulatory",
+    "load_dataset",
+    "load_mesh",
+    "load_run",
+    "load_speaker",
+    "load_truth",
+    "open_renderer",
+    "prepare",
+    "prepare_head",
+    "read_corpus",
+    "run_bench",
+    "run_demo",
+    "score",
+    "track",
+    "track_video",
+    "write_report",
 ]  # fmt: skip
 
 

@@ -215,7 +215,10 @@ def test_what_is_no_run_or_no_truth(fails, tmp_path):
 
 def test_a_command_typed_wrongly(fails):
     assert "see 'abs-engine track --help'" in fails("track")
-    assert "invalid choice" in fails("dance")
+    said = fails("dance")
+    assert "there is no command 'dance'; choose of doctor, " in said
+    assert "see 'abs-engine --help'" in said
+    assert "there is no command 'trak'; did you mean 'track'?" in fails("trak")
     assert "is not 1 or more" in fails("demo", "--frames", "0")
 
 

@@ -154,7 +154,7 @@ def boxed() -> FaceBox:
 @pytest.mark.parametrize("jump", [20, -20])
 def test_a_head_that_jumps_between_frames_is_found_again(motion, jump):
     yaws = [0, jump, jump]
-    poses = [pose for _, pose in motion.poses([picture(yaw, SMALL) for yaw in yaws])]
+    poses = [pose for _, pose in prepare.followed(motion, [picture(yaw, SMALL) for yaw in yaws])]
     assert all(pose is not None for pose in poses)
     assert max(angle(pose, turned(yaw)) for pose, yaw in zip(poses, yaws, strict=True)) < 2.5
 
@@ -176,7 +176,7 @@ def test_another_picture_is_not_taken_for_the_head(motion, monkeypatch, colour, 
     monkeypatch.setattr(prepare, "find_face", lambda _image: face)
     monkeypatch.setattr(prepare, "faces_about", lambda *_: [])
     shown = [picture(0, SMALL), blocks(colour), picture(0, SMALL)]
-    found = [pose for _, pose in motion.poses(shown)]
+    found = [pose for _, pose in prepare.followed(motion, shown)]
     assert [pose is not None for pose in found] == [True, False, True]
     assert angle(found[2], turned(0)) < 2
 

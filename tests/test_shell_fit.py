@@ -537,6 +537,15 @@ def test_where_a_picture_says_nothing_forces_follow_the_prior(frame):
     assert problem(x + 0.2 * step).terms["prior"] < problem(x).terms["prior"]
 
 
+def test_colours_that_do_not_count_push_nowhere():
+    """As where a frame is held to its landmarks."""
+    problem = changed(shell_problem(setting(), picture(12), FRONT), observations=0.0)
+    x = np.array([2.5, -2, 2, 1.5, -2, 2])
+    assert problem(x).terms[COLOUR] == 0
+    away = problem.push(x) * MODEL.deviations
+    assert cosine(away, -x) == pytest.approx(1.0)
+
+
 def test_an_observation_is_no_smaller_than_a_share_of_the_mouth():
     """Over which the errors of a shell last, however fine the picture is."""
     near, far = seen_at([0, 0, 0], [0, 0, 280]), seen_at([0, 0, 0], [0, 0, 5600])

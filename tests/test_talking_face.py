@@ -16,7 +16,7 @@ from abs_engine.learn.articulatory import build
 from abs_engine.papers.odisio2004.filmed import VisemePictures, split
 from abs_engine.papers.odisio2004.goals import GOALS, goal_rows
 from abs_engine.papers.odisio2004.page import reproduction_page
-from abs_engine.papers.odisio2004.search import Watched, compare_solvers
+from abs_engine.papers.odisio2004.search import SOLVERS, Watched, compare_solvers
 from abs_engine.papers.odisio2004.sequence_measure import variants
 from abs_engine.papers.odisio2004.visemes import Speech, find_visemes, splits, summary
 from abs_engine.render.cpu import CpuRenderer
@@ -125,6 +125,12 @@ def test_splits_test_each_viseme_once():
     found = splits(68, 4, 5)
     assert sorted(np.concatenate([t for _, t in found])) == list(range(68))
     assert all(not set(a) & set(b) for a, b in found)
+
+
+def test_every_solver_can_be_compared(speech, face):
+    rows = compare_solvers(speech, face, [1], RENDERER, budgets=(30,))
+    assert {row.solver for row in rows} == set(SOLVERS)
+    assert all(0 < row.evaluations <= 30 for row in rows)
 
 
 def test_tables(speech, face):

@@ -67,13 +67,16 @@ def track(chosen: Namespace) -> int:
     check_free(chosen.output)
     probe(chosen.video)  # says what is wrong before anything slow is loaded
 
-    from abs_engine.tracking.options import TrackOptions
+    from abs_engine.core.registry import load_plugin
+    from abs_engine.tracking.options import Leaves, TrackOptions
     from abs_engine.tracking.output import OVERLAY, SHEET
     from abs_engine.tracking.presets import resolved
     from abs_engine.tracking.run import track_video
     from abs_engine.tracking.scale import scale_line
     from abs_engine.truth import load_camera
 
+    for plugin in chosen.plugin:
+        load_plugin(plugin)
     options = TrackOptions(
         person=chosen.person,
         mouth=None if chosen.mouth is None else tuple(chosen.mouth),
@@ -91,7 +94,7 @@ def track(chosen: Namespace) -> int:
         driver=chosen.driver,
         preset=chosen.preset,
     )
-    resolved(options)  # what cannot be is said before a renderer is opened
+    Leaves.of(resolved(options)[0])  # what cannot be is said before a renderer is opened
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)
         told = track_video(

@@ -38,7 +38,6 @@ x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the
 (x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
 taken as they are with --person, else as a first guess; frames without one are not tracked.
 """
-RENDERERS = ("auto", "egl-device", "egl-surfaceless", "osmesa", "cpu")
 Run = Callable[[argparse.Namespace], int]
 
 
@@ -177,20 +176,29 @@ def _track(command: argparse.ArgumentParser) -> None:
         "walter, amara, ravi); by default the average head, whose mouth is fitted",
     )  # fmt: skip
     command.add_argument(
-        "--preset", metavar="NAME",
+        "--preset",
+        metavar="NAME",
         help="a choice of model, evidence, driver and start that belong together",
     )
     command.add_argument(
-        "--model", metavar="NAME",
+        "--model",
+        metavar="NAME",
         help="what is tracked: head, shell or talking, or the file of a model (default: head)",
     )
     command.add_argument(
-        "--terms", type=_names, metavar="NAME+NAME",
+        "--terms",
+        type=_names,
+        metavar="NAME+NAME",
         help="evidence that is rendered and compared, joined by + (default: colour)",
     )
     command.add_argument(
         "--driver", metavar="NAME", help="what moves the parameters (default: simplex)"
     )
+    command.add_argument(
+        "--plugin", type=Path, action="append", default=[], metavar="FILE.py",
+        help="Python file that adds models, terms, drivers or renderers of your own; may be "
+        "repeated",
+    )  # fmt: skip
     command.add_argument(
         "--start", choices=("landmarks", "blobs"),
         help="how an unknown head is placed: by a landmark network, or as in the papers by colour "
@@ -281,7 +289,7 @@ def _output(command: argparse.ArgumentParser, what: str, text: str) -> None:
 
 def _renderer(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--renderer", choices=RENDERERS, default="auto",
+        "--renderer", metavar="NAME", default="auto",
         help="what draws; auto: OpenGL, or the CPU where none loads. Without a GPU, cpu is faster",
     )  # fmt: skip
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.outline import off_outlines
 from abs_engine.compare.rows import Rows
+from abs_engine.compare.sums import pixel_sums
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
@@ -146,7 +147,7 @@ class TextureError:
 
     def _sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
         """Squared differences (B,) and pixels (B,), by the renderer itself."""
-        sums = self.renderer.measure(self.scene, many, self.camera, self.window, self.term)
+        sums = pixel_sums(self.renderer, self.scene, many, self.camera, self.window, self.term)
         return sums.total, sums.pixels
 
     def _own_sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
+from abs_engine.compare.sums import buffer_sums, pixel_sums
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
@@ -33,8 +34,7 @@ def facet_score(buffers: Buffers, maps: NDArray[np.float32]) -> float:
         sum over drawn pixels of maps[class], in drawn pixels. `Renderer.measure` with `ClassMaps`
         gives the same number without the buffers.
     """
-    rows, columns = np.nonzero(buffers.class_id)
-    return float(maps[buffers.class_id[rows, columns], rows, columns].sum(dtype=np.float64))
+    return float(buffer_sums([buffers], ClassMaps(maps)).total[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +102,12 @@ class FacetLikelihood:
         if self.observations == 0:
             return np.zeros(len(candidates.weights))
         terms, free = self._terms
-        given = self.scene, candidates, self.camera, self.window
+        given = self.renderer, self.scene, candidates, self.camera, self.window
         if self.rule == "exact":
-            sums = self.renderer.measure(*given, terms)
+            sums = pixel_sums(*given, terms)
             total, pixels = sums.total, sums.pixels.astype(np.float64)
         else:
-            total, pixels = self._sampled(self.renderer.draw(*given), terms)
+            total, pixels = self._sampled(self.renderer.draw(*given[1:]), terms)
         total = total if free is None else total - pixels + free
         mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
@@ -128,6 +128,8 @@ class FacetLikelihood:
     def _gain(self, candidate: Candidates) -> float:
         """Derivative of log f(O|p) by the summed score."""
         data, n = float(self.negative_log(candidate)[0]), self.observations
+        if n == 0:
+            return 0.0
         return float(n / (np.exp(-data / n) * self.pixels))
 
     def _sampled(self, drawn: list[Buffers], terms: ClassMaps) -> tuple[FloatArray, FloatArray]:

@@ -12,6 +12,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.face.penalty import Penalty
 
 FloatArray = NDArray[np.float64]
+_SMALL = 1e-4  # step of differences, standard deviations
 
 
 class Prior(ABC):
@@ -240,6 +241,13 @@ class PenaltyPrior(Prior):
     def negative_logs(self, vectors: FloatArray) -> FloatArray:
         """Strength times A of parameter vectors (B, N)."""
         return np.asarray(self.strength * self.penalty(self._own(vectors)))
+
+    def slope(self, x: FloatArray) -> FloatArray:
+        """Gradient (N,) at `x` (N,), by differences."""
+        out, own = np.zeros(len(x)), np.arange(len(x))[self.place][: self.penalty.size]
+        steps = _SMALL * np.eye(len(x))[own]
+        out[own] = self.negative_logs(x + steps) - self.negative_logs(x - steps)
+        return out / (2 * _SMALL)
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Terms (B, P) whose squares add up to the values."""

@@ -10,16 +10,24 @@ import difflib
 from collections.abc import Iterable
 from functools import cached_property
 from importlib import metadata
+from pathlib import Path
+from runpy import run_path
 from typing import Any
 
-from abs_engine.core.errors import AbsEngineError, ParameterError, PluginError
+from abs_engine.core.errors import AbsEngineError, InputFileError, ParameterError, PluginError
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """What to do about a name that is not known: the nearest one, or all of them."""
+    """What to do about an unknown name: the nearest one is given, and all of them if few."""
     names = list(known)
     close = difflib.get_close_matches(name, names, 1)
-    return f"did you mean '{close[0]}'?" if close else f"choose of {', '.join(names)}"
+    every = f"choose of {', '.join(names)}"
+    if not close:
+        return every
+    return f"did you mean '{close[0]}'?" + (f" {every}" if len(names) <= _FEW else "")
+
+
+_FEW = 6  # names that are listed beside the nearest
 
 
 class Registry:
@@ -69,15 +77,38 @@ class Registry:
         return {point.name: point for point in metadata.entry_points(group=self.group)}
 
 
+def load_plugin(path: Path) -> None:
+    """Run a Python file that adds entries to the registries.
+
+    Raises
+    ------
+    InputFileError
+        If there is no such file.
+    PluginError
+        If it fails.
+    """
+    if not path.is_file():
+        raise InputFileError(f"{path} does not exist", "give a Python file")
+    try:
+        run_path(str(path), run_name=f"abs_engine_plugin_{path.stem}")
+    except AbsEngineError:
+        raise
+    except Exception as error:
+        raise PluginError(f"{path} cannot be run ({_why(error)})", "mend it") from error
+
+
+def _why(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
 def _loaded(kind: str, point: metadata.EntryPoint) -> Any:
     try:
         return point.load()
     except AbsEngineError:
         raise
     except Exception as error:  # whatever a package does as it is imported
-        why = " ".join(f"{type(error).__name__}: {error}".split())
         raise PluginError(
-            f"the {kind} '{point.name}' cannot be imported from {point.value} ({why})",
+            f"the {kind} '{point.name}' cannot be imported from {point.value} ({_why(error)})",
             "mend or remove the package that brings it; the others work",
         ) from error
 

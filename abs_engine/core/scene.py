@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,6 +212,15 @@ class Renderer(Protocol):
         """Draw every candidate in the window and return its buffers."""
         ...
 
+    def close(self) -> None:
+        """Release what the renderer owns; it cannot be used afterwards."""
+        ...
+
+
+@runtime_checkable
+class FusedRenderer(Renderer, Protocol):
+    """A renderer that can also compare while it draws: an optimisation, see `compare.sums`."""
+
     def measure(
         self,
         scene: Scene,
@@ -221,8 +230,4 @@ class Renderer(Protocol):
         term: PixelTerm,
     ) -> Sums:
         """Draw every candidate and sum `term` over its drawn pixels; only numbers come back."""
-        ...
-
-    def close(self) -> None:
-        """Release what the renderer owns; it cannot be used afterwards."""
         ...

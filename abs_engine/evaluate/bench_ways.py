@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from abs_engine.core.errors import AbsEngineError
-from abs_engine.core.scene import Renderer
+from abs_engine.core.scene import FusedRenderer
 from abs_engine.evaluate.bench_work import Work
 from abs_engine.evaluate.bench_worker import PyrenderWorker, WorkerError
 from abs_engine.render.cpu import CpuRenderer
@@ -28,7 +28,7 @@ class Way(Protocol):
 class _Ours:
     """A renderer of this engine; `batched` takes all candidates in one call."""
 
-    def __init__(self, renderer: Renderer, work: Work, batched: bool) -> None:
+    def __init__(self, renderer: FusedRenderer, work: Work, batched: bool) -> None:
         self._renderer, self._work = renderer, work
         self._batches = [work.candidates] if batched else work.singles
         self._step = len(self._batches[0])

@@ -50,7 +50,14 @@ def mouth_window(
     By default it is that of the model's neutral head. `more` mouth widths are added to its width
     and height, where the mouth is not yet found.
     """
-    pixels = camera.project(pose.apply(model.border(person)))
+    return lip_window(model.border(person), pose, camera, more)
+
+
+def lip_window(
+    border: FloatArray, pose: Pose, camera: Camera, more: tuple[float, float] = (0.0, 0.0)
+) -> Window:
+    """The window around the lips' outer contour at rest (R, 3), mm; see `mouth_window`."""
+    pixels = camera.project(pose.apply(border))
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     across = float(high[0] - low[0])
     scale = min(2.0, DRAWN_MOUTH / across)

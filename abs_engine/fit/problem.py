@@ -210,18 +210,37 @@ class Problem:
         ParameterError
             If no term has forces, or a prior has no slope.
         """
-        full, candidate = self.whole(x), self.candidates(x[None])
-        pushing = [term for term in self.terms.values() if isinstance(term, Pushing)]
-        if not pushing:
+        candidate = self.candidates(x[None])
+        step = self._given_way(x, candidate)
+        return self.chosen(self._strides(step, self._pushing()[0].scene, candidate))
+
+    def give_way(self, x: FloatArray) -> FloatArray:
+        """The same before it is scaled: `mobility` times force, (N,).
+
+        Raises
+        ------
+        ParameterError
+            As `push`.
+        """
+        return self.chosen(self._given_way(x, self.candidates(x[None])))
+
+    def _given_way(self, x: FloatArray, candidate: Candidates) -> FloatArray:
+        """`give_way` over all parameters (6 + P,)."""
+        full = self.whole(x)
+        work = np.sum([self._work(term, candidate) for term in self._pushing()], axis=0)
+        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
+        mobility = self.blocks.spec.scale**2 if self.mobility is None else self.mobility
+        return np.asarray(mobility * (work - slope))
+
+    def _pushing(self) -> list[Pushing]:
+        """The terms that have forces."""
+        found = [term for term in self.terms.values() if isinstance(term, Pushing)]
+        if not found:
             raise ParameterError(
                 f"no evidence among {', '.join(self.terms)} has forces",
                 "choose a driver that needs none, such as simplex",
             )
-        work = np.sum([self._work(term, candidate) for term in pushing], axis=0)
-        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
-        mobility = self.blocks.spec.scale**2 if self.mobility is None else self.mobility
-        step = np.asarray(mobility * (work - slope))
-        return self.chosen(self._strides(step, pushing[0].scene, candidate))
+        return found
 
     def _work(self, term: Pushing, candidate: Candidates) -> FloatArray:
         """Work (6 + P,) of a term's forces for a unit of each parameter."""

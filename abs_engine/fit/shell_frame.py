@@ -25,7 +25,7 @@ from abs_engine.fit.centroid import centred
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shell import Image, ShellSetting, shell_problem
-from abs_engine.optimise.ascent import Forces, Gradient
+from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 
@@ -52,6 +52,8 @@ DRIVERS: dict[str, Driver] = {
     "gradient": Gradient(limit=ITERATIONS),
     "simplex": Simplex(),
 }
+AS_PRINTED = "fixed step"
+_EVERY: dict[str, Driver] = {**DRIVERS, AS_PRINTED: FixedStep(limit=ITERATIONS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +146,7 @@ def fit_frame(
     starts : (K, P) float64
         Shapes that are compared first; the `TRIED` best are gone on with.
     driver : str
-        One of `DRIVERS`.
+        One of `DRIVERS`, or `AS_PRINTED`.
     rule : str
         How forces are found, see `compare.pull.PULL_RULES`.
     centre : (2,) float64, px, optional
@@ -168,7 +170,7 @@ def fit_frame(
         full[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
     vectors = problem.chosen(full)
     order = np.argsort(problem.values(vectors))[:TRIED]
-    ends = [DRIVERS[driver].minimise(problem, vectors[k], problem.spec) for k in order]
+    ends = [_EVERY[driver].minimise(problem, vectors[k], problem.spec) for k in order]
     spent = len(starts) + sum(end.n_evaluations for end in ends) + 1
     best = replace(min(ends, key=lambda end: end.value), n_evaluations=spent)
     mean = mean_of(ends)
@@ -194,7 +196,7 @@ def colours_of(problem: Problem) -> FacetLikelihood:
 
 
 def _check_driver(driver: str) -> None:
-    if driver not in DRIVERS:
+    if driver not in _EVERY:
         raise ParameterError(f"there is no driver '{driver}'", f"choose of {', '.join(DRIVERS)}")
 
 

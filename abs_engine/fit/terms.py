@@ -50,7 +50,7 @@ class TermKind:
         Under which its values are reported, and what it needs of a face's appearance.
     bind : callable
         Binds it to a face and a view.
-    gives : tuple of {"values", "forces", "squares"}
+    gives : tuple of {"values", "forces", "residuals"}
         What its terms can be asked for.
     learned : bool
         Whether it needs something that was learned of the face's appearance under its name.
@@ -137,8 +137,8 @@ def local_term(face: Face, view: View) -> Term:
 
 
 COLOUR = TermKind("colour", colour_term, ("values", "forces"))
-TEXTURE = TermKind("texture", texture_term, ("values", "squares"))
-LOCAL = TermKind("local", local_term, ("values", "squares"))
+TEXTURE = TermKind("texture", texture_term, ("values", "residuals"))
+LOCAL = TermKind("local", local_term, ("values", "residuals"))
 
 
 def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
@@ -185,12 +185,13 @@ def check_leaves(
         if kind.learned and kind.name not in has:
             raise ParameterError(
                 f"the model '{name}' has no {kind.name} to compare",
-                f"--terms {'+'.join(has)} would do; so would a model with a {kind.name}",
+                f"use --terms {'+'.join(has)}, or a model that was learned with one, such as a "
+                "talking face (--model face.npz)",
             )
-    need, enough = driver.needs, all if driver.needs == "squares" else any
+    need, enough = driver.needs, all if driver.needs == "residuals" else any
     if not enough(need in kind.gives for kind in kinds.values()):
         lacks = next(n for n, kind in kinds.items() if need not in kind.gives)
         raise ParameterError(
             f"the driver '{chosen}' needs {need}, which the evidence '{lacks}' does not give",
-            "--driver simplex needs values alone",
+            "use --driver simplex, which needs values alone",
         )

@@ -19,7 +19,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.objective import Objective
+from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
@@ -94,6 +94,60 @@ class Forces:
             self.limit,
             1,
         )
+
+
+class Yielding(Pushed, Protocol):
+    """One that also knows how far its parameters give way to the forces, before that is scaled."""
+
+    def give_way(self, x: Vector) -> Vector:
+        """Change of the parameters (N,) under unit forces at `x`."""
+        ...
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """Follow the forces by one constant, from one start, as seed 000 prints it (eqs. 12, 13).
+
+    The constant alpha "scales the force to match the physics of the model", and is not printed:
+    here it is such that the first push moves no node farther than `push` allows, and stays so.
+
+    Parameters
+    ----------
+    tolerance : float
+        Stop when an iteration improves the value by less than this, in the objective's units.
+    limit : int
+        Largest number of iterations.
+    """
+
+    tolerance: float = TOLERANCE
+    limit: int = 15
+
+    def minimise(self, objective: Yielding, start: Vector, spec: ParamSpec) -> Solution:
+        """Minimise from `start`; see `Forces.minimise`. The best place is what is returned."""
+        x = checked_start(start, spec)
+        pushed, free = objective.push(x), objective.give_way(x)
+        alpha = np.divide(pushed, free, out=np.zeros_like(free), where=free != 0)
+        best = objective(x)
+        where, trace, spent, step = x, [best.value], 3, pushed
+        for iteration in range(1, self.limit + 1):
+            x = spec.clip(x + step)
+            found = objective(x)
+            spent += 1
+            trace.append(found.value)
+            gain = best.value - found.value
+            if gain > 0:
+                best, where = found, x
+            if gain < self.tolerance * unit_of(objective):
+                return _at(where, CONVERGED, best, spent, trace, iteration)
+            step = alpha * objective.give_way(x)
+            spent += 1
+        return _at(where, LIMIT, best, spent, trace, self.limit)
+
+
+def _at(
+    x: Vector, status: str, best: Evaluation, spent: int, trace: list[float], iterations: int
+) -> Solution:
+    return Solution(x, status, best.value, best.terms, spent, np.array(trace), iterations)
 
 
 @dataclass(frozen=True)

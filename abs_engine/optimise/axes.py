@@ -123,7 +123,7 @@ class AxesSimplex:
         spent = found.n_evaluations + best.n_evaluations
         trace = np.r_[found.trace, best.trace]
         if best.value >= found.value:
-            return replace(found, n_evaluations=spent, trace=trace)
+            return replace(found, status=best.status, n_evaluations=spent, trace=trace)
         better = place(best.x), best.value, best.status
         return replace(
             found, x=better[0], value=better[1], status=better[2], n_evaluations=spent, trace=trace

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from abs_engine.optimise.ascent import Forces, Gradient
+from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
@@ -14,7 +14,7 @@ from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 
-Need = Literal["values", "forces", "squares"]
+Need = Literal["values", "forces", "residuals"]
 TOLERANCE, LIMIT = 0.03, 400
 """Nats that end a search, and evaluations of a frame at most."""
 
@@ -27,8 +27,8 @@ class Driver:
     ----------
     make : callable
         Makes the minimiser of a frame: see `fit.search.Minimiser`.
-    needs : {"values", "forces", "squares"}
-        What the evidence must give: values alone, forces on the drawn surface, or squares.
+    needs : {"values", "forces", "residuals"}
+        What the evidence must give: values alone, forces on the drawn surface, or residuals.
     settings : dict
         What `make` was told, for the record of a run.
     """
@@ -45,9 +45,10 @@ class Driver:
 _USUAL = {"tolerance": TOLERANCE, "limit": LIMIT}
 SIMPLEX = Driver(Simplex, settings=_USUAL)
 RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
-AXES = Driver(AxesSimplex, "squares", {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE})
-LEVENBERG = Driver(LevenbergMarquardt, "squares", _USUAL)
+AXES = Driver(AxesSimplex, "residuals", {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE})
+LEVENBERG = Driver(LevenbergMarquardt, "residuals", _USUAL)
 FORCES = Driver(Forces, "forces")
+FIXED_STEP = Driver(FixedStep, "forces")
 GRADIENT = Driver(Gradient)
 VARIATIONS = Driver(LocalVariations, settings=_USUAL)
 SBPLX, BOBYQA, COBYLA, PRAXIS = (

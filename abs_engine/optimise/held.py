@@ -11,17 +11,13 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.base import unit_of
 
 FloatArray = NDArray[np.float64]
 
 
 class Quadratic(Protocol):
     """An objective that knows its Gauss-Newton matrix."""
-
-    @property
-    def unit(self) -> float:
-        """The scale of tolerances, in units of the value."""
-        ...
 
     def __call__(self, x: FloatArray) -> Evaluation:
         """Evaluate at `x` (n,)."""
@@ -70,7 +66,7 @@ class Held:
     @property
     def unit(self) -> float:
         """The scale of tolerances, in units of the value."""
-        return self.objective.unit
+        return unit_of(self.objective)
 
     def values(self, vectors: FloatArray) -> FloatArray:
         """What is minimised, (B,), at parameter vectors (B, n)."""
@@ -82,7 +78,10 @@ class Held:
         self, x: FloatArray, difference: float
     ) -> tuple[float, FloatArray, FloatArray]:
         """Value, Gauss-Newton matrix (n, n) and half the gradient (n,), per first step, at `x`."""
-        value, matrix, gradient = self.objective.gauss_newton(x, self.spec.scale, difference)
+        scale = self.spec.scale
+        sign = np.where(x + difference * scale <= self.spec.upper, 1.0, -1.0)  # keeps the bounds
+        value, matrix, gradient = self.objective.gauss_newton(x, sign * scale, difference)
+        matrix, gradient = matrix * np.outer(sign, sign), gradient * sign
         pull = self.inertia * self.unit
         off = (x - self.centre) / self.spec.scale
         return (

@@ -57,16 +57,16 @@ class LevenbergMarquardt:
     def descend(self, held: Held, x: FloatArray, limit: int, step: float = 1.0) -> Solution:
         """Minimise from `x` (n,) within so many evaluations; `information` is the last matrix."""
         spec, damping, spent = held.spec, _DAMPING, 0
-        value, matrix, trace = np.inf, np.eye(len(x)), list[float]()
+        value, matrix, trace = np.inf, None, list[float]()
         status, taken = LIMIT, 0
         for _ in range(self.steps):
-            if spent and spent + len(x) + 1 + self.tries > limit:
+            if spent + len(x) + 1 + (self.tries if spent else 1) > limit:
                 break
             value, matrix, gradient = held.gauss_newton(x, self.difference * step)
             spent += len(x) + 1
             trace.append(value)
             taken += 1
-            for _try in range(self.tries):
+            for _try in range(min(self.tries, limit - spent)):
                 stiff = matrix + damping * np.diag(np.diag(matrix) + 1e-12)
                 y = spec.clip(x - np.linalg.solve(stiff, gradient) * spec.scale)
                 new = float(held.values(y[None])[0])
@@ -83,4 +83,7 @@ class LevenbergMarquardt:
             if gain < self.tolerance * held.unit:
                 status = CONVERGED
                 break
+        if not trace:
+            value, spent = float(held.values(x[None])[0]), 1
+            trace.append(value)
         return Solution(x, status, value, {}, spent, np.array(trace), taken, matrix)

@@ -14,7 +14,7 @@ import numpy as np
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import AbsEngineError, OpenGLError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
+from abs_engine.core.scene import Candidates, ColourError, FusedRenderer, Scene
 from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, Attempt, GLContext, remedy_of
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer, VertexPath
@@ -177,7 +177,7 @@ def probe(backend: str) -> _Probe:
         return _failed(backend, detail, error.remedy)
 
 
-def _time_way(way: str, make: Callable[[], Renderer], repeats: int = 60) -> Timing:
+def _time_way(way: str, make: Callable[[], FusedRenderer], repeats: int = 60) -> Timing:
     scene, candidates, camera = _toy()
     try:
         renderer = make()

@@ -6,6 +6,7 @@ import logging
 from typing import Protocol
 
 from abs_engine.core.errors import OpenGLError, ParameterError
+from abs_engine.core.registry import RENDERERS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, NoOpenGLError
 from abs_engine.render.cpu import CpuRenderer
@@ -37,7 +38,7 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
     name : str
         "auto": OpenGL, or the CPU rasteriser with a line in the log where no OpenGL loads.
         "gl": any OpenGL or an error. "egl-device", "egl-surfaceless", "osmesa": that backend or
-        an error. "cpu": the CPU rasteriser.
+        an error. "cpu": the CPU rasteriser. Or one of `core.registry.RENDERERS`.
 
     Returns
     -------
@@ -50,9 +51,11 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
         If OpenGL was asked for and cannot be had; the remedy names the package to install.
     ParameterError
         If there is no such name.
+    PluginError
+        If it is that of another package, and cannot be imported.
     """
     if name not in NAMES:
-        raise ParameterError(f"there is no renderer {name}", f"choose of {', '.join(NAMES)}")
+        return _registered(name)
     if name == "cpu":
         return CpuRenderer()
     if name != "auto":
@@ -62,6 +65,15 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
     except OpenGLError as error:
         _log.warning("%s", _why_not(error))
         return CpuRenderer()
+
+
+def _registered(name: str) -> OpenRenderer:
+    """A renderer that another package brings."""
+    own = RENDERERS.names()
+    if name not in own:
+        raise ParameterError(f"there is no renderer '{name}'", nearest(name, [*NAMES, *own]))
+    opened: OpenRenderer = RENDERERS.get(name)()
+    return opened
 
 
 def draws_by_software(renderer: Renderer) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
+from abs_engine.compare.sums import pixel_sums
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, rotations, vertex_normals
@@ -156,7 +157,7 @@ class KnownHead:
         window = _face_window(self.face, pose, self.camera, DRAWN_FACE, 1.0)
         term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), self.face))
         one = Candidates.one(np.zeros(self.face.n_modes), pose)
-        sums = self.renderer.measure(self.face, one, self.camera, window, term)
+        sums = pixel_sums(self.renderer, self.face, one, self.camera, window, term)
         if sums.pixels[0] < 0.2 * window.drawn[0] * window.drawn[1]:
             return 1e9
         mean = float(sums.total[0]) / int(sums.pixels[0])

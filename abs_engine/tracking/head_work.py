@@ -108,7 +108,7 @@ class HeadBinder:
         marks = None
         if told is not None and face is not None:
             apart = None if self.lips is None else partial(self.lips.apart, face.landmarks)
-            alone = self._problem(base, {n: _silent(t) for n, t in terms.items()}, without)
+            alone = self._problem(base, {}, without)
             only, decide = self.evidence == LANDMARKS, self.evidence == BOTH
             marks = Landmarked(alone, told, apart, only, decide)
         return Work(problem, starts, partial(explained, terms), marks)
@@ -145,21 +145,6 @@ def explained(terms: Mapping[str, Term], value: Evaluation) -> float:
         if isinstance(term, Weighted):
             return term.explained(value.terms[name])
     return float("nan")
-
-
-def _silent(term: Term) -> Term:
-    """A term that says nothing."""
-    if isinstance(term, FacetLikelihood):
-        return replace(term, observations=0.0)
-    return _Nothing()
-
-
-class _Nothing:
-    """Evidence that is worth the same of every candidate."""
-
-    def negative_log(self, candidates) -> FloatArray:  # type: ignore[no-untyped-def]
-        """Return zeros (B,)."""
-        return np.zeros(len(candidates))
 
 
 def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:

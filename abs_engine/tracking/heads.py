@@ -63,7 +63,12 @@ differ from the average."""
 
 
 def prepare_head(
-    clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+    clip: Clip,
+    options: TrackOptions,
+    leaves: Leaves,
+    renderer: Renderer,
+    tell: Tell,
+    speaker: Speaker | None = None,
 ) -> ClipTracker:
     """Find the face, learn the clip's colours and fit the person's head.
 
@@ -75,6 +80,8 @@ def prepare_head(
     renderer : Renderer
     tell : callable
         Told what is begun, in a few words.
+    speaker : Speaker, optional
+        The head; by default that of `options.speaker`, or the bundled one.
 
     Raises
     ------
@@ -88,7 +95,7 @@ def prepare_head(
         If given poses do not fit the video, or the evidence or the driver not the head.
     """
     leaves.check("head", ("colour",))
-    speaker = load_speaker(options.speaker)
+    speaker = load_speaker(options.speaker) if speaker is None else speaker
     if options.start == LANDMARKS and options.person is None and options.poses is None:
         correspondence = correspondence_of(speaker, renderer)
         try:

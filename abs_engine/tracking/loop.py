@@ -15,7 +15,7 @@ from abs_engine.face.base import Face
 from abs_engine.fit.search import search
 from abs_engine.optimise.base import Solution
 from abs_engine.tracking.frames import HeadFrame, Memory
-from abs_engine.tracking.setting import NO_FACE, ClipSetting, FrameResult, Work
+from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -103,7 +103,8 @@ def _minimised(
     """Minimise from one start (6 + P,), by the landmarks alone if told to; over all parameters."""
     marks = work.landmarks
     problem = marks.alone if alone and marks is not None else work.problem
-    found = search(problem, problem.chosen(start)[None], setting.driver)[0]
+    driver = FRAME_SOLVER if alone else setting.driver
+    found = search(problem, problem.chosen(start)[None], driver)[0]
     return replace(found, x=problem.whole(found.x))
 
 

@@ -48,6 +48,7 @@ def write_run(
     results: Iterable[tuple[Image, FrameResult]],
     facts: RunFacts,
     progress: Progress | None = None,
+    recorder: Recorder | None = None,
 ) -> dict[str, Any]:
     """Track to the end and write everything into an existing folder.
 
@@ -60,6 +61,8 @@ def write_run(
     facts : RunFacts
     progress : callable, optional
         Called after every frame.
+    recorder : Recorder, optional
+        What collects the results, for the caller to keep.
 
     Returns
     -------
@@ -71,7 +74,7 @@ def write_run(
     OSError
         If the folder cannot be written.
     """
-    recorder, sheet = Recorder(setting), ContactSheet(setting)
+    recorder, sheet = Recorder(setting) if recorder is None else recorder, ContactSheet(setting)
     head = HeadKeeper(setting, facts.frames)
     start = time.perf_counter()
     with Overlay(folder / OVERLAY, setting) as overlay:

@@ -79,5 +79,5 @@ def _file(name: str) -> Path | None:
     if path.suffix or len(path.parts) > 1:
         return path
     raise ParameterError(
-        f"there is no model '{name}'", f"{nearest(name, MODELS.names())}; or give a file"
+        f"there is no model '{name}', nor is it a file", nearest(name, MODELS.names())
     )

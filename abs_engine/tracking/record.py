@@ -112,11 +112,16 @@ class Recorder:
         weights = np.array([parted(r.vector)[1] for r in self._results])
         return RunMesh(body.mean, body.modes, weights.reshape(-1, len(body.modes)), body.faces)
 
+    def table(self) -> list[list[Any]]:
+        """The table of all frames, its heading first."""
+        rows = zip(self._results, self._times(), strict=True)
+        return [table_heading(self._setting), *(self._row(r, float(t)) for r, t in rows)]
+
     def rows(self) -> Iterator[list[Any]]:
         """The rows of ``results.csv``, its heading first."""
-        yield table_heading(self._setting)
-        for result, time in zip(self._results, self._times(), strict=True):
-            yield [_cell(value) for value in self._row(result, float(time))]
+        heading, *rows = self.table()
+        yield heading
+        yield from ([_cell(value) for value in row] for row in rows)
 
     def _times(self) -> NDArray[np.float64]:
         """When each frame is shown, (T,), seconds: as the video says, or by its rate."""

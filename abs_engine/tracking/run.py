@@ -17,6 +17,7 @@ from abs_engine.files import NewFolder
 from abs_engine.tracking.options import BLOBS, STARTS, Clip, ClipTracker, Leaves, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.setting import EVIDENCE
 from abs_engine.truth.sums import digest
@@ -79,6 +80,7 @@ def track_video(
     prepared: Callable[[float], None] | None = None,
     stage: Callable[[str], None] | None = None,
     remark: Callable[[str], None] | None = None,
+    recorded: Callable[[ClipTracker, Recorder], None] | None = None,
 ) -> dict[str, Any]:
     """Track the lips in a video and write a run; see `abs_engine.tracking.record`.
 
@@ -97,6 +99,8 @@ def track_video(
         Told what the preparation begins, in a few words.
     remark : callable, optional
         Told before the first frame what is to be said of several faces.
+    recorded : callable, optional
+        Given what was prepared and recorded, once it is written.
 
     Returns
     -------
@@ -127,8 +131,11 @@ def track_video(
         if remark is not None and tracker.faces:
             remark(tracker.faces)
         facts = RunFacts(settings_of(tracker, options), tracker.info.frames, took)
-        told = write_run(made.work, tracker.setting, tracker.results(), facts, progress)
+        recorder = Recorder(tracker.setting)
+        told = write_run(made.work, tracker.setting, tracker.results(), facts, progress, recorder)
         made.finish()
+    if recorded is not None:
+        recorded(tracker, recorder)
     return told
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -144,6 +145,28 @@ class LocalModel:
             raise ParameterError("points lie outside of the part", "choose them inside of it")
         return replace(self, vertices=place.astype(np.int64))
 
+    def arrays(self) -> dict[str, Any]:
+        """All that it holds, by name, as a file has it; `from_arrays` takes it."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @classmethod
+    def from_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> LocalModel:
+        """The model of the arrays of a file; others among them are not read.
+
+        Raises
+        ------
+        KeyError
+            If one is missing.
+        TypeError, ValueError, ParameterError
+            If one is of another kind, or they do not make a model.
+        """
+        names = [f.name for f in fields(cls) if f.name not in ("vertices", "left_out", *_NUMBERS)]
+        arrays = {name: np.asarray(data[name], np.float64) for name in names}
+        left_out = np.asarray(data["left_out"], np.float32)
+        vertices = np.asarray(data["vertices"], np.int64)
+        explained, unit = (float(data[name]) for name in _NUMBERS)
+        return cls(vertices=vertices, left_out=left_out, explained=explained, unit=unit, **arrays)
+
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads, whole or not at all.
 
@@ -152,7 +175,7 @@ class LocalModel:
         OutputError
             If it exists or cannot be written.
         """
-        write_npz(path, FORMAT, VERSION, {f.name: getattr(self, f.name) for f in fields(self)})
+        write_npz(path, FORMAT, VERSION, self.arrays())
 
     @classmethod
     def load(cls, path: Path) -> LocalModel:
@@ -166,15 +189,8 @@ class LocalModel:
             If it has another format or version, or its arrays do not fit together.
         """
         data = read_npz(Path(path), FORMAT, VERSION)
-        names = [f.name for f in fields(cls) if f.name not in ("vertices", "left_out", *_NUMBERS)]
         try:
-            arrays = {name: np.asarray(data[name], np.float64) for name in names}
-            left_out = np.asarray(data["left_out"], np.float32)
-            vertices = np.asarray(data["vertices"], np.int64)
-            explained, unit = (float(data[name]) for name in _NUMBERS)
-            return cls(
-                vertices=vertices, left_out=left_out, explained=explained, unit=unit, **arrays
-            )  # fmt: skip
+            return cls.from_arrays(data)
         except (KeyError, TypeError, ValueError, ParameterError) as error:
             raise ModelFormatError(
                 f"{path} holds no whole local appearance", "learn it again"

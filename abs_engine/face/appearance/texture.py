@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -120,6 +121,27 @@ class TextureModel:
             texture_modes=np.concatenate([self.modes, extra]) if varying else None,
         )
 
+    def arrays(self) -> dict[str, Any]:
+        """All that it holds, by name, as a file has it; `from_arrays` takes it."""
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "leftover"}
+        return own | {"spread": self.leftover.spread, "common": self.leftover.common}
+
+    @classmethod
+    def from_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> TextureModel:
+        """The model of the arrays of a file; others among them are not read.
+
+        Raises
+        ------
+        KeyError
+            If one is missing.
+        TypeError, ValueError, ParameterError
+            If one is of another kind, or they do not make a model.
+        """
+        base, modes, mean = (np.asarray(data[k], np.float32) for k in ("base", "modes", "mean"))
+        frames = np.asarray(data["frames"], np.int32)
+        left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
+        return cls(base, modes, mean, frames, float(data["explained"]), left)
+
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load` reads, whole or not at all.
 
@@ -128,9 +150,7 @@ class TextureModel:
         OutputError
             If it exists or cannot be written.
         """
-        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "leftover"}
-        left = {"spread": self.leftover.spread, "common": self.leftover.common}
-        write_npz(path, FORMAT, VERSION, arrays | left)
+        write_npz(path, FORMAT, VERSION, self.arrays())
 
     @classmethod
     def load(cls, path: Path) -> TextureModel:
@@ -146,10 +166,7 @@ class TextureModel:
         """
         data = read_npz(Path(path), FORMAT, VERSION)
         try:
-            base, modes, mean = (np.asarray(data[k], np.float32) for k in ("base", "modes", "mean"))
-            frames = np.asarray(data["frames"], np.int32)
-            left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
-            return cls(base, modes, mean, frames, float(data["explained"]), left)
+            return cls.from_arrays(data)
         except (KeyError, TypeError, ValueError, ParameterError) as error:
             raise ModelFormatError(f"{path} holds no whole texture", "learn it again") from error
 

@@ -135,6 +135,42 @@ class ArticulatoryModel:
         missed = np.asarray(points, np.float64) - self.points(self.invert(points))
         return np.asarray(np.linalg.norm(missed, axis=-1), np.float64)
 
+    def arrays(self) -> dict[str, Any]:
+        """All that it holds, by name, as a file has it; `from_arrays` takes it."""
+        told = {
+            "predictors": [asdict(p) for p in self.predictors],
+            "groups": {name: list(points) for name, points in self.groups.items()},
+        }
+        return {
+            "names": np.array(self.names),
+            "mean": self.mean, "modes": self.modes, "variance": self.variance,
+            "told": json.dumps(told), "source": self.source,
+        }  # fmt: skip
+
+    @classmethod
+    def from_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> ArticulatoryModel:
+        """The model of the arrays of a file; others among them are not read.
+
+        Raises
+        ------
+        KeyError
+            If something is missing.
+        TypeError, ValueError, AttributeError, ParameterError, ModelFormatError
+            If something is of another kind, or they do not make a model.
+        """
+        told = parse_json(str(data["told"]))
+        predictors = tuple(
+            Predictor(p["name"], tuple(p["points"]), p["coordinates"], p["positive"])
+            for p in told["predictors"]
+        )
+        mean, modes, variance = (
+            np.asarray(data[name], np.float64) for name in ("mean", "modes", "variance")
+        )
+        return cls(
+            tuple(map(str, data["names"])), predictors, mean, modes, variance,
+            {name: tuple(points) for name, points in told["groups"].items()}, str(data["source"]),
+        )  # fmt: skip
+
     def save(self, path: Path) -> None:
         """Write an ``.npz``, whole or not at all.
 
@@ -143,16 +179,7 @@ class ArticulatoryModel:
         OutputError
             If it exists or cannot be written.
         """
-        told = {
-            "predictors": [asdict(p) for p in self.predictors],
-            "groups": {name: list(points) for name, points in self.groups.items()},
-        }
-        fields: dict[str, Any] = {
-            "names": np.array(self.names),
-            "mean": self.mean, "modes": self.modes, "variance": self.variance,
-            "told": json.dumps(told), "source": self.source,
-        }  # fmt: skip
-        write_npz(path, FORMAT, VERSION, fields)
+        write_npz(path, FORMAT, VERSION, self.arrays())
 
 
 def refuse_complex(points: ArrayLike) -> None:
@@ -185,22 +212,11 @@ def load_articulatory(path: Path) -> ArticulatoryModel:
     """
     data = read_npz(Path(path), FORMAT, VERSION)
     try:
-        told = parse_json(str(data["told"]))
-        predictors = tuple(
-            Predictor(p["name"], tuple(p["points"]), p["coordinates"], p["positive"])
-            for p in told["predictors"]
-        )
-        mean, modes, variance = (
-            np.asarray(data[name], np.float64) for name in ("mean", "modes", "variance")
-        )
-        model = ArticulatoryModel(
-            tuple(map(str, data["names"])), predictors, mean, modes, variance,
-            {name: tuple(points) for name, points in told["groups"].items()}, str(data["source"]),
-        )  # fmt: skip
+        model = ArticulatoryModel.from_arrays(data)
     except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:
         raise ModelFormatError(
             f"{path} is no whole articulatory model ({error})", "build it again"
         ) from error
-    if not all(np.isfinite(a).all() for a in (mean, modes, variance)):
+    if not all(np.isfinite(a).all() for a in (model.mean, model.modes, model.variance)):
         raise ModelFormatError(f"{path} holds what is not finite", "build it again")
     return model

@@ -17,6 +17,7 @@ from abs_engine.face.shape.lip_model import LipModel, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.shell import POSE_FREE, ShellSetting
 from abs_engine.fit.shell_frame import (
+    AS_PRINTED,
     ITERATIONS,
     ShellFit,
     fit_frame,
@@ -159,6 +160,34 @@ def pose_known(
             for driver in drivers:
                 fit = fit_frame(setting, picture, view.pose(frame), lips.starts, driver, rule)
                 yield FrameError.of(lips, camera, driver, frame, fit, view)
+
+
+def as_printed(
+    lips: TrainedLips, views: Mapping[str, Truth], renderer: Renderer, step: int = 1
+) -> Iterator[FrameError]:
+    """Fit frames by the paper's forces alone: one fixed step, one start, one Gaussian, one sample.
+
+    Parameters
+    ----------
+    lips : TrainedLips
+    views : mapping of camera to Truth
+    renderer : Renderer
+    step : int
+        Every so many frames.
+
+    Yields
+    ------
+    FrameError
+    """
+    for camera, view in views.items():
+        setting = replace(lips.setting(view.camera, renderer), score="sample", seen=None)
+        for frame, picture in enumerate(view.pictures()):
+            if frame % step:
+                continue
+            fit = fit_frame(
+                setting, picture, view.pose(frame), lips.starts[:1], AS_PRINTED, "sample"
+            )
+            yield FrameError.of(lips, camera, AS_PRINTED, frame, fit, view)
 
 
 def placed_by_blob(

@@ -23,6 +23,7 @@ from abs_engine.papers.basu1998.experiment import (
     OBSERVED,
     FrameError,
     TrainedLips,
+    as_printed,
     converged,
     learn_lips,
     placed_by_blob,
@@ -64,7 +65,9 @@ WAYS: tuple[tuple[str, str, str, Integral], ...] = (
     ("simplex_one_sample", "simplex", "whole", "sample"),
 )
 """Name in the results, driver, rule of the forces, and how the posterior is integrated (5.4)."""
-SPARSE = {"simplex_one_sample": 5}
+LITERAL = "forces_as_printed"
+"""One fixed step from one start, the mean shape: eqs. 8, 10, 12 and 13 as they are printed."""
+SPARSE = {LITERAL: 5, "simplex_one_sample": 5}
 """Every how many frames are fitted where that takes long: one sample is not fused into drawing."""
 
 
@@ -107,6 +110,8 @@ def reproduce(
             tell(f"fitting {person} by {name.replace('_', ' ')}")
             step = SPARSE.get(name, 1)
             known += _named(name, pose_known(lips, sides, renderer, (driver,), rule, score, step))
+        tell(f"fitting {person} by forces as printed")
+        known += _named(LITERAL, as_printed(lips, sides, renderer, SPARSE[LITERAL]))
         tell(f"fitting {person} from the blob, and moving")
         blob += list(placed_by_blob(lips, sides, renderer, "forces"))
         turning = views[person, "moving", FRONT]
@@ -210,6 +215,8 @@ def _fitted(
         name: _driven([e for e in known if e.driver == name]) | {"posterior_rule": score}
         for name, _, _, score in WAYS
     }
+    literal = [e for e in known if e.driver == LITERAL]
+    drivers[LITERAL] = _driven(literal) | {"posterior_rule": "sample"}
     best = [e for e in known if e.driver == BEST]
     people = sorted({e.person for e in best})
     yaws = {

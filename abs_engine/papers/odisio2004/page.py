@@ -63,6 +63,7 @@ whitened by what the linear model leaves out of its own training pictures, and s
 textures in the visemes, where pixels beside an outline are left out, too; rows "as printed" are
 without. Sentences are tracked by textures with epsilon as printed, which is several times less
 work.</p>
+{_face(results)}
 <h2>At a glance</h2>
 {table(("", "here", "goal", ""), goal_rows(results))}
 <h2>Table 1: variance</h2>
@@ -86,6 +87,17 @@ work.</p>
 {pictures(figures)}"""
     heading = "Shape and appearance models of talking faces, reproduced"
     return page("Seed 001 reproduced", heading, body)
+
+
+def _face(results: Results) -> str:
+    """Where the learned face is."""
+    if "face" not in results:
+        return ""
+    name = html.escape(str(results["face"]))
+    return (
+        f'<p>The bare face, its appearance learned from all visemes: <a href="{name}">{name}</a>; '
+        f"<code>abs-engine track --model {name}</code> tracks its speaker.</p>"
+    )
 
 
 def _cell(value: float | None) -> str:

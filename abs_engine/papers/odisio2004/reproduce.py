@@ -10,8 +10,10 @@ from dataclasses import asdict
 from typing import Any
 
 from abs_engine.face.talking import MODELS, TalkingFace
+from abs_engine.face.talking_file import save_talking
 from abs_engine.files import png
 from abs_engine.learn.articulatory import dense_head, left_out_errors
+from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import BEADS
 from abs_engine.papers.odisio2004.gathered import STAGES, Report
 from abs_engine.papers.odisio2004.page import reproduction_page
@@ -34,7 +36,7 @@ from abs_engine.release import engine_version
 from abs_engine.systems.articulate.figures import boxplot_figure, figure_bytes, nomogram_figure
 from abs_engine.systems.articulate.tables import boxes, results, variance_text
 
-RESULTS, PAGE = "results.json", "index.html"
+RESULTS, PAGE, FACE = "results.json", "index.html", "face.npz"
 FILMED = "filmed"
 SEARCH_MODEL, REPORTED = "tex_lin", 300
 """Model of the comparison of solvers, and the budget of which results.json tells."""
@@ -51,7 +53,8 @@ def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
     ----------
     report : Report
         Its folder is empty, or as an interrupted run with the same choices left it; it gets
-        ``index.html``, ``results.json``, figures, the filmed corpora, and the tracked sentences.
+        ``index.html``, ``results.json``, figures, the filmed corpora, the tracked sentences, and
+        ``face.npz``, the bare face learned from all visemes.
     parts : tuple of callable
         Further experiments, which add to the results and the figures.
 
@@ -69,6 +72,7 @@ def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
     report.tell("filming visemes of the bare face")
     bare = _filmed(report, "bare", 0)
     report.stage("visemes", lambda own: _visemes(own, beaded, bare))
+    report.stage("face", lambda own: _face(own, bare))
     report.stage("search", lambda own: _search(own, bare))
     for part in parts:
         part(report, beaded)
@@ -165,6 +169,16 @@ def _appearance(report: Report, speech: Speech, face: TalkingFace) -> None:
         "figure5.png", png(points_figure(speech, face, shown)),
         "Figure 5: the points that were chosen for local appearance.",
     )  # fmt: skip
+
+
+def _face(report: Report, speech: Speech) -> None:
+    """The face's file, for `track`; its appearance is of all visemes."""
+    report.tell("learning the face")
+    face = speech.learn(range(len(speech.pictures)), report.renderer)
+    path = report.folder / FACE
+    path.unlink(missing_ok=True)  # of a run that was cut off just here
+    save_talking(path, face, report.person, checksum(report.speaker))
+    report.results["face"] = FACE
 
 
 def _search(report: Report, speech: Speech) -> None:

@@ -1,0 +1,317 @@
+"""The file of a talking face: all that tracking with it needs, in one archive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import AbsEngineError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.scene import Scene
+from abs_engine.face.appearance.local import LocalModel
+from abs_engine.face.appearance.region import part
+from abs_engine.face.appearance.texture import TextureModel
+from abs_engine.face.articulated import FaceShape
+from abs_engine.face.base import RINGS
+from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.face.shape.articulatory_model import ArticulatoryModel
+from abs_engine.face.talking import TalkingFace
+from abs_engine.inputs import name_problem
+from abs_engine.npz import read_npz, write_npz
+
+T = TypeVar("T")
+FORMAT, VERSION = "abs_engine.talking_face", 1
+_REMEDY = "make it again with 'abs-engine reproduce 001'"
+_LEARN = "learn it again"
+_RINGS = {*RINGS, "points", "corners"}
+_SCENE = ("mean", "modes", "faces", "uv", "facet_class", "texture", "cull")
+_TWINS = {"tex_cst": "tex_lin", "la_cst": "la_lin"}
+"""Constant models, and those that they are usually the constants of."""
+
+
+@dataclass(frozen=True, eq=False)
+class StoredTalker:
+    """A talking face and whose it is.
+
+    Parameters
+    ----------
+    face : TalkingFace
+    person : str
+        Of the speaker's people.
+    speaker : str
+        Checksum of the speaker's head; see `learn.training.checksum`.
+    """
+
+    face: TalkingFace
+    person: str
+    speaker: str
+
+
+def save_talking(path: Path, face: TalkingFace, person: str, speaker: str) -> None:
+    """Write an ``.npz`` that `load_talking` reads, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Must not exist.
+    face : TalkingFace
+        Its surface and outer parts are parts of its scene, as `region.part` makes them.
+    person, speaker : str
+        See `StoredTalker`.
+
+    Raises
+    ------
+    OutputError
+        If it exists or cannot be written.
+    ParameterError
+        If the face does not fit together, holds what is not finite, or the person has no name.
+    """
+    arrays = _arrays(face) | {"person": person, "speaker": speaker}
+    _check_finite(arrays)
+    _check(StoredTalker(face, person, speaker))
+    write_npz(path, FORMAT, VERSION, arrays)
+
+
+def load_talking(path: Path) -> StoredTalker:
+    """Read what `save_talking` wrote; everything comes back bit for bit.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If it has another format or version, lacks something, holds what is not finite, or does
+        not fit together.
+    """
+    data = _Arrays(read_npz(Path(path), FORMAT, VERSION))
+    try:
+        _check_finite(data)
+        face = _face(data)
+        found = StoredTalker(face, str(data.take("person", "U")), str(data.take("speaker", "U")))
+        _check(found)
+        return found
+    except AbsEngineError as error:
+        why: Exception = error
+        problem = error.problem
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        why, problem = error, " ".join(str(error).split())
+    raise ModelFormatError(f"{path} is no whole talking face: {problem}", _REMEDY) from why
+
+
+class _Arrays(dict[str, NDArray[np.generic]]):
+    """Arrays of a file, or of a part of it; one that is missing is named."""
+
+    def __init__(self, arrays: Mapping[str, NDArray[np.generic]], within: str = "") -> None:
+        super().__init__(arrays)
+        self._within = within
+
+    def __missing__(self, name: str) -> NDArray[np.generic]:
+        raise ParameterError(f"there is no array '{self._within}{name}'", _REMEDY)
+
+    def part(self, name: str) -> _Arrays:
+        """What is named `name` and a dot, without that."""
+        start = f"{name}."
+        own = {key.removeprefix(start): at for key, at in self.items() if key.startswith(start)}
+        return _Arrays(own, self._within + start)
+
+    def take(self, name: str, kind: str) -> NDArray[Any]:
+        """An array as it is, of a kind of number as NumPy's `dtype.kind` has it."""
+        values = self[name]
+        self.check(name, kind)
+        return values
+
+    def check(self, name: str, kind: str) -> None:
+        """Raise `ParameterError` unless an array is of a kind: NumPy would round or read it."""
+        if self[name].dtype.kind != kind:
+            raise ParameterError(f"'{self._within}{name}' holds {self[name].dtype}", _REMEDY)
+
+
+def _arrays(face: TalkingFace) -> dict[str, Any]:
+    """All that is in the file but whose face it is."""
+    shape, spec, penalty = face.shape, face.shape.spec, face.shape.penalty
+    own = {
+        "vertices": shape.vertices, "lips": shape.lips, "marks": shape.marks,
+        "neutral": shape.neutral, "la_scale": face.la_scale,
+        "regions": np.array([name or "" for name in shape.regions], np.str_),
+        "surface": _facets(shape.scene, shape.surface),
+        "outer": _facets(shape.scene, shape.outer),
+    }  # fmt: skip
+    parts: dict[str, Mapping[str, Any]] = {
+        "model": shape.model.arrays(),
+        "frame": {"rotation": shape.frame.rotation, "translation": shape.frame.translation},
+        "scene": _scene_arrays(shape.scene),
+        "spec": {
+            "names": np.array(spec.names, np.str_), "units": np.array(spec.units, np.str_),
+            "scale": spec.scale, "lower": spec.lower, "upper": spec.upper,
+        },
+        "penalty": {
+            "mean": penalty.mean, "whitener": penalty.whitener,
+            "softness": penalty.softness, "strength": penalty.strength,
+        },
+        "rings": shape.rings, "tex_lin": face.tex_lin.arrays(), "la_lin": face.la_lin.arrays(),
+    }  # fmt: skip
+    for name, linear in _TWINS.items():
+        twin, known = getattr(face, name).arrays(), getattr(face, linear).constant().arrays()
+        own[f"{name}_is_constant_{linear}"] = made = _same(twin, known)
+        parts |= {} if made else {name: twin}
+    return own | {f"{p}.{name}": v for p, values in parts.items() for name, v in values.items()}
+
+
+def _face(data: _Arrays) -> TalkingFace:
+    tex_lin = _model(data.part("tex_lin"), TextureModel.from_arrays, TextureModel.arrays)
+    la_lin = _model(data.part("la_lin"), LocalModel.from_arrays, LocalModel.arrays)
+    tex_cst, la_cst = tex_lin.constant(), la_lin.constant()
+    if not data.take("tex_cst_is_constant_tex_lin", "b"):
+        tex_cst = _model(data.part("tex_cst"), TextureModel.from_arrays, TextureModel.arrays)
+    if not data.take("la_cst_is_constant_la_lin", "b"):
+        la_cst = _model(data.part("la_cst"), LocalModel.from_arrays, LocalModel.arrays)
+    scale = float(data.take("la_scale", "f"))
+    return TalkingFace(_shape(data), tex_lin, tex_cst, la_lin, la_cst, scale)
+
+
+def _shape(data: _Arrays) -> FaceShape:
+    scene = _model(data.part("scene"), _scene, _scene_arrays)
+    frame, rings = data.part("frame"), data.part("rings")
+    surface, _ = part(scene, data.take("surface", "b"))
+    outer, kept = part(scene, data.take("outer", "b"))
+    return FaceShape(
+        _model(data.part("model"), ArticulatoryModel.from_arrays, ArticulatoryModel.arrays),
+        Pose(frame.take("rotation", "f"), frame.take("translation", "f")),
+        scene, data.take("vertices", "i"), data.take("lips", "i"), surface, outer, kept,
+        data.take("marks", "i"), _spec(data.part("spec")), _penalty(data.part("penalty")),
+        data.take("neutral", "f"), {name: rings.take(name, "i") for name in rings},
+        tuple(str(name) or None for name in data.take("regions", "U")),
+    )  # fmt: skip
+
+
+def _model(
+    data: _Arrays,
+    make: Callable[[Mapping[str, NDArray[np.generic]]], T],
+    arrays: Callable[[T], Mapping[str, Any]],
+) -> T:
+    """A part of the face from its arrays, none of which had to be made another kind of number."""
+    made = make(data)
+    for name, values in arrays(made).items():
+        data.check(name, np.asarray(values).dtype.kind)
+    return made
+
+
+def _scene_arrays(scene: Scene) -> dict[str, Any]:
+    """All of a scene; where its texture does not depend on the weights, that is empty."""
+    layers = scene.texture_modes
+    own = {name: getattr(scene, name) for name in _SCENE}
+    return own | {"texture_modes": np.zeros(0, np.float32) if layers is None else layers}
+
+
+def _scene(data: Mapping[str, NDArray[Any]]) -> Scene:
+    own = {name: data[name] for name in _SCENE}
+    layers = data["texture_modes"]
+    return Scene(**own | {"cull": bool(own["cull"])}, texture_modes=layers if layers.size else None)
+
+
+def _spec(data: _Arrays) -> ParamSpec:
+    names, units = (tuple(map(str, data.take(name, "U"))) for name in ("names", "units"))
+    scale, lower, upper = (data.take(name, "f") for name in ("scale", "lower", "upper"))
+    return ParamSpec(names, units, scale, lower, upper)
+
+
+def _penalty(data: _Arrays) -> ImprobablePenalty:
+    softness, strength = (float(data.take(name, "f")) for name in ("softness", "strength"))
+    return ImprobablePenalty(data.take("mean", "f"), data.take("whitener", "f"), softness, strength)
+
+
+def _facets(whole: Scene, some: Scene) -> NDArray[np.bool_]:
+    """Which facets (F,) of a scene `region.part` takes to make a part of it.
+
+    Raises
+    ------
+    ParameterError
+        If it is no such part.
+    """
+    chosen = np.zeros(len(whole.faces), np.bool_)
+    if some.n_modes == whole.n_modes:
+        corners = np.concatenate([_corners(whole), _corners(some)])
+        ids = np.unique(corners, axis=0, return_inverse=True)[1].ravel()
+        left = iter(ids[len(chosen) :])
+        wanted = next(left)
+        for facet, own in enumerate(ids[: len(chosen)]):
+            if own == wanted:  # a part has its facets in the scene's order
+                chosen[facet] = True
+                wanted = next(left, -1)
+    if not chosen.any() or not _same(_scene_arrays(part(whole, chosen)[0]), _scene_arrays(some)):
+        raise ParameterError(
+            "what is compared of the face is no part of its head", "take it by region.part"
+        )
+    return chosen
+
+
+def _corners(scene: Scene) -> NDArray[np.int32]:
+    """All that is known of each facet and its corners, bit for bit, (F, K)."""
+    moved = scene.modes.transpose(1, 0, 2).reshape(len(scene.mean), -1)
+    bits = np.concatenate([scene.mean, scene.uv, moved], axis=1).view(np.int32)
+    known = bits[scene.faces].reshape(len(scene.faces), -1)
+    return np.column_stack([known, scene.facet_class])
+
+
+def _same(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
+    """Whether arrays are the same by name, bit for bit."""
+    pairs = [(np.asarray(one[name]), np.asarray(two[name])) for name in one]
+    return all(
+        a is b or ((a.dtype, a.shape) == (b.dtype, b.shape) and a.tobytes() == b.tobytes())
+        for a, b in pairs
+    )
+
+
+def _check_finite(arrays: Mapping[str, Any]) -> None:
+    for name, values in arrays.items():
+        if np.asarray(values).dtype.kind == "f" and not np.isfinite(values).all():
+            raise ParameterError(f"'{name}' holds what is not finite", _LEARN)
+
+
+def _check(stored: StoredTalker) -> None:
+    """Raise `ParameterError` unless the parts of a face fit together."""
+    problem = name_problem("person", stored.person)
+    wrong = [problem] if problem else []
+    wrong += [what for what, fits in _fits(stored.face).items() if not fits]
+    if wrong:
+        raise ParameterError(wrong[0], _LEARN)
+
+
+def _fits(face: TalkingFace) -> dict[str, bool]:
+    """What may be wrong, and whether it is right."""
+    shape, points, count = face.shape, len(face.shape.model.names), len(face.shape.model.predictors)
+    numbers = {shape.scene.n_modes, len(shape.spec), shape.penalty.size}
+    local = (face.la_lin, face.la_cst)
+    return {
+        "the head, the penalty or the bounds have other parameters than the model": (
+            numbers == {count} and shape.neutral.shape == (count,)
+        ),
+        "the vertices are not one for each point of the model": (
+            shape.vertices.shape == (points,) and _inside(shape.vertices, len(shape.scene.mean))
+        ),
+        "the points of the lips are not the model's": _inside(shape.lips, points),
+        "the marks are not on the head": _inside(shape.marks, len(shape.scene.mean)),
+        "the lips' contours are not on the part that is drawn": (
+            shape.rings.keys() >= _RINGS
+            and all(at.ndim == 1 and np.isin(at, shape.kept).all() for at in shape.rings.values())
+        ),
+        "a facet has no region": int(shape.scene.facet_class.max()) < len(shape.regions),
+        "appearance depends on more parameters than there are": all(
+            len(model.modes) <= count for model in (face.tex_lin, face.tex_cst, *local)
+        ),
+        "points of local appearance are not on the part that is drawn": all(
+            _inside(model.vertices, len(shape.outer.mean)) for model in local
+        ),
+        "the scale of local appearance is not positive": face.la_scale > 0,
+    }
+
+
+def _inside(indices: NDArray[np.integer], count: int) -> bool:
+    """Whether indices are a list of some that are not negative and below a count."""
+    return indices.ndim == 1 and indices.size > 0 and 0 <= indices.min() <= indices.max() < count

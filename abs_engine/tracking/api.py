@@ -1,0 +1,244 @@
+"""A video tracked in one call, and what comes of it as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import nearest
+from abs_engine.core.scene import Renderer
+from abs_engine.render.select import open_renderer
+from abs_engine.tracking.mesh import RunMesh
+from abs_engine.tracking.options import ClipTracker, TrackOptions
+from abs_engine.tracking.output import Progress
+from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.run import check_options, prepare, settings_of, track_video
+from abs_engine.truth import load_camera
+from abs_engine.video import probe
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+FloatArray = NDArray[np.float64]
+_PATHS = ("speaker", "colours", "physics", "poses")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What was found in a video of T frames.
+
+    Parameters
+    ----------
+    arrays : dict of str to array
+        As ``results.npz`` has them, see `tracking.record.Recorder.arrays`. The most used have
+        attributes of their own.
+    mesh : RunMesh
+        The whole head in every frame.
+    summary : dict
+        Counts, means and warnings.
+    settings : dict
+        What was asked for.
+    names : tuple of str
+        Columns of the table.
+    rows : list of list
+        The table, a row for each frame.
+    """
+
+    arrays: dict[str, Any]
+    mesh: RunMesh
+    summary: dict[str, Any]
+    settings: dict[str, Any]
+    names: tuple[str, ...] = field(repr=False, default=())
+    rows: list[list[Any]] = field(repr=False, default_factory=list)
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.arrays["index"])
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """An array by its name.
+
+        Raises
+        ------
+        ParameterError
+            If there is none; the nearest name is given.
+        """
+        if name not in self.arrays:
+            raise ParameterError(f"there is no array '{name}'", nearest(name, self.arrays))
+        return np.asarray(self.arrays[name])
+
+    @property
+    def time(self) -> FloatArray:
+        """When each frame is shown, (T,), seconds."""
+        return self["time"]
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """Whether the lips were followed, (T,)."""
+        return self["found"]
+
+    @property
+    def aperture(self) -> FloatArray:
+        """Height between the inner lips at their middle, (T,), mm; NaN where they were lost."""
+        return self["aperture"]
+
+    @property
+    def width(self) -> FloatArray:
+        """Distance of the mouth's corners, (T,), mm."""
+        return self["width"]
+
+    @property
+    def closed(self) -> NDArray[np.bool_]:
+        """Whether the lips are closed, (T,)."""
+        return self["closed"]
+
+    @property
+    def lip_points(self) -> FloatArray:
+        """The lips' contours, (T, N, 3), mm, head frame."""
+        return self["lip_points"]
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Head to camera as rotation vectors, (T, 3), radians."""
+        return self["rotation"]
+
+    @property
+    def translation(self) -> FloatArray:
+        """Head to camera, (T, 3), mm."""
+        return self["translation"]
+
+    @property
+    def parameters(self) -> dict[str, FloatArray]:
+        """The parameters of pose and posture by their names, (T,) each."""
+        names, values = self["parameter_names"], self["parameters"]
+        return {str(name): values[:, k] for k, name in enumerate(names)}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Why the results may be doubted."""
+        return tuple(self.summary.get("warnings", ()))
+
+    def to_pandas(self) -> DataFrame:
+        """The table of ``results.csv``, a row for each frame.
+
+        Raises
+        ------
+        ParameterError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise ParameterError("pandas is not installed", "pip install pandas") from error
+        return pandas.DataFrame(self.rows, columns=list(self.names))
+
+
+def track(
+    video: str | Path,
+    output: str | Path | None = None,
+    *,
+    renderer: str | Renderer = "auto",
+    camera: str | Path | Camera | None = None,
+    terms: str | Sequence[str] | None = None,
+    progress: Progress | None = None,
+    stage: Callable[[str], None] | None = None,
+    **options: Any,
+) -> Run:
+    """Track the lips in a video.
+
+    Parameters
+    ----------
+    video : path
+    output : path, optional
+        Folder of a run, which must not exist; by default nothing is written.
+    renderer : str or Renderer
+        A name, of which one is opened and closed again (see `open_renderer`), or an open one.
+    camera : path or Camera, optional
+        Its calibration, or a `camera.json`.
+    terms : str or sequence of str, optional
+        Evidence: "colour", "colour+texture".
+    progress : callable, optional
+        Called after every frame with the number of frames done and of all frames.
+    stage : callable, optional
+        Told what the preparation begins, in a few words.
+    **options
+        What else `TrackOptions` has: ``preset="basu1998"``, ``model``, ``driver``, ``person``, ...
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    AbsEngineError
+        As `track_video`.
+
+    Examples
+    --------
+    >>> run = abs_engine.track("a.mpg")  # doctest: +SKIP
+    >>> run.aperture.max()  # doctest: +SKIP
+    """
+    chosen = _options(options, camera, terms)
+    path = Path(video)
+    check_options(chosen, probe(path))
+    with _opened(renderer) as drawn:
+        collected: list[Run] = []
+        if output is None:
+            tracker = prepare(path, drawn, chosen, stage)
+            return _run(tracker, chosen, progress)
+
+        def keep(tracker: ClipTracker, recorder: Recorder) -> None:
+            collected.append(_of(recorder, settings_of(tracker, chosen)))
+
+        track_video(path, Path(output), drawn, chosen, progress, stage=stage, recorded=keep)
+        return collected[0]
+
+
+def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) -> Run:
+    recorder, frames = Recorder(tracker.setting), tracker.info.frames
+    for _, result in tracker.results():
+        recorder.add(result)
+        if progress is not None:
+            progress(len(recorder), max(frames, len(recorder)) if frames else 0)
+    return _of(recorder, settings_of(tracker, chosen))
+
+
+def _of(recorder: Recorder, settings: dict[str, Any]) -> Run:
+    heading, *rows = recorder.table()
+    return Run(
+        recorder.arrays(), recorder.mesh(), recorder.summary(), settings, tuple(heading), rows
+    )
+
+
+def _options(
+    given: dict[str, Any], camera: str | Path | Camera | None, terms: str | Sequence[str] | None
+) -> TrackOptions:
+    known = [one.name for one in fields(TrackOptions)]
+    for name in given:
+        if name not in known:
+            raise ParameterError(f"there is no option '{name}'", nearest(name, known))
+    paths = {name: Path(given[name]) for name in _PATHS if given.get(name) is not None}
+    if isinstance(terms, str):
+        terms = [part.strip() for part in terms.split("+") if part.strip()]
+    own = camera if camera is None or isinstance(camera, Camera) else load_camera(Path(camera))
+    model = given.get("model")
+    named = {} if model is None else {"model": str(model)}
+    rest = {**given, **paths, **named}
+    return TrackOptions(**rest, camera=own, terms=None if terms is None else tuple(terms))
+
+
+@contextmanager
+def _opened(renderer: str | Renderer) -> Iterator[Renderer]:
+    if not isinstance(renderer, str):
+        yield renderer
+        return
+    with open_renderer(renderer) as opened:
+        yield opened

@@ -1,0 +1,77 @@
+"""A frame of any face as it is fitted: evidence, what is likely beforehand, and where to start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.prior import GaussianPrior, Prior
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import PoseFrame, at_base, joined, parted
+from abs_engine.core.scene import Renderer
+from abs_engine.face.base import Face
+from abs_engine.fit.head_frame import lip_window
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.terms import TermKind, bound
+from abs_engine.fit.view import View
+from abs_engine.tracking.frames import HeadFrame, Memory
+from abs_engine.tracking.head_work import STEP_DEVIATION, explained
+from abs_engine.tracking.person import POSE_DEVIATION
+from abs_engine.tracking.setting import Work
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FaceBinder:
+    """Binds evidence to a face whose head is followed by its motion.
+
+    Parameters
+    ----------
+    face : Face
+    camera : Camera
+    renderer : Renderer
+    rate : float
+        Frames per second.
+    kinds : mapping of str to TermKind
+        The evidence.
+    priors : tuple of Prior
+        What is likely of postures beforehand, over (6 + P).
+    forces : bool
+        Whether the driver asks for forces.
+    """
+
+    face: Face
+    camera: Camera
+    renderer: Renderer
+    rate: float
+    kinds: Mapping[str, TermKind]
+    priors: tuple[Prior, ...]
+    forces: bool = False
+
+    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
+        """What is minimised in a frame whose head is about a pose, and where it is started.
+
+        A posture is likely to be near that of the frame before.
+        """
+        face, count = self.face, len(self.face.posture)
+        last = None if memory.vector is None else at_base(parted(memory.vector)[1])
+        starts = at_base(face.starts) if last is None else np.vstack([last, at_base(face.starts)])
+        base, window = PoseFrame(pose, face.pivot), lip_window(face.border, pose, self.camera)
+        given = frame.image, self.camera, self.renderer, base, window, starts[0]
+        terms = bound(self.kinds, face, View(*given, forces=self.forces))
+        still = np.full(count, np.inf if last is None else _step(self.rate))
+        near = GaussianPrior(starts[0], joined(POSE_DEVIATION, still))
+        mobility = np.asarray(joined(POSE_DEVIATION, np.ones(count)) ** 2)
+        problem = Problem(base, face.blocks, terms, (*self.priors, near), mobility=mobility)
+        return Work(problem, starts, partial(explained, terms))
+
+
+def _step(rate: float) -> float:
+    """How far a parameter of a posture moves from frame to frame, standard deviations."""
+    return float(STEP_DEVIATION * np.sqrt(25.0 / rate))
