@@ -72,9 +72,9 @@ def save_talking(path: Path, face: TalkingFace, person: str, speaker: str) -> No
     ParameterError
         If the face does not fit together, holds what is not finite, or the person has no name.
     """
-    arrays = _arrays(face) | {"person": person, "speaker": speaker}
-    _check_finite(arrays)
-    _check(StoredTalker(face, person, speaker))
+    told = _arrays(face) | {"person": person, "speaker": speaker}
+    arrays = {name: np.asarray(value) for name, value in told.items()}
+    _stored(_Arrays(arrays))  # what cannot be read is not written
     write_npz(path, FORMAT, VERSION, arrays)
 
 
@@ -91,11 +91,7 @@ def load_talking(path: Path) -> StoredTalker:
     """
     data = _Arrays(read_npz(Path(path), FORMAT, VERSION))
     try:
-        _check_finite(data)
-        face = _face(data)
-        found = StoredTalker(face, str(data.take("person", "U")), str(data.take("speaker", "U")))
-        _check(found)
-        return found
+        return _stored(data)
     except AbsEngineError as error:
         why: Exception = error
         problem = error.problem
@@ -123,13 +119,17 @@ class _Arrays(dict[str, NDArray[np.generic]]):
     def take(self, name: str, kind: str) -> NDArray[Any]:
         """An array as it is, of a kind of number as NumPy's `dtype.kind` has it."""
         values = self[name]
-        self.check(name, kind)
+        if values.dtype.kind != kind:  # NumPy would round it, or read text
+            raise ParameterError(f"'{self._within}{name}' holds {values.dtype}", _REMEDY)
         return values
 
-    def check(self, name: str, kind: str) -> None:
-        """Raise `ParameterError` unless an array is of a kind: NumPy would round or read it."""
-        if self[name].dtype.kind != kind:
-            raise ParameterError(f"'{self._within}{name}' holds {self[name].dtype}", _REMEDY)
+    def check(self, made: Mapping[str, Any]) -> None:
+        """Raise `ParameterError` unless what was made of the arrays has their kinds and shapes."""
+        for name, value in made.items():
+            wanted = np.asarray(value)
+            shape = self.take(name, wanted.dtype.kind).shape
+            if shape != wanted.shape:
+                raise ParameterError(f"'{self._within}{name}' has shape {shape}", _REMEDY)
 
 
 def _arrays(face: TalkingFace) -> dict[str, Any]:
@@ -137,14 +137,14 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
     shape, spec, penalty = face.shape, face.shape.spec, face.shape.penalty
     own = {
         "vertices": shape.vertices, "lips": shape.lips, "marks": shape.marks,
-        "neutral": shape.neutral, "la_scale": face.la_scale,
+        "neutral": shape.neutral, "la_scale": float(face.la_scale),
         "regions": np.array([name or "" for name in shape.regions], np.str_),
         "surface": _facets(shape.scene, shape.surface),
         "outer": _facets(shape.scene, shape.outer),
     }  # fmt: skip
     parts: dict[str, Mapping[str, Any]] = {
         "model": shape.model.arrays(),
-        "frame": {"rotation": shape.frame.rotation, "translation": shape.frame.translation},
+        "frame": _frame_arrays(shape.frame),
         "scene": _scene_arrays(shape.scene),
         "spec": {
             "names": np.array(spec.names, np.str_), "units": np.array(spec.units, np.str_),
@@ -163,6 +163,19 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
     return own | {f"{p}.{name}": v for p, values in parts.items() for name, v in values.items()}
 
 
+def _stored(data: _Arrays) -> StoredTalker:
+    """What the arrays hold; `ParameterError` where that is not whole."""
+    for name, values in data.items():
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise ParameterError(f"'{name}' holds what is not finite", _LEARN)
+    person, speaker = (str(data.take(name, "U").item()) for name in ("person", "speaker"))
+    face, problem = _face(data), name_problem("person", person)
+    wrong = [problem] if problem else [what for what, fits in _fits(face).items() if not fits]
+    if wrong:
+        raise ParameterError(wrong[0], _LEARN)
+    return StoredTalker(face, person, speaker)
+
+
 def _face(data: _Arrays) -> TalkingFace:
     tex_lin = _model(data.part("tex_lin"), TextureModel.from_arrays, TextureModel.arrays)
     la_lin = _model(data.part("la_lin"), LocalModel.from_arrays, LocalModel.arrays)
@@ -177,12 +190,12 @@ def _face(data: _Arrays) -> TalkingFace:
 
 def _shape(data: _Arrays) -> FaceShape:
     scene = _model(data.part("scene"), _scene, _scene_arrays)
-    frame, rings = data.part("frame"), data.part("rings")
+    rings = data.part("rings")
     surface, _ = part(scene, data.take("surface", "b"))
     outer, kept = part(scene, data.take("outer", "b"))
     return FaceShape(
         _model(data.part("model"), ArticulatoryModel.from_arrays, ArticulatoryModel.arrays),
-        Pose(frame.take("rotation", "f"), frame.take("translation", "f")),
+        _model(data.part("frame"), _frame, _frame_arrays),
         scene, data.take("vertices", "i"), data.take("lips", "i"), surface, outer, kept,
         data.take("marks", "i"), _spec(data.part("spec")), _penalty(data.part("penalty")),
         data.take("neutral", "f"), {name: rings.take(name, "i") for name in rings},
@@ -195,11 +208,18 @@ def _model(
     make: Callable[[Mapping[str, NDArray[np.generic]]], T],
     arrays: Callable[[T], Mapping[str, Any]],
 ) -> T:
-    """A part of the face from its arrays, none of which had to be made another kind of number."""
+    """A part of the face from its arrays, which are what it would be written as."""
     made = make(data)
-    for name, values in arrays(made).items():
-        data.check(name, np.asarray(values).dtype.kind)
+    data.check(arrays(made))
     return made
+
+
+def _frame_arrays(frame: Pose) -> dict[str, Any]:
+    return {"rotation": frame.rotation, "translation": frame.translation}
+
+
+def _frame(data: Mapping[str, NDArray[Any]]) -> Pose:
+    return Pose(data["rotation"], data["translation"])
 
 
 def _scene_arrays(scene: Scene) -> dict[str, Any]:
@@ -210,9 +230,10 @@ def _scene_arrays(scene: Scene) -> dict[str, Any]:
 
 
 def _scene(data: Mapping[str, NDArray[Any]]) -> Scene:
-    own = {name: data[name] for name in _SCENE}
+    own: dict[str, Any] = {name: data[name] for name in _SCENE}
     layers = data["texture_modes"]
-    return Scene(**own | {"cull": bool(own["cull"])}, texture_modes=layers if layers.size else None)
+    own |= {"cull": bool(own["cull"]), "texture_modes": layers if layers.size else None}
+    return Scene(**own)
 
 
 def _spec(data: _Arrays) -> ParamSpec:
@@ -268,21 +289,6 @@ def _same(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
     )
 
 
-def _check_finite(arrays: Mapping[str, Any]) -> None:
-    for name, values in arrays.items():
-        if np.asarray(values).dtype.kind == "f" and not np.isfinite(values).all():
-            raise ParameterError(f"'{name}' holds what is not finite", _LEARN)
-
-
-def _check(stored: StoredTalker) -> None:
-    """Raise `ParameterError` unless the parts of a face fit together."""
-    problem = name_problem("person", stored.person)
-    wrong = [problem] if problem else []
-    wrong += [what for what, fits in _fits(stored.face).items() if not fits]
-    if wrong:
-        raise ParameterError(wrong[0], _LEARN)
-
-
 def _fits(face: TalkingFace) -> dict[str, bool]:
     """What may be wrong, and whether it is right."""
     shape, points, count = face.shape, len(face.shape.model.names), len(face.shape.model.predictors)
@@ -299,11 +305,15 @@ def _fits(face: TalkingFace) -> dict[str, bool]:
         "the marks are not on the head": _inside(shape.marks, len(shape.scene.mean)),
         "the lips' contours are not on the part that is drawn": (
             shape.rings.keys() >= _RINGS
-            and all(at.ndim == 1 and np.isin(at, shape.kept).all() for at in shape.rings.values())
+            and all(
+                _inside(at, len(shape.scene.mean)) and np.isin(at, shape.kept).all()
+                for at in shape.rings.values()
+            )
         ),
+        "a texture is empty": shape.scene.texture.size > 0 and face.tex_lin.base.size > 0,
         "a facet has no region": int(shape.scene.facet_class.max()) < len(shape.regions),
-        "appearance depends on more parameters than there are": all(
-            len(model.modes) <= count for model in (face.tex_lin, face.tex_cst, *local)
+        "appearance depends on other parameters than the model's": all(
+            len(model.modes) in (0, count) for model in (face.tex_lin, face.tex_cst, *local)
         ),
         "points of local appearance are not on the part that is drawn": all(
             _inside(model.vertices, len(shape.outer.mean)) for model in local

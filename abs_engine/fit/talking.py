@@ -90,8 +90,9 @@ def talking_problem(
     pose_known: bool = False,
     window: Window | None = None,
     whiten: bool = False,
+    printed: bool = False,
 ) -> Problem:
-    """What is to be minimised in a picture: epsilon as printed, + A(a).
+    """What is to be minimised in a picture: epsilon + A(a).
 
     Parameters
     ----------
@@ -111,7 +112,9 @@ def talking_problem(
         Part of the picture that is compared; by default `face_window` at the start.
     whiten : bool
         Whether textures, too, are compared beyond epsilon as printed (see `texture_error`), which
-        is several times the work; local appearance, where it costs little, always is.
+        is several times the work; local appearance, where it costs little, is unless `printed`.
+    printed : bool
+        Compare local appearance, too, by epsilon as printed: descriptors raw, beside all of A(a).
 
     Raises
     ------
@@ -137,9 +140,9 @@ def talking_problem(
     else:
         error = local_error(
             face.local(name), shape.outer, picture, camera, replace(seen, scale=face.la_scale),
-            renderer, whiten="all",
+            renderer, whiten="no" if printed else "all",
         )  # fmt: skip
-        kind, penalty = LOCAL, weaker
+        kind, penalty = LOCAL, shape.penalty if printed else weaker
     prior = PenaltyPrior(penalty, PENALTY_SHARE * error.unit, shape.blocks.places[POSTURE])
     free = (POSTURE,) if pose_known else (POSE, POSTURE)
     return Problem(frame, shape.blocks, {kind: error}, (prior,), free, error.unit)

@@ -31,6 +31,7 @@ DRIVERS = {
     "forces": "forces at the borders of classes: the whole derivative of eq. 7 (ours)",
     "forces_exact": "forces of eq. 11, exact sum over the visible pixels",
     "forces_one_sample": "forces of eq. 12, one sample for each facet (paper)",
+    "forces_as_printed": "the same as printed: one fixed step, one start, one Gaussian",
     "gradient": "gradient in parameter space, by differences",
     "simplex": "Nelder-Mead simplex",
     "simplex_one_sample": "the same, one sample for each facet (eq. 8)",

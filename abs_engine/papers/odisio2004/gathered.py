@@ -39,6 +39,8 @@ class Amount:
         Frames of each sequence of the worn camera.
     practised : int
         Frames of the sentence that is kept for practice; 0 leaves it out.
+    printed : int
+        How many of the sentences, at most, local appearance as printed is tracked on, too.
     """
 
     size: tuple[int, int]
@@ -51,6 +53,7 @@ class Amount:
     twins: int | None = None
     worn: int | None = None
     practised: int = 0
+    printed: int = 10
 
 
 QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from abs_engine.face.talking import MODELS, TalkingFace
+from dataclasses import replace
+
+from abs_engine.face.talking import LOCALS, MODELS, TalkingFace
 from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Amount, Report
 from abs_engine.papers.odisio2004.reproduce import FILMED
 from abs_engine.papers.odisio2004.sentences import (
     FIGURE,
     TREES,
+    Sentences,
     chosen,
     in_spread_order,
     run_sentences,
@@ -16,7 +19,8 @@ from abs_engine.papers.odisio2004.sentences import (
 )
 from abs_engine.papers.odisio2004.sentences_filmed import film_sentence
 from abs_engine.papers.odisio2004.sentences_work import Job, Work
-from abs_engine.papers.odisio2004.sequence_measure import practise
+from abs_engine.papers.odisio2004.sequence import AS_PRINTED
+from abs_engine.papers.odisio2004.sequence_measure import by_articulation, practise
 from abs_engine.papers.odisio2004.teleconference import FIGURE as FIGURE_10
 from abs_engine.papers.odisio2004.teleconference import run_teleconference
 from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
@@ -47,6 +51,8 @@ def sentences_part(report: Report, speech: Speech) -> None:
     count = report.amount.sentences or len(SENTENCES)
     twins = report.amount.twins or count
     report.stage(f"sentences-{count}-{twins}", lambda own: _sentences(own, speech, face))
+    few = min(count, report.amount.printed)
+    report.stage(f"as-printed-{few}", lambda own: _as_printed(own, speech, face))
 
 
 def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
@@ -61,15 +67,7 @@ def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
 
 
 def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
-    work = Work(
-        report.folder / TRACKED, report.person, speech.beads, speech.pictures.camera, face,
-        speech.built.alpha, report.renderer.description, report.seed, report.amount.frames,
-    )  # fmt: skip
-    done = run_sentences(
-        work, report.speaker, speech, report.renderer, report.folder,
-        jobs=jobs_of(report.amount), workers=report.workers, renderer_name=report.renderer_name,
-        tell=report.tell,
-    )  # fmt: skip
+    done = _tracked(report, speech, _work(report, speech, face), jobs_of(report.amount), True)
     report.results["sentences"] = done.told()
     report.results["sentences_each"] = done.told_each()
     report.results["tracking_seconds"] = round(done.seconds, 1)
@@ -82,6 +80,40 @@ def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
         kind: [list(group) for group in tree.groups(_CUT[kind])] for kind, tree in trees.items()
     }
     report.figures.append((TREES, f"Figure 7: phonemes by the faces that {model} found."))
+
+
+def _work(report: Report, speech: Speech, face: TalkingFace) -> Work:
+    return Work(
+        report.folder / TRACKED, report.person, speech.beads, speech.pictures.camera, face,
+        speech.built.alpha, report.renderer.description, report.seed, report.amount.frames,
+    )  # fmt: skip
+
+
+def _tracked(
+    report: Report, speech: Speech, work: Work, jobs: list[Job], drawn: bool = False
+) -> Sentences:
+    """Sentences that are tracked; with figure 8 where it is to be drawn."""
+    return run_sentences(
+        work, report.speaker, speech, report.renderer, report.folder if drawn else None, jobs=jobs,
+        workers=report.workers, renderer_name=report.renderer_name, tell=report.tell,
+    )  # fmt: skip
+
+
+def _as_printed(report: Report, speech: Speech, face: TalkingFace) -> None:
+    """Some of the sentences by our local appearance, and by the paper's to the letter."""
+    model = LOCALS[0]
+    jobs = [Job(job.sentence, (model,)) for job in jobs_of(report.amount)[: report.amount.printed]]
+    ours = _work(report, speech, face)
+    report.tell("choosing points as the paper does")
+    papers = by_articulation(speech, face, report.renderer)
+    literal = replace(ours, face=papers, settings=AS_PRINTED)
+    report.results["as_printed"] = {
+        "sentences": len(jobs),
+        **{
+            name: _tracked(report, speech, work, jobs).told()[model]
+            for name, work in ((model, ours), (f"{model}_as_printed", literal))
+        },
+    }
 
 
 def jobs_of(amount: Amount) -> list[Job]:

@@ -82,6 +82,8 @@ class Work:
         Of head motion, blinks and noise.
     frames : int, optional
         Of each sentence, from its start; by default all.
+    settings : Settings, optional
+        How frames are searched with any model; by default each is by `settings_of`.
     """
 
     folder: Path
@@ -93,6 +95,11 @@ class Work:
     renderer: str
     seed: int = 0
     frames: int | None = None
+    settings: Settings | None = None
+
+    def how(self, model: str) -> Settings:
+        """How frames are searched with a model."""
+        return self.settings or settings_of(model)
 
     @cached_property
     def kept(self) -> Kept:
@@ -117,7 +124,7 @@ class Work:
 
     def load(self, sentence: Sentence, model: str) -> Tracked | None:
         """A tracked sentence, if it was kept."""
-        return self.kept.load(sentence.name, model, settings_of(model))
+        return self.kept.load(sentence.name, model, self.how(model))
 
     def left(self, jobs: Sequence[Job]) -> list[Job]:
         """What of some jobs is not kept yet."""
@@ -209,7 +216,7 @@ def track_job(work: Work, job: Job, speaker: Speaker, renderer: Renderer) -> Non
     shape = work.face.shape
     filmed = film_plan(speaker, work.plan(speaker, job.sentence), job.sentence, shape.vertices)
     for model in job.models:
-        how = settings_of(model)
+        how = work.how(model)
         found = track(
             work.face, model, filmed.pictures, filmed.camera, filmed.poses[0], shape.neutral,
             renderer, how, work.postures,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ class Settings:
     pose_known : bool
         Whether the head stands still before the camera, as before one that it wears: only the
         articulation is sought.
+    printed : bool
+        Whether local appearance is compared by epsilon as printed; see `talking_problem`.
     """
 
     method: str = "axes"
@@ -62,6 +64,7 @@ class Settings:
     inertia: float = 1e-4
     unusual: float = 1.25
     pose_known: bool = False
+    printed: bool = False
 
     def __post_init__(self) -> None:
         if self.method not in ("axes", "simplex") or self.limit < 1:
@@ -73,6 +76,8 @@ class Settings:
 
 PAPER = Settings(method="simplex", predict=False, limit=300, inertia=0.0)
 """Plain warm start, as in the paper."""
+AS_PRINTED = replace(PAPER, printed=True)
+"""The paper's search of its epsilon, for local appearance, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +183,9 @@ def clip_setting(
 
     def problem(image: Image, there: Pose, alpha: FloatArray) -> Problem:
         given = image, camera, there, alpha, renderer
-        return talking_problem(face, name, *given, pose_known=how.pose_known)
+        return talking_problem(
+            face, name, *given, pose_known=how.pose_known, printed=how.printed
+        )
 
     binder = TalkBinder(
         problem, face.shape.neutral, explained_share, how.predict,

@@ -97,22 +97,46 @@ def compare_searches(
 def variants(speech: Speech, face: TalkingFace, renderer: Renderer) -> dict[str, TalkingFace]:
     """The face as it is, and with one thing at a time as it was before or as the paper has it."""
     shape, local = face.shape, face.la_lin
-    seen = speech.sightings(range(len(speech.pictures)))
-    every = learn_local(
-        seen, shape.scene, shape.marks, speech.pictures.camera, renderer, scale=face.la_scale
-    )
-    places = shape.scene.mean[shape.marks].astype(np.float64)
-    papers = choose_points(every, len(local), places, SPACING, whiten=True)
     free = replace(shape, penalty=replace(shape.penalty, strength=_NEXT_TO_NOTHING))
     return {
-        "points by articulation only, as in the paper": replace(
-            face, la_lin=every.only(papers).within(shape.kept)
+        "points by articulation only, as in the paper": by_articulation(
+            speech, face, renderer, SPACING, whiten=True
         ),
         "noise of each point for itself": replace(
             face, la_lin=replace(local, left_out=np.zeros_like(local.left_out))
         ),
         "hardly any A(a)": replace(face, shape=free),
     }
+
+
+def by_articulation(
+    speech: Speech,
+    face: TalkingFace,
+    renderer: Renderer,
+    spacing: float = 0.0,
+    *,
+    whiten: bool = False,
+) -> TalkingFace:
+    """The face with as many points of la_lin, chosen by what articulation makes of them alone.
+
+    Parameters
+    ----------
+    speech : Speech
+        The corpus that `face` was learned from, all of it.
+    face : TalkingFace
+    renderer : Renderer
+    spacing : float, mm
+        Least distance between points; the paper has none.
+    whiten : bool
+        As of `choose_points`; the paper does not.
+    """
+    shape, seen = face.shape, speech.sightings(range(len(speech.pictures)))
+    every = learn_local(
+        seen, shape.scene, shape.marks, speech.pictures.camera, renderer, scale=face.la_scale
+    )
+    places = shape.scene.mean[shape.marks].astype(np.float64)
+    chosen = choose_points(every, len(face.la_lin), places, spacing, whiten)
+    return replace(face, la_lin=every.only(chosen).within(shape.kept))
 
 
 def practise(

@@ -1,0 +1,143 @@
+"""The table of leaves: every model with every kind of evidence and every kind of driver.
+
+Each fits five frames of a clip, or is refused by name before anything is done.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn import lit, lit_picture_of
+from heads import seen_at
+from runs import write_kind
+
+from abs_engine.assets import load_speaker
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import DRIVERS, MODELS, TERMS
+from abs_engine.face.talking_file import save_talking
+from abs_engine.learn.articulated import face_shape
+from abs_engine.learn.articulatory import build
+from abs_engine.learn.talking import learn_face
+from abs_engine.learn.training import checksum
+from abs_engine.papers.odisio2004.filmed import VisemePictures, sightings
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.synth.corpus import speak_corpus
+from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.run import prepare
+
+PERSON = "amara"
+OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
+RENDERER = CpuRenderer()
+FITS = {
+    ("head", "colour"): {"simplex", "forces"},
+    ("shell", "colour"): {"simplex", "forces"},
+    ("talking", "colour"): {"simplex", "forces"},
+    ("talking", "texture"): {"simplex", "axes"},
+    ("talking", "local"): {"simplex", "axes"},
+}
+"""What goes together; all else is refused."""
+CELLS = [
+    (model, term, driver)
+    for model in ("head", "shell", "talking")
+    for term in ("colour", "texture", "local")
+    for driver in ("simplex", "forces", "axes")
+]
+
+
+def fits(model: str, term: str, driver: str) -> bool:
+    return driver in FITS.get((model, term), set())
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    pictures = [
+        lit(PERSON, seen_at([0, 0.03 * k - 0.06, 0], [0, 0, 700]), jawOpen=amount)
+        for k, amount in enumerate(OPEN)
+    ]
+    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+
+
+@pytest.fixture(scope="module")
+def talking(tmp_path_factory):
+    """A talking face of the person, learned from drawn visemes."""
+    speaker, camera = load_speaker(), Camera.ideal((320, 240))
+    spoken = speak_corpus(speaker, speaker.named(PERSON))
+    built = build(spoken.corpus)
+    shape = face_shape(speaker, spoken, built, PERSON)
+    pose = seen_at([0, 0, 0], [0, 0, 700])
+    pictures = []
+    heads = np.stack([shape.scene.vertices(row) for row in built.alpha]).astype(np.float32)
+    none, grain = np.zeros((0, *heads[0].shape), np.float32), np.random.default_rng(0)
+    for head in heads:
+        still = replace(shape.scene, mean=head, modes=none)
+        picture = lit_picture_of(still, pose, camera, (0.3, -0.5, -1.0), 0.0)
+        noisy = picture + grain.normal(0, 2, picture.shape)
+        pictures.append(np.clip(noisy, 0, 255).astype(np.uint8))
+    names = spoken.corpus.visemes
+    seen = VisemePictures(names, np.stack(pictures), heads, (pose,) * len(names), camera)
+    face = learn_face(shape, sightings(shape, seen, built.alpha), camera, RENDERER, count=20)
+    path = tmp_path_factory.mktemp("face") / "face.npz"
+    save_talking(path, face, PERSON, checksum(speaker))
+    return path
+
+
+@pytest.fixture(scope="module")
+def prepared(video, talking):
+    """A clip made ready for each model, once."""
+    names = {"head": "head", "shell": "shell", "talking": str(talking)}
+    return {
+        model: prepare(video, RENDERER, TrackOptions(model=name)) for model, name in names.items()
+    }
+
+
+@pytest.mark.parametrize(("model", "term", "driver"), [c for c in CELLS if fits(*c)])
+def test_what_goes_together_fits(model, term, driver, prepared):
+    made = prepared[model]
+    leaves = Leaves.of(TrackOptions(terms=(term,), driver=driver))
+    binder = replace(made.setting.binder, kinds=leaves.kinds)
+    if hasattr(binder, "forces"):
+        binder = replace(binder, forces=leaves.forces)
+    setting = replace(made.setting, binder=binder, driver=leaves.driver.minimiser())
+    found = [result for _, result in replace(made, setting=setting).results()]
+    assert [one.found for one in found] == [True] * len(OPEN)
+    aperture = np.array([one.aperture for one in found])
+    assert np.corrcoef(aperture, OPEN)[0, 1] > 0.8
+    assert all(len(one.vector) == len(setting.face.blocks) for one in found)
+
+
+@pytest.mark.parametrize(("model", "term", "driver"), [c for c in CELLS if not fits(*c)])
+def test_what_does_not_is_refused_by_name_before_anything_is_done(model, term, driver):
+    leaves = Leaves.of(TrackOptions(terms=(term,), driver=driver))
+    with pytest.raises(ParameterError) as caught:
+        MODELS.get(model)(None, TrackOptions(), leaves, None, print)
+    assert any(f"'{name}'" in caught.value.problem for name in (model, term, driver))
+    assert "use --" in caught.value.remedy
+
+
+def test_terms_add_up(prepared):
+    """Two kinds of evidence in one frame: the value is their sum and the priors'."""
+    made = prepared["talking"]
+    leaves = Leaves.of(TrackOptions(terms=("colour", "texture", "local")))
+    binder = replace(made.setting.binder, kinds=leaves.kinds)
+    image, result = next(iter(made.results()))
+    frame = made.setting.motion.follower().step(image, made.memory)
+    work = binder.work(frame, frame.pose, made.memory)
+    value = work.problem(work.problem.chosen(result.vector))
+    assert set(value.terms) == {"colour", "texture", "local", "prior"}
+    assert value.value == pytest.approx(sum(value.terms.values()))
+
+
+def test_a_talking_face_is_a_speakers_own():
+    chosen, prepare_own = resolved(TrackOptions(model="talking"))
+    with pytest.raises(ParameterError, match="give its file"):
+        prepare_own(None, chosen, Leaves.of(chosen), None, print)
+
+
+def test_every_leaf_is_in_the_registry():
+    assert {"head", "shell", "talking"} <= set(MODELS.names())
+    assert {"colour", "texture", "local"} <= set(TERMS.names())
+    assert {"simplex", "forces", "axes", "gradient"} <= set(DRIVERS.names())
