@@ -59,6 +59,11 @@ def at_base(weights: FloatArray) -> FloatArray:
     return np.concatenate([np.zeros((*weights.shape[:-1], _POSE)), weights], axis=-1)
 
 
+def no_correction() -> FloatArray:
+    """The correction (6,) that leaves a pose as it is."""
+    return np.zeros(_POSE)
+
+
 def joined(pose: FloatArray, weights: FloatArray) -> FloatArray:
     """The parameter vector (6 + P,) of a pose's correction (6,) and weights (P,)."""
     return np.concatenate([pose, weights])

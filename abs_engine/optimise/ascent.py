@@ -1,4 +1,4 @@
-"""Two drivers that climb: by forces (seed 000, eqs. 11-13) and by the gradient in parameter space.
+"""Drivers that climb: by forces (Basu et al., eqs. 11-13) and by the gradient in parameters.
 
 Both walk: from where they are they ask for a direction, look at several strides along it, drawn in
 one batch, and go to the best. How far to go for the best is another question for a head's pose than
@@ -106,7 +106,7 @@ class Yielding(Pushed, Protocol):
 
 @dataclass(frozen=True)
 class FixedStep:
-    """Follow the forces by one constant, from one start, as seed 000 prints it (eqs. 12, 13).
+    """Follow the forces by one constant, from one start, as Basu et al. print it (eqs. 12, 13).
 
     The constant alpha "scales the force to match the physics of the model", and is not printed:
     here it is such that the first push moves no node farther than `push` allows, and stays so.

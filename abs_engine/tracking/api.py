@@ -170,7 +170,7 @@ def track(
     stage : callable, optional
         Told what the preparation begins, in a few words.
     **options
-        What else `TrackOptions` has: ``preset="basu1998"``, ``model``, ``driver``, ``person``, ...
+        What else `TrackOptions` has: ``preset``, ``model``, ``driver``, ``person``, ...
 
     Returns
     -------

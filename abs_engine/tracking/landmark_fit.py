@@ -17,7 +17,7 @@ from threadpoolctl import ThreadpoolController
 from abs_engine.compare.prior import InformationPrior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
-from abs_engine.core.pose import pose_moves
+from abs_engine.core.pose import at_base, pose_moves
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, LIPS, Landmarks
 from abs_engine.tracking.seen_rays import SeenRays
@@ -87,7 +87,7 @@ class FrameLandmarks:
         pull = self.gradient[rest] + self.posture[modes:]
         gradient = self.gradient[kept] - pull @ gain
         held = information + _DAMPING * np.diag(np.diag(information)) + 1e-9 * np.eye(len(kept))
-        start = np.r_[np.zeros(6), self.posture[:modes]]
+        start = at_base(self.posture[:modes])
         return InformationPrior(start - np.linalg.solve(held, gradient), information)
 
 

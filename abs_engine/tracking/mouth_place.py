@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, parted
 from abs_engine.face.appearance.colour import MouthPlace
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import DRAWN_MOUTH
@@ -40,7 +40,7 @@ def mouth_place(
     person : (Q,) float64
     vector : (6 + P,) float64
     """
-    vertices, pose = model.held(person).vertices(vector[6:]), base.pose(vector[:6])
+    vertices, pose = model.held(person).vertices(parted(vector)[1]), base.pose(parted(vector)[0])
     line = camera.project(pose.apply(_where_lips_meet(model, vertices)))
     outline = window.to_drawn(camera.project(pose.apply(vertices[model.rings["outer"]])))
     away = _outside(window, outline)

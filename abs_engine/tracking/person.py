@@ -14,7 +14,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import POSE_NAMES, POSE_UNITS, PoseFrame
+from abs_engine.core.pose import POSE_NAMES, POSE_UNITS, PoseFrame, at_base, no_correction, parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
@@ -108,8 +108,8 @@ def calibrate(
     FaceNotFoundError, TooFewPixelsError
         If the frames do not show enough of skin and lips to learn from.
     """
-    vectors = np.tile(np.r_[np.zeros(6), model.prototypes[2]], (len(frames), 1))
-    person, shift = np.zeros(model.n_person) if begin is None else begin, np.zeros(6)
+    vectors = np.tile(at_base(model.prototypes[2]), (len(frames), 1))
+    person, shift = np.zeros(model.n_person) if begin is None else begin, no_correction()
     deviation = shift_deviation(model, frames, seen)
     for turn in range(len(ROUNDS)):
         stand = Stand(model, frames, camera, renderer, shift, person)
@@ -129,7 +129,7 @@ def calibrate(
         joint = PersonPosterior(model, frames, terms, vectors, deviation)
         spec, start = person_spec(model, deviation), np.r_[shift, person]
         found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec).x
-        shift, person = found[:6], found[6:]
+        shift, person = parted(found)[0], parted(found)[1]
     return Calibration(person, shift, classes, vectors)
 
 
@@ -148,7 +148,7 @@ def _choose_depth(
     Depth and posture trade against each other, so fitting them by turns creeps; trying depths
     and fitting the postures at each does not.
     """
-    prior = GaussianPrior(np.zeros(6), deviation)
+    prior = GaussianPrior(no_correction(), deviation)
     some = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
@@ -181,10 +181,10 @@ def fit_posture(
     p = model.n_expression
     held = replace(term, scene=model.held(person))
     deviation = np.r_[POSE_DEVIATION, np.ones(p)]
-    prior = GaussianPrior(np.zeros(6 + p), deviation)
+    prior = GaussianPrior(at_base(np.zeros(p)), deviation)
     contact = contact_prior(model, person, thick=bool(more))
     problem = head_problem(held, frame, (prior, contact, *more), p)
-    starts = np.hstack([np.zeros((len(model.prototypes), 6)), model.prototypes])
+    starts = at_base(model.prototypes)
     start = best_start(problem, np.vstack([starts, last]))
     return Simplex(tolerance=0.1, limit=limit).minimise(problem, start, problem.spec)
 
@@ -219,9 +219,11 @@ class PersonPosterior:
         for k, (frame, term, vector) in enumerate(
             zip(self.frames, self.terms, self.vectors, strict=True)
         ):
-            base = PoseFrame(shifted(frame.pose, x[:6], model.pivot), model.pivot)
-            weights = np.r_[vector[6:], x[6:]]
-            data += float(term.negative_log(base.candidates(vector[None, :6], weights[None]))[0])
+            base = PoseFrame(shifted(frame.pose, parted(x)[0], model.pivot), model.pivot)
+            weights = np.r_[parted(vector)[1], parted(x)[1]]
+            data += float(
+                term.negative_log(base.candidates(parted(vector[None])[0], weights[None]))[0]
+            )
             if self.more is not None:
                 data += self.more(k, base.pose(vector), weights)
         deviation = np.r_[self.shift, model.person_deviation]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
@@ -145,7 +145,7 @@ def place_mouth(
             for b in postures[[0, 2, 4]]
         ]
         total += np.min(values, axis=0)
-    prior = GaussianPrior(np.zeros(6), deviation)
+    prior = GaussianPrior(no_correction(), deviation)
     total = total * TOGETHER / len(frames) + np.array([prior.negative_log(g) for g in grid])
     return np.asarray(grid[int(np.argmin(total))])
 

@@ -18,7 +18,7 @@ from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, at_base, no_correction, parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
@@ -75,7 +75,7 @@ class PlacedFrame:
 
     def start(self, modes: int) -> FloatArray:
         """Pose (6) and posture by the landmarks, (6 + P,)."""
-        return np.asarray(np.r_[np.zeros(6), self.face.fit.posture[:modes]], np.float64)
+        return np.asarray(at_base(self.face.fit.posture[:modes]), np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class PlacedHead:
         pairs = list(zip(frames, found.expressions, strict=True))
         for frame, vector in sorted(pairs, key=lambda pair: pair[0].face.landmarks.openness):
             base = PoseFrame(shifted(frame.pose, found.shift, model.pivot), model.pivot)
-            posture = np.r_[vector[6:], frame.face.fit.posture[p:]]
+            posture = np.r_[parted(vector)[1], frame.face.fit.posture[p:]]
             off.append(own.off(frame.face.landmarks, self.camera, base.pose(vector), posture))
         return self.shape.known(moved, off)
 
@@ -152,7 +152,7 @@ def calibrate_placed(
     FaceNotFoundError
         If the mouth lies outside of the picture in all of them.
     """
-    person, shape, shift = np.zeros(head.model.n_person), head.shape, np.zeros(6)
+    person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
     for blur in ROUNDS:
         placed = head.frames(shape, seen)
         if not placed:
@@ -173,7 +173,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     1 where the mouth hardly moves by the landmarks: then nothing is told.
     """
     model = head.model
-    stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), found.person)
+    stand = _Stand(model, placed, head.camera, head.renderer, no_correction(), found.person)
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
     told = _apertures(model, found.person, starts)
@@ -199,7 +199,7 @@ def _round(
     depth = float(np.median([f.pose.translation[2] for f in placed]))
     deviation = SHIFT_DEVIATION * np.r_[np.ones(5), depth]
     vectors = np.stack([f.start(model.n_expression) for f in placed])
-    stand = _Stand(model, placed, head.camera, head.renderer, np.zeros(6), person)
+    stand = _Stand(model, placed, head.camera, head.renderer, no_correction(), person)
     classes = known or stand.learned(vectors, blur)
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)
@@ -213,15 +213,15 @@ def _round(
         model, [f.calibration for f in placed], terms, vectors, deviation, outline
     )
     solver, spec = Simplex(tolerance=0.1, limit=_PERSON_LIMIT), person_spec(model, deviation)
-    found = solver.minimise(joint, np.r_[np.zeros(6), person], spec).x
-    stand = replace(stand, shift=found[:6], person=found[6:])
+    found = solver.minimise(joint, at_base(person), spec).x
+    stand = replace(stand, shift=parted(found)[0], person=parted(found)[1])
     vectors = stand.postures(terms, vectors)
-    return Calibration(found[6:], found[:6], classes, vectors)
+    return Calibration(parted(found)[1], parted(found)[0], classes, vectors)
 
 
 def _apertures(model: MouthModel, person: FloatArray, vectors: FloatArray) -> FloatArray:
     """Apertures (N,), mm, of a person in some poses and postures (N, 6 + P)."""
-    return np.array([model.aperture(person, v[6:]) for v in vectors], np.float64)
+    return np.array([model.aperture(person, parted(v)[1]) for v in vectors], np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,8 +252,8 @@ class _Stand:
     def _places(self, k: int, window: Window, vector: FloatArray, blur: float) -> FloatArray:
         """How probably each of `PLACES` is seen at each drawn pixel, (4, H, W)."""
         model, base = self.model, self.base(k)
-        weights = np.r_[vector[6:], self.person][None]
-        candidate = base.candidates(vector[None, :6], weights)
+        weights = np.r_[parted(vector)[1], self.person][None]
+        candidate = base.candidates(parted(vector[None])[0], weights)
         drawn = self.renderer.draw(model.scene, candidate, self.camera, window)[0]
         names = model.speaker.class_names
         depth = float(base.base.apply(model.pivot)[2])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError, TooFewPixelsError
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
@@ -70,7 +70,7 @@ def calibrate_well(
         If the frames do not show enough of skin and lips to learn from.
     """
     faces = None if model.known or placed else shift_of_faces(model, frames, camera)
-    begin, seen = np.zeros(6) if faces is None else faces, faces is not None
+    begin, seen = no_correction() if faces is None else faces, faces is not None
     frames = moved(frames, begin, model.pivot)
     first = calibrate(model, frames, camera, renderer, known=colours, seen=seen)
     if model.known:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, parted
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
@@ -85,7 +85,7 @@ class Stand:
         places = [
             _places(
                 model, self.renderer, self.camera, window,
-                PoseFrame(pose, pivot).candidates(v[None, :6], np.r_[v[6:], self.person][None]),
+                PoseFrame(pose, pivot).candidates(v[None], np.r_[parted(v)[1], self.person][None]),
                 turn,
             )
             for window, pose, v in zip(self.windows, self.poses, vectors, strict=True)

@@ -1,4 +1,4 @@
-"""The thin shell of seed 000: linear elastic triangles with three displacements a node.
+"""A thin shell: linear elastic triangles with three displacements a node.
 
 Basu, Oliver and Pentland (1998), section 2: a two-dimensional plane-stress isotropic material with
 a strain relation for the out-of-plane components added. K U = F (eq. 1).

@@ -1,6 +1,6 @@
 """The mesh of the lips and the skin around them, cut from a speaker: 204 nodes in six rings.
 
-Seed 000 cuts its shell from a head and mends it for finite elements by hand. Here the rings are
+Basu et al. cut their shell from a head and mend it for finite elements by hand. Here the rings are
 laid out instead: on the lips from the inner to the outer contour, then over the skin. Every node
 is a point of a facet of the head, so whatever moves the head moves the shell.
 """

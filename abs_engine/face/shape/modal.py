@@ -1,4 +1,4 @@
-"""Learned physics of seed 000: the modes in which a shape was seen to move, and their stiffness.
+"""Learned physics: the modes in which a shape was seen to move, and their stiffness.
 
 Basu, Oliver and Pentland (1998), section 4.2. With forces that are independent and of unit
 variance, R_u = K_s^-2 (eq. 3), so the sample covariance's positive square root is the learned

@@ -1,4 +1,4 @@
-"""The whole shape from any part of it, and how sure it is (section 6.2 of seed 000).
+"""The whole shape from any part of it, and how sure it is (Basu et al. 1998, section 6.2).
 
 With a Gaussian prior over the modes (eq. 10) and Gaussian errors, the shape given any coordinates
 of any points is Gaussian as well.

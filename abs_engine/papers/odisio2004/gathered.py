@@ -40,7 +40,8 @@ class Amount:
     practised : int
         Frames of the sentence that is kept for practice; 0 leaves it out.
     printed : int
-        How many of the sentences, at most, local appearance as printed is tracked on, too.
+        How many of the sentences, at most, local appearance as printed is tracked on, too;
+        0 leaves it out.
     """
 
     size: tuple[int, int]

@@ -52,7 +52,8 @@ def sentences_part(report: Report, speech: Speech) -> None:
     twins = report.amount.twins or count
     report.stage(f"sentences-{count}-{twins}", lambda own: _sentences(own, speech, face))
     few = min(count, report.amount.printed)
-    report.stage(f"as-printed-{few}", lambda own: _as_printed(own, speech, face))
+    if few:
+        report.stage(f"as-printed-{few}", lambda own: _as_printed(own, speech, face))
 
 
 def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
@@ -100,7 +101,7 @@ def _tracked(
 
 
 def _as_printed(report: Report, speech: Speech, face: TalkingFace) -> None:
-    """Some of the sentences by our local appearance, and by the paper's to the letter."""
+    """Some of the sentences by our local appearance, and by the paper's as printed."""
     model = LOCALS[0]
     jobs = [Job(job.sentence, (model,)) for job in jobs_of(report.amount)[: report.amount.printed]]
     ours = _work(report, speech, face)

@@ -183,9 +183,7 @@ def clip_setting(
 
     def problem(image: Image, there: Pose, alpha: FloatArray) -> Problem:
         given = image, camera, there, alpha, renderer
-        return talking_problem(
-            face, name, *given, pose_known=how.pose_known, printed=how.printed
-        )
+        return talking_problem(face, name, *given, pose_known=how.pose_known, printed=how.printed)
 
     binder = TalkBinder(
         problem, face.shape.neutral, explained_share, how.predict,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
@@ -133,9 +134,10 @@ def learn_at_once(
     away = np.linalg.norm(places[:, None] - scene.mean[beads], axis=2).min(axis=1)
     marks = shape.marks[away > FREE_OF_BEADS]
     every = learn_local(seen, scene, marks, camera, renderer)
-    told = information(every, seen, scene, camera, renderer, shape.moved)[:, 6:, 6:]
+    own = slice(len(shape.blocks) - len(shape.spec), None)  # the pose is known
+    told = information(every, seen, scene, camera, renderer, shape.moved)[:, own, own]
     chosen = choose_informative(
-        every, told, shape.about[6:], POINTS, places[away > FREE_OF_BEADS], SPACING
+        every, told, parted(shape.about)[1], POINTS, places[away > FREE_OF_BEADS], SPACING
     )
     local = every.only(chosen).within(shape.kept)
     return TalkingFace(shape, texture, texture, local, local.constant())

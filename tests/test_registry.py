@@ -1,0 +1,120 @@
+"""What can be chosen by name: nearest names, entries that fail, files that add their own."""
+
+from __future__ import annotations
+
+from importlib import metadata
+
+import pytest
+
+from abs_engine.cli import main
+from abs_engine.core.errors import InputFileError, ParameterError, PluginError
+from abs_engine.core.registry import (
+    DRIVERS,
+    MODELS,
+    PRESETS,
+    RENDERERS,
+    TERMS,
+    Registry,
+    load_plugin,
+    nearest,
+)
+from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.presets import resolved
+
+
+def test_the_nearest_name_is_given():
+    assert nearest("simplx", ["simplex", "forces"]).startswith("did you mean 'simplex'?")
+    assert nearest("zzz", ["simplex", "forces"]) == "choose of simplex, forces"
+
+
+@pytest.mark.parametrize("registry", [MODELS, TERMS, DRIVERS, PRESETS])
+def test_every_entry_of_the_engine_can_be_had(registry):
+    assert registry.names()
+    for name in registry.names():
+        assert registry.get(name) is not None
+
+
+def test_an_entry_that_is_added_is_found_and_an_unknown_one_named():
+    toys = Registry("toy")
+    toys.add("ball", 3)
+    assert (toys.names(), toys.get("ball")) == (("ball",), 3)
+    with pytest.raises(ParameterError, match="no toy 'bal'; did you mean 'ball'"):
+        toys.get("bal")
+
+
+def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
+    group = "abs_engine.toys"
+    points = [
+        metadata.EntryPoint("whole", "math:pi", group),
+        metadata.EntryPoint("broken", "no_such_package:thing", group),
+        metadata.EntryPoint("empty", "math:no_such_thing", group),
+    ]
+    monkeypatch.setattr(
+        "abs_engine.core.registry.metadata.entry_points", lambda group: points if group else []
+    )
+    toys = Registry("toy")
+    assert toys.names() == ("broken", "empty", "whole")
+    assert toys.get("whole") == pytest.approx(3.14159, abs=1e-5)
+    for name in ("broken", "empty"):
+        with pytest.raises(PluginError, match=f"toy '{name}' cannot be imported") as caught:
+            toys.get(name)
+        assert "the others work" in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"preset": "basu98"}, "no preset 'basu98'; did you mean 'basu1998'"),
+        ({"model": "shel"}, "no model 'shel', nor is it a file; did you mean 'shell'"),
+        ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
+        ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
+        ({"terms": ()}, None),
+    ],
+)
+def test_a_misspelt_leaf_is_refused_with_the_nearest(options, said):
+    chosen = TrackOptions(**options)
+    if said is None:  # nothing named is the usual evidence
+        assert list(Leaves.of(resolved(chosen)[0]).kinds) == ["colour"]
+        return
+    with pytest.raises(ParameterError) as caught:
+        Leaves.of(resolved(chosen)[0])
+    assert said in str(caught.value)
+
+
+def test_what_is_chosen_counts_more_than_the_preset():
+    chosen, _ = resolved(TrackOptions(preset="basu1998"))
+    assert (chosen.model, chosen.terms, chosen.driver, chosen.start) == (
+        "shell", ("colour",), "forces", "blobs",
+    )  # fmt: skip
+    other, _ = resolved(TrackOptions(preset="basu1998", driver="simplex", start="landmarks"))
+    assert (other.model, other.driver, other.start) == ("shell", "simplex", "landmarks")
+    assert resolved(TrackOptions())[0].model == "head"
+
+
+def test_a_file_that_adds_entries(tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text("from abs_engine import RENDERERS\nRENDERERS.add('mine', dict)\n")
+    load_plugin(own)
+    assert RENDERERS.get("mine") is dict
+    RENDERERS._added.pop("mine")
+    own.write_text("1 / 0\n")
+    with pytest.raises(PluginError, match=r"own\.py cannot be run \(ZeroDivisionError"):
+        load_plugin(own)
+    with pytest.raises(InputFileError, match="does not exist"):
+        load_plugin(tmp_path / "none.py")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["trak", "a.mp4"], "there is no command 'trak'; did you mean 'track'?"),
+        (["track", "a.mp4", "-o", "x", "--start", "blob"], "did you mean 'blobs'?"),
+    ],
+)
+def test_a_command_or_choice_misspelt(words, said, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert said in lines[0]
