@@ -1,8 +1,8 @@
 """Learned physics of lips from the bundled head's own speech: what ``--model shell`` moves by.
 
-Usage: ``python assets/make_lips.py [OUTPUT_FOLDER]``: lets one of the bundled people speak some forty
-seconds, observes sixteen dots on the lips with the errors of two cameras, and learns ten modes
-(Basu, Oliver and Pentland 1998, sections 3 and 4). It writes ``lips.npz``. Nothing but this
+Usage: ``python assets/make_lips.py [OUTPUT_FOLDER]``: lets one of the bundled people speak some
+forty seconds, observes sixteen dots on the lips with the errors of two cameras, and learns ten
+modes (Basu, Oliver and Pentland 1998, sections 3 and 4). It writes ``lips.npz``. Nothing but this
 repository is needed; it takes some ten seconds.
 """
 

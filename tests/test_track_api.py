@@ -1,0 +1,80 @@
+"""`abs_engine.track`: paths as text, a renderer of its own, arrays, nothing written unasked."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn import lit
+from heads import seen_at
+from runs import write_kind
+
+import abs_engine
+from abs_engine.core.errors import InputFileError, OutputError, ParameterError
+
+OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    pictures = [lit("amara", seen_at([0, 0, 0], [0, 0, 700]), jawOpen=amount) for amount in OPEN]
+    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+
+
+@pytest.fixture(scope="module")
+def run(video):
+    done = []
+    found = abs_engine.track(
+        str(video), renderer="cpu", terms="colour", progress=lambda k, n: done.append((k, n))
+    )
+    assert done == [(k, len(OPEN)) for k in range(1, len(OPEN) + 1)]
+    return found
+
+
+def test_a_run_has_arrays_and_writes_nothing(run, video):
+    assert len(run) == len(OPEN)
+    assert run.found.all()
+    assert np.corrcoef(run.aperture, OPEN)[0, 1] > 0.95
+    assert run.lip_points.shape[0] == run.rotation.shape[0] == len(OPEN)
+    assert list(run.parameters)[:7] == ["rx", "ry", "rz", "tx", "ty", "tz", "shape1"]
+    assert run.settings["terms"] == ["colour"]
+    assert sorted(path.name for path in Path(video).parent.iterdir()) == ["head.mp4"]
+    with pytest.raises(ParameterError, match="did you mean 'aperture'"):
+        run["apertur"]
+
+
+def test_the_table_is_that_of_the_file(run, video, tmp_path):
+    written = abs_engine.track(str(video), str(tmp_path / "run"), renderer="cpu")
+    np.testing.assert_array_equal(written.aperture, run.aperture)
+    with (tmp_path / "run" / "results.csv").open() as file:
+        heading, *rows = csv.reader(file)
+    frame = run.to_pandas()
+    assert list(frame.columns) == heading == list(run.names)
+    assert len(frame) == len(rows)
+    column = [float(row[heading.index("aperture")]) for row in rows]
+    np.testing.assert_allclose(frame["aperture"], column, rtol=1e-5)
+    assert written.summary["frames"] == len(OPEN)
+    with pytest.raises(OutputError):
+        abs_engine.track(str(video), str(tmp_path / "run"), renderer="cpu")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"modell": "head"}, "there is no option 'modell'; did you mean 'model'?"),
+        ({"terms": "color"}, "there is no term 'color'; did you mean 'colour'?"),
+        ({"renderer": "cppu"}, "there is no renderer 'cppu'; did you mean 'cpu'?"),
+        ({"preset": "odisio"}, "did you mean 'odisio2004'?"),
+    ],
+)
+def test_what_cannot_be_is_said(video, options, said):
+    with pytest.raises(ParameterError) as caught:
+        abs_engine.track(str(video), **{"renderer": "cpu", **options})
+    assert said in str(caught.value)
+
+
+def test_a_video_that_is_not_there():
+    with pytest.raises(InputFileError, match="nowhere.mp4 does not exist"):
+        abs_engine.track("nowhere.mp4")
