@@ -99,6 +99,23 @@ def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
     return str(named) if str(named).isprintable() else "unknown"
 
 
+def read_kind(path: Path) -> str:
+    """What an `.npz` says that it is, without reading its arrays.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    """
+    check_file(path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
+    except BROKEN as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    return format_of(named)
+
+
 def _version_of(data: Mapping[str, NDArray[np.generic]]) -> int | str:
     """The version of a file; 0 where it is missing, "unknown" where it is not an integer."""
     told = data.get("version")

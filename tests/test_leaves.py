@@ -5,6 +5,7 @@ Each fits five frames of a clip, or is refused by name before anything is done.
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from heads import seen_at
 from runs import write_kind
 
 from abs_engine.assets import load_speaker
+from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import DRIVERS, MODELS, TERMS
@@ -25,8 +27,12 @@ from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import VisemePictures, sightings
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.synth.corpus import speak_corpus
+from abs_engine.tracking import loop
+from abs_engine.tracking.given import GivenMotion
+from abs_engine.tracking.mesh import load_mesh
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import prepare
 
 PERSON = "amara"
@@ -118,6 +124,40 @@ def test_what_does_not_is_refused_by_name_before_anything_is_done(model, term, d
     assert "use --" in caught.value.remedy
 
 
+@pytest.mark.parametrize("preset", ["basu1998", "odisio2004"])
+def test_a_preset_tracks_a_clip(preset, video, talking, tmp_path):
+    """Through the command, from the video to the run's folder."""
+    more = ["--model", str(talking)] if preset == "odisio2004" else []
+    words = ["track", str(video), "-o", str(tmp_path / "run"), "--renderer", "cpu"]
+    assert main([*words, "--preset", preset, *more]) == 0
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert told["settings"]["preset"] == preset
+    run = load_run(tmp_path / "run")
+    assert run["found"].all()
+    assert np.corrcoef(run["aperture"], OPEN)[0, 1] > 0.8
+    names = [str(name) for name in run["parameter_names"]]
+    assert names[6:8] == (["shape1", "shape2"] if preset == "basu1998" else ["jaw1", "lips1"])
+    assert [str(name) for name in run["term_names"]][-1] == "prior"
+    sums = run["term_values"].sum(axis=1)
+    np.testing.assert_allclose(sums, run["value"], rtol=1e-6)
+    heads = load_mesh(tmp_path / "run").points(run["lip_vertex"])
+    away = np.linalg.norm(run["lip_points"] - heads, axis=2)
+    assert np.median(away) < 1.5  # the head that is written moves with what was fitted
+
+
+def test_a_head_that_leaves_the_picture_costs_its_frames_alone(prepared):
+    """Of a talking face, which is compared where it is drawn."""
+    made = prepared["talking"]
+    leaves = Leaves.of(TrackOptions(terms=("texture",)))
+    binder = replace(made.setting.binder, kinds=leaves.kinds)
+    image, _ = next(iter(made.results()))
+    beside = seen_at([0, 0, 0], [2000, 0, 700])
+    motion = GivenMotion((beside, beside))
+    setting = replace(made.setting, binder=binder, motion=motion, visibility=None)
+    found = [one for _, one in loop.track(setting, [image, image])]
+    assert [(one.found, one.covered) for one in found] == [(False, True)] * 2
+
+
 def test_terms_add_up(prepared):
     """Two kinds of evidence in one frame: the value is their sum and the priors'."""
     made = prepared["talking"]
@@ -129,6 +169,17 @@ def test_terms_add_up(prepared):
     value = work.problem(work.problem.chosen(result.vector))
     assert set(value.terms) == {"colour", "texture", "local", "prior"}
     assert value.value == pytest.approx(sum(value.terms.values()))
+
+
+def test_regions_that_evidence_needs_and_a_face_lacks_are_named(prepared):
+    made = prepared["head"]
+    bare = replace(made.setting.face, regions=(None,) * len(made.setting.face.regions))
+    binder = replace(made.setting.binder, face=bare)
+    image, _ = next(iter(made.results()))
+    frame = made.setting.motion.follower().step(image, made.memory)
+    with pytest.raises(ParameterError, match="no region that shows skin or lips") as caught:
+        binder.work(frame, frame.pose, made.memory)
+    assert "give it regions of skin and lips" in caught.value.remedy
 
 
 def test_a_talking_face_is_a_speakers_own():

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from importlib import metadata
 
+import numpy as np
 import pytest
 
+from abs_engine.assets import shipped
 from abs_engine.cli import main
-from abs_engine.core.errors import InputFileError, ParameterError, PluginError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError, PluginError
 from abs_engine.core.registry import (
     DRIVERS,
     MODELS,
@@ -18,8 +20,11 @@ from abs_engine.core.registry import (
     load_plugin,
     nearest,
 )
+from abs_engine.face.shape.modal import load_physics
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.run import check_options
+from abs_engine.video import VideoInfo
 
 
 def test_the_nearest_name_is_given():
@@ -68,14 +73,11 @@ def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
         ({"model": "shel"}, "no model 'shel', nor is it a file; did you mean 'shell'"),
         ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
         ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
-        ({"terms": ()}, None),
+        ({"terms": "+"}, "no evidence is named; choose of colour"),
     ],
 )
 def test_a_misspelt_leaf_is_refused_with_the_nearest(options, said):
     chosen = TrackOptions(**options)
-    if said is None:  # nothing named is the usual evidence
-        assert list(Leaves.of(resolved(chosen)[0]).kinds) == ["colour"]
-        return
     with pytest.raises(ParameterError) as caught:
         Leaves.of(resolved(chosen)[0])
     assert said in str(caught.value)
@@ -88,7 +90,54 @@ def test_what_is_chosen_counts_more_than_the_preset():
     )  # fmt: skip
     other, _ = resolved(TrackOptions(preset="basu1998", driver="simplex", start="landmarks"))
     assert (other.model, other.driver, other.start) == ("shell", "simplex", "landmarks")
-    assert resolved(TrackOptions())[0].model == "head"
+    usual, _ = resolved(TrackOptions(terms="colour"))
+    assert (usual.model, usual.terms, usual.driver) == ("head", ("colour",), "simplex")
+    face, _ = resolved(TrackOptions(preset="basu1998", model="head"))
+    assert (face.model, face.preset) == ("head", None)
+
+
+@pytest.mark.parametrize(
+    ("registry", "entry", "lacks"), [(DRIVERS, object, "minimiser"), (TERMS, object(), "bind")]
+)
+def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
+    registry.add("odd", entry)
+    with pytest.raises(PluginError, match=f"'odd' is a .* without '{lacks}'"):
+        registry.get("odd")
+    registry._added.pop("odd")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"preset": "basu1998", "face": 2}, "--face needs a start from landmarks, which --preset"),
+        ({"preset": "basu1998", "pupil_distance": 58.0}, "which --preset basu1998 replaces"),
+        ({"model": "shell", "evidence": "landmarks"}, "--evidence is for a head"),
+        ({"model": "talking", "face": 2}, "which --model replaces"),
+        ({"preset": "odisio2004", "start": "landmarks"}, "found by its own head"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(options, said):
+    info = VideoInfo(size=(320, 240), rate=25.0, frames=5, times=())
+    with pytest.raises(ParameterError) as caught:
+        check_options(TrackOptions(**options), info)
+    assert said in str(caught.value)
+
+
+def test_a_model_is_known_by_its_file(tmp_path):
+    lips = shipped("lips/lips.npz")
+    chosen, _ = resolved(TrackOptions(model=str(lips)))
+    assert (chosen.model, chosen.model_file) == ("shell", lips)
+    for other, said in (
+        (shipped("speaker/head.npz"), "abs_engine.speaker"),
+        (tmp_path / "x.npz", "not exist"),
+    ):
+        with pytest.raises(InputFileError, match=said):
+            resolved(TrackOptions(model=str(other)))
+    old = tmp_path / "old.npz"
+    np.savez(old, format="abs_engine.learned_physics", version=9)
+    assert resolved(TrackOptions(model=str(old)))[0].model == "shell"
+    with pytest.raises(ModelFormatError, match="version 9"):
+        load_physics(old)
 
 
 def test_a_file_that_adds_entries(tmp_path):

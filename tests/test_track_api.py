@@ -76,5 +76,5 @@ def test_what_cannot_be_is_said(video, options, said):
 
 
 def test_a_video_that_is_not_there():
-    with pytest.raises(InputFileError, match="nowhere.mp4 does not exist"):
+    with pytest.raises(InputFileError, match=r"nowhere\.mp4 does not exist"):
         abs_engine.track("nowhere.mp4")

@@ -14,7 +14,7 @@ from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
 from abs_engine.cli.reproduce import add_reproduce, reproduce
 from abs_engine.cli.train import add_train, train
-from abs_engine.core.registry import nearest
+from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, nearest
 from abs_engine.release import engine_version
 
 EVALUATE_FORMATS = """\
@@ -44,11 +44,17 @@ Run = Callable[[argparse.Namespace], int]
 class Parser(argparse.ArgumentParser):
     """A parser whose complaints take one line, and name the command's own help.
 
-    With `intermixed`, what is named may stand before, between or after the options.
+    With `intermixed`, what is named may stand before, between or after the options. `more` makes
+    the last lines of its help.
     """
 
     intermixed = False
+    more: Callable[[], str] | None = None
     _within = False
+
+    def format_help(self) -> str:
+        """As `argparse`'s; and after it what is found out only if it is asked for."""
+        return super().format_help() + ("" if self.more is None else self.more())
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As `argparse`'s; but optional positionals stand anywhere, if told to.
@@ -159,7 +165,15 @@ def _synth(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _track(command: argparse.ArgumentParser) -> None:
+def _leaves() -> str:
+    """What can be chosen by name, lines."""
+    kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
+    lines = [f"{title + ':':<10}{', '.join(registry.names())}" for title, registry in kinds]
+    return "\n" + "\n".join(lines) + "\n"
+
+
+def _track(command: Parser) -> None:
+    command.more = _leaves
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     command.epilog = TRACK_FORMATS
     command.add_argument(
@@ -178,18 +192,18 @@ def _track(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--preset",
         metavar="NAME",
-        help="a choice of model, evidence, driver and start that belong together",
+        help="a model, evidence, driver and start that belong together; names below",
     )
     command.add_argument(
         "--model",
         metavar="NAME",
-        help="what is tracked: head, shell or talking, or the file of a model (default: head)",
+        help="what is tracked: a name below, or the file of a model (default: head)",
     )
     command.add_argument(
         "--terms",
         type=_names,
         metavar="NAME+NAME",
-        help="evidence that is rendered and compared, joined by + (default: colour)",
+        help="evidence that is rendered and compared, names joined by + (default: colour)",
     )
     command.add_argument(
         "--driver", metavar="NAME", help="what moves the parameters (default: simplex)"

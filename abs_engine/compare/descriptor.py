@@ -21,7 +21,7 @@ from abs_engine.compare.sums import pixel_sums
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.face.appearance.leftover import normalised
 from abs_engine.face.appearance.sight import check_picture
@@ -200,7 +200,7 @@ def texture_error(
     ------
     PictureError
         If a pixel of the frame is not finite.
-    ParameterError
+    OutOfPictureError
         If nothing is drawn at the start.
     """
     check_picture(frame)
@@ -210,7 +210,7 @@ def texture_error(
     noise = TextureNoise.of(model.leftover) if whiten else None
     where = _compared(drawn, camera, window, noise)
     if not where.any():
-        raise ParameterError("nothing is drawn at the start", "start where the face is")
+        raise OutOfPictureError("nothing is drawn at the start", "start where the face is")
     ours = normalised(drawn.rgb[where].astype(np.float64))
     cost = wrong_match(term.normalised[where].astype(np.float64), ours)
     if noise is not None:

@@ -89,3 +89,7 @@ class NothingSeenError(AbsEngineError):
 
 class PluginError(AbsEngineError):
     """An entry of a registry cannot be imported, or is not what such an entry must be."""
+
+
+class OutOfPictureError(ParameterError):
+    """What is to be compared lies outside of the picture."""

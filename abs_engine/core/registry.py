@@ -37,10 +37,12 @@ class Registry:
     ----------
     kind : str
         What its entries are, in the singular: "model", "driver".
+    has : tuple of str
+        Attributes that every entry has.
     """
 
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
+    def __init__(self, kind: str, has: tuple[str, ...] = ()) -> None:
+        self.kind, self._has = kind, has
         self._added: dict[str, Any] = {}
 
     @property
@@ -67,10 +69,19 @@ class Registry:
             If it cannot be imported.
         """
         if name in self._added:
-            return self._added[name]
+            return self._checked(name, self._added[name])
         if name not in self._installed:
             raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self.names()))
-        return _loaded(self.kind, self._installed[name])
+        return self._checked(name, _loaded(self.kind, self._installed[name]))
+
+    def _checked(self, name: str, entry: Any) -> Any:
+        lacks = [attribute for attribute in self._has if not hasattr(entry, attribute)]
+        if lacks:
+            raise PluginError(
+                f"the {self.kind} '{name}' is a {type(entry).__name__} without '{lacks[0]}'",
+                f"add a {self.kind} as the examples do",
+            )
+        return entry
 
     @cached_property
     def _installed(self) -> dict[str, metadata.EntryPoint]:
@@ -113,13 +124,13 @@ def _loaded(kind: str, point: metadata.EntryPoint) -> Any:
         ) from error
 
 
-MODELS = Registry("model")
+MODELS = Registry("model", ("__call__",))
 """What can be tracked: each prepares a clip for one kind of face."""
-TERMS = Registry("term")
+TERMS = Registry("term", ("bind", "gives", "learned"))
 """Kinds of evidence: each binds a term to a face and a view."""
-DRIVERS = Registry("driver")
+DRIVERS = Registry("driver", ("minimiser", "needs", "settings"))
 """What moves the parameters."""
-RENDERERS = Registry("renderer")
+RENDERERS = Registry("renderer", ("__call__",))
 """What draws."""
-PRESETS = Registry("preset")
+PRESETS = Registry("preset", ("model", "terms", "driver", "start"))
 """Choices of all of these together."""

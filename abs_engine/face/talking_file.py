@@ -27,7 +27,7 @@ from abs_engine.npz import read_npz, write_npz
 
 T = TypeVar("T")
 FORMAT, VERSION = "abs_engine.talking_face", 1
-_REMEDY = "make it again with 'abs-engine reproduce 001'"
+_REMEDY = "make it again"
 _LEARN = "learn it again"
 _RINGS = {*RINGS, "points", "corners"}
 _SCENE = ("mean", "modes", "faces", "uv", "facet_class", "texture", "cull")

@@ -13,7 +13,7 @@ from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.prior import PenaltyPrior
 from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import OutOfPictureError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
@@ -74,7 +74,7 @@ def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera)
     low = np.floor(np.maximum(flat.min(axis=0) - margin, 0))
     high = np.ceil(np.minimum(flat.max(axis=0) + margin, camera.size))
     if not (high - low >= 8).all():
-        raise ParameterError("the face lies outside of the picture", "start where the face is")
+        raise OutOfPictureError("the face lies outside of the picture", "start where the face is")
     return Window(float(low[0]), float(low[1]), *map(float, high - low))
 
 

@@ -27,6 +27,7 @@ from abs_engine.fit.head_frame import (
     class_maps,
     independent_side,
     likelihood_of,
+    lip_window,
     plane_maps,
     zone,
 )
@@ -98,10 +99,11 @@ class Weighted:
 def colour_term(face: Face, view: View) -> Term:
     """The facet likelihood of colour classes (Basu et al., eqs. 6 to 9)."""
     classes = face.learned("colour")
-    if all(region is None for region in face.regions):
+    missing = [name for name in ("skin", "lips") if name not in face.regions]
+    if missing:
         raise ParameterError(
-            f"the model '{face.name}' has no region that shows a colour class",
-            "give regions of skin and lips, or other evidence than colour",
+            f"the model '{face.name}' has no region that shows {' or '.join(missing)}",
+            "give it regions of skin and lips, or use other evidence than colour",
         )
     window = view.window
     maps = class_maps(classes, face.regions, window, view.image, view.place)
@@ -123,7 +125,8 @@ def texture_term(face: Face, view: View) -> Term:
     start = view.frame.candidates(view.start[None])
     given = view.image, view.camera, view.window, start, view.renderer
     error = texture_error(looks.model, looks.surface, *given, looks.dressed)
-    side = independent_side(view.window)
+    mouth = lip_window(face.border, view.frame.base, view.camera)
+    side = independent_side(mouth) / mouth.scale * view.window.scale
     return Weighted(error, 1.5 * error.drawn / side**2 / looks.noise**2)
 
 

@@ -17,7 +17,7 @@ from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.mesh import RunMesh
-from abs_engine.tracking.options import ClipTracker, Leaves, TrackOptions
+from abs_engine.tracking.options import ClipTracker, Leaves, TrackOptions, named_terms
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
@@ -229,7 +229,7 @@ def _options(
             raise ParameterError(f"there is no option '{name}'", nearest(name, known))
     paths = {name: Path(given[name]) for name in _PATHS if given.get(name) is not None}
     if isinstance(terms, str):
-        terms = [part.strip() for part in terms.split("+") if part.strip()]
+        terms = named_terms(terms)
     own = camera if camera is None or isinstance(camera, Camera) else load_camera(Path(camera))
     model = given.get("model")
     named = {} if model is None else {"model": str(model)}

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.blocks import POSTURE
+from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.face.base import Face
 from abs_engine.fit.search import search
 from abs_engine.optimise.base import Solution
+from abs_engine.tracking.covered import OUTSIDE
 from abs_engine.tracking.frames import HeadFrame, Memory
 from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
 
@@ -63,7 +65,11 @@ def _step(
     if hidden:
         seen = replace(lost(setting.face, index), pose=pose, status=hidden, covered=True)
         return seen, memory.lost()
-    work = setting.binder.work(frame, pose, memory)
+    try:
+        work = setting.binder.work(frame, pose, memory)
+    except OutOfPictureError:
+        seen = replace(lost(setting.face, index), pose=pose, status=OUTSIDE, covered=True)
+        return seen, memory.lost()
     solution = _accepted(setting, work)
     if solution is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
@@ -136,6 +142,7 @@ def _result(setting: ClipSetting, index: int, work: Work, solution: Solution) ->
         index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
         work.explained(value), solution.n_evaluations, solution.status,
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
+        terms=value.terms,
     )  # fmt: skip
 
 

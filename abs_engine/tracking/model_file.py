@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from abs_engine.core.errors import ModelFormatError
-from abs_engine.npz import format_of, read_arrays
+from abs_engine.npz import read_kind
 
 KINDS = {"abs_engine.learned_physics": "shell", "abs_engine.talking_face": "talking"}
 """The model that each format of file is of."""
@@ -21,10 +21,10 @@ def model_of_file(path: Path) -> str:
     ModelFormatError
         If it is of no model.
     """
-    found = format_of(read_arrays(path))
+    found = read_kind(path)
     if found not in KINDS:
         raise ModelFormatError(
             f"{path} holds no model but {found}",
-            "give what 'train' or 'reproduce 001' wrote: lips.npz or face.npz",
+            "give lips that 'train' learned, or a talking face (see README)",
         )
     return KINDS[found]

@@ -87,6 +87,17 @@ class TrackOptions:
     driver: str | None = None
     preset: str | None = None
 
+    def __post_init__(self) -> None:
+        """Take "colour+texture" for ("colour", "texture")."""
+        given: Any = self.terms
+        if isinstance(given, str):
+            object.__setattr__(self, "terms", named_terms(given))
+
+
+def named_terms(text: str) -> tuple[str, ...]:
+    """The names in a text that are joined by +."""
+    return tuple(part.strip() for part in text.split("+") if part.strip())
+
 
 @dataclass(frozen=True, eq=False)
 class Clip:

@@ -63,9 +63,10 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
         options,
         model=kind,
         model_file=file,
-        terms=options.terms or preset.terms,
+        terms=preset.terms if options.terms is None else options.terms,
         driver=options.driver or preset.driver,
         start=options.start or preset.start,
+        preset=options.preset if kind == preset.model else None,
     )
     prepare: Prepare = own or MODELS.get(kind)
     return chosen, prepare

@@ -74,7 +74,8 @@ class Recorder:
             to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
             (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
             (T,) mm, `closed` (T,); `landmark_distance` and `landmark_aperture` (T,) mm, see
-            `FrameResult`; `value`, `score`, `evaluations`, `status` (T,); `person_weights`
+            `FrameResult`; `value`, `score`, `evaluations`, `status` (T,); `term_values` (T, K) by
+            `term_names`, what `value` is the sum of, and `value_unit` (T,); `person_weights`
             (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
             `engine_version`, `format`, `version`.
         """
@@ -99,11 +100,28 @@ class Recorder:
             "lip_vertex": setting.face.body.lips,
             "closed": closed_frames(each["aperture"]),
             "status": np.array([r.status for r in results]),
+            **self._terms(),
             "person_weights": setting.face.identity,
             "camera_matrix": camera.matrix,
             "camera_distortion": camera.distortion,
             "camera_size": np.array(camera.size),
             "rate": setting.rate,
+        }
+
+    def _score_of(self) -> str | None:
+        """Whose scores they are: of a head's colours, or of other evidence."""
+        first = next((r for r in self._results if r.terms), None)
+        name = None if first is None else next(iter(first.terms))
+        return name if self._setting.face.name == "head" else None
+
+    def _terms(self) -> dict[str, Any]:
+        """What each value is the sum of, `term_values` (T, K) by `term_names` (K,)."""
+        names = list(dict.fromkeys(name for r in self._results for name in r.terms))
+        values = [[r.terms.get(name, np.nan) for name in names] for r in self._results]
+        return {
+            "term_names": np.array(names, np.str_),
+            "term_values": np.array(values, np.float64).reshape(-1, len(names)),
+            "value_unit": np.array([r.unit for r in self._results]),
         }
 
     def mesh(self) -> RunMesh:
@@ -166,7 +184,8 @@ class Recorder:
             "covered_frames": sum(r.covered for r in self._results),
             "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
             "mean_evaluations": float(np.mean(work)) if work else 0.0,
-            "mean_score": float(np.mean([r.score for r in tracked])) if tracked else 0.0,
+            "mean_score": _mean_score(tracked),
+            "score_of": self._score_of(),
             **self._by_landmarks(tracked),
         }
 
@@ -215,6 +234,14 @@ class Recorder:
         told = {**heading, **facts, "summary": {**self.summary(), **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told
+
+
+def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
+    """Mean of the scores; None where no evidence can say how much it explains."""
+    scores = [r.score for r in tracked]
+    if not np.isfinite(scores).all():
+        return None
+    return float(np.mean(scores)) if scores else 0.0
 
 
 def closed_frames(aperture: Any) -> NDArray[np.bool_]:

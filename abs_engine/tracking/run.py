@@ -63,8 +63,12 @@ def prepare(
     clip = Clip(video, info, options.camera or Camera.ideal(info.size), colours)
     made = own(clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}
-    facts = {"model": chosen.model, "terms": list(leaves.kinds), "driver": driver}
-    return replace(made, facts={**facts, "preset": options.preset, **made.facts})
+    file = None if chosen.model_file is None else chosen.model_file.name
+    facts = {
+        "model": chosen.model, "model_file": file, "terms": list(leaves.kinds), "driver": driver,
+        "preset": chosen.preset,
+    }  # fmt: skip
+    return replace(made, facts={**facts, **made.facts})
 
 
 def _silent(_stage: str) -> None:
@@ -176,11 +180,22 @@ def _check_start(options: TrackOptions) -> None:
             raise ParameterError(f"there is no {name} '{value}'", nearest(value, known))
     if options.face is not None and options.face < 1:
         raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
+    chosen = resolved(options)[0]
+    by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
     placed = {
         "--person": options.person is not None,
         "--poses": options.poses is not None,
-        "--start blobs": options.start == BLOBS,
+        "--model": chosen.model == "talking",
+        by: chosen.start == BLOBS,
     }
+    if chosen.model == "talking" and options.start == STARTS[0]:
+        raise ParameterError(
+            "a talking face is found by its own head, not from landmarks", "leave out --start"
+        )
+    if chosen.model in ("shell", "talking") and options.evidence != DEFAULTS.evidence:
+        raise ParameterError(
+            f"--evidence is for a head, not for the model '{chosen.model}'", "leave out --evidence"
+        )
     other = next((name for name, given in placed.items() if given), None)
     asked = {
         "--face": options.face is not None,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,8 @@ class FrameResult:
         What `aperture` would be by the landmarks alone.
     unit : float
         The scale of `value`: 1 where it is in nats.
+    terms : mapping of str to float
+        What `value` is the sum of: each kind of evidence, and the priors.
     """
 
     index: int
@@ -77,6 +79,7 @@ class FrameResult:
     landmark_distance: float = float("nan")
     landmark_aperture: float = float("nan")
     unit: float = 1.0
+    terms: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,8 +171,6 @@ class ClipSetting:
         What the status of a frame without a pose says.
     charged : bool
         Whether a driver's limit on evaluations counts those of the starts, too.
-    summary : dict
-        What is known of the clip as a whole, JSON values.
     """
 
     face: Face
@@ -183,4 +184,3 @@ class ClipSetting:
     times: tuple[float, ...] = ()
     why_lost: str = NO_FACE
     charged: bool = False
-    summary: dict[str, Any] = field(default_factory=dict)

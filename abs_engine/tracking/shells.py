@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker, load_speaker, shipped
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, mode_block, parted
 from abs_engine.core.scene import Renderer, Scene
@@ -47,6 +48,7 @@ BY_BLOB = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
 STARTS = (-1.5, 1.5)
 """Standard deviations of the first modes that are tried where nothing is known of the posture."""
 _STARTED_MODES = 3
+NO_LIPS = "lips not found"
 BUNDLED = "lips/lips.npz"
 
 
@@ -74,6 +76,8 @@ def prepare_shell(
     """
     leaves.check("shell", ("colour",))
     speaker = load_speaker(options.speaker)
+    if options.model_file is not None and options.physics is not None:
+        raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
     physics = _physics(speaker, options.model_file or options.physics)
     plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
     base = prepare_head(clip, replace(options, physics=None), plain, renderer, tell)
@@ -83,9 +87,10 @@ def prepare_shell(
     lips = person_lips(speaker, physics, rest)
     by_blobs = options.start == BLOBS and options.poses is None
     free = BY_BLOB if by_blobs else POSE_DEVIATION
-    scene = lips.scene()
+    scene = _with_marks(speaker, lips, rest)
     shell = ShellSetting(lips, scene, classes, clip.camera, renderer, free)
-    face = shell_face(speaker, lips, scene, rest, shell).looking(colour=classes)
+    person = base.setting.face.identity
+    face = shell_face(speaker, lips, scene, rest, shell, person).looking(colour=classes)
     motion, visibility = base.setting.motion, base.setting.visibility
     if by_blobs:
         motion = BlobMotion(classes, clip.info.rate, clip.camera, face.pivot, motion)
@@ -95,6 +100,8 @@ def prepare_shell(
         base.setting, face=face, motion=motion, visibility=visibility, binder=binder,
         driver=leaves.driver.minimiser(),
     )  # fmt: skip
+    if by_blobs:
+        setting = replace(setting, why_lost=NO_LIPS)
     return replace(base, setting=setting, facts={**base.facts, "evidence": None})
 
 
@@ -117,6 +124,7 @@ def shell_face(
     scene: Scene,
     rest: NDArray[np.float32],
     setting: ShellSetting,
+    person: FloatArray,
 ) -> Face:
     """The face of a shell: what is drawn is the shell, what is written the head about it.
 
@@ -131,9 +139,15 @@ def shell_face(
     rest : (V, 3) float32, mm
         The head at rest.
     setting : ShellSetting
+    person : (Q,) float64
+        What was fitted of the person.
     """
-    marks = lip_rings(speaker)
-    rings = {name: _on_shell(speaker, lips, at, name) for name, at in marks.items()}
+    marks, drawn = lip_rings(speaker), len(scene.mean) - _count(speaker)
+    ends = drawn + np.cumsum([len(at) for at in marks.values()])
+    rings = {
+        name: np.arange(end - len(at), end)
+        for (name, at), end in zip(marks.items(), ends, strict=True)
+    }
     moved = physics_shape(speaker, rest, lips.shell, lips.physics)
     contour = np.concatenate([marks[name] for name in RINGS]).astype(np.int32)
     classes = speaker.facet_class.astype(np.int32)
@@ -144,22 +158,44 @@ def shell_face(
 
     return Face(
         "shell", scene, mode_block(lips.n_modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
-        setting.border, _starts(lips.n_modes), COLOUR_OF, body, own_terms={"colour": colours},
+        setting.border, _starts(lips.n_modes), COLOUR_OF, body, person,
+        own_terms={"colour": colours},
     )  # fmt: skip
 
 
-def _on_shell(
+def _count(speaker: Speaker) -> int:
+    """Number of marks of the lips' contours, all rings one after the other."""
+    return sum(len(at) for at in lip_rings(speaker).values())
+
+
+def _with_marks(speaker: Speaker, lips: LipModel, rest: NDArray[np.float32]) -> Scene:
+    """The shell's scene, and after its vertices the head's marks of the lips, which no facet has.
+
+    Each mark is where it is on the head at rest, and moves with the nearest node of its contour.
+    """
+    scene, marks = lips.scene(), lip_rings(speaker)
+    led = np.concatenate([_leading(speaker, lips, at, name) for name, at in marks.items()])
+    at_rest = rest[np.concatenate(list(marks.values()))].astype(np.float64)
+    own = at_rest + (scene.mean[led] - lips.physics.rest[led])
+    return Scene(
+        np.vstack([scene.mean, own]).astype(np.float32),
+        np.concatenate([scene.modes, scene.modes[:, led]], axis=1), scene.faces,
+        np.vstack([scene.uv, np.zeros((len(led), 2), np.float32)]), scene.facet_class,
+        scene.texture,
+    )  # fmt: skip
+
+
+def _leading(
     speaker: Speaker, lips: LipModel, vertices: NDArray[np.int32], name: str
 ) -> NDArray[np.int32]:
-    """Nodes of the shell's inner or outer contour that lie nearest to vertices of the head."""
+    """The node of the shell's inner or outer contour that lies nearest to each vertex (N,)."""
     at_rest = lips.shell.nodes(speaker.vertices)
     inner, outer = np.arange(COLUMNS), np.arange(2 * COLUMNS, 3 * COLUMNS)
-    pools = {"outer": outer, "corners": outer, "points": np.r_[outer, inner]}
-    pool, places = pools.get(name, inner), speaker.vertices[vertices].astype(np.float64)
+    places = speaker.vertices[vertices].astype(np.float64)
     if name == "points":
         first = [_nearest(at_rest, outer, places[:INNER]), _nearest(at_rest, inner, places[INNER:])]
         return np.concatenate(first)
-    return _nearest(at_rest, pool, places)
+    return _nearest(at_rest, outer if name in ("outer", "corners") else inner, places)
 
 
 def _nearest(nodes: FloatArray, pool: NDArray[np.int64], places: FloatArray) -> NDArray[np.int32]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
-from abs_engine.papers.odisio2004.sequence import PAPER, Settings, clip_setting
+from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
 from abs_engine.tracking.frames import Memory
 from abs_engine.tracking.loop import at_rest
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
@@ -16,8 +16,8 @@ from abs_engine.tracking.talkers import found_talker
 from abs_engine.video import read_frames
 
 APPEARANCE = {"texture": "tex_lin", "local": "la_lin"}
-SEARCHES = {"simplex": PAPER, "axes": Settings()}
-"""The paper's search, and the one that the sentences are tracked with."""
+SEARCHES = {"simplex": AS_PRINTED, "axes": Settings()}
+"""The paper's search and comparison, and those that the sentences are tracked with."""
 
 
 def prepare(
@@ -43,6 +43,8 @@ def prepare(
         raise ParameterError(
             f"the preset does not search by '{leaves.name}'", "--driver simplex or --driver axes"
         )
+    if options.poses is not None:
+        raise ParameterError("the preset finds the head itself", "leave out --poses")
     talker = found_talker(clip, options, leaves, renderer, tell)
     base, face = talker.base, talker.talking
     pose = _first_pose(base)
@@ -51,7 +53,12 @@ def prepare(
         rate=clip.info.rate,
     )  # fmt: skip
     setting = replace(setting, times=clip.info.times, face=talker.face)
-    return replace(base, setting=setting, memory=at_rest(pose, face.shape.neutral))
+    how = SEARCHES[leaves.name]
+    driver = {"name": leaves.name, **asdict(how)}
+    return replace(
+        base, setting=setting, memory=at_rest(pose, face.shape.neutral),
+        facts={**base.facts, "driver": driver},
+    )  # fmt: skip
 
 
 def _first_pose(base: ClipTracker) -> Pose:
