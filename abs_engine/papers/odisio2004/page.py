@@ -183,9 +183,8 @@ def _missing(row: Mapping[str, Any]) -> str:
 
 def _as_printed(results: Results) -> str:
     """Our local appearance and the paper's as printed, on the same frames."""
-    count = _cell(number(results, "as_printed.sentences"))
     about = (
-        f"<p>The paper's system as printed, on some of these sentences ({count}), and ours on the "
+        "<p>The paper's system as printed, on some of these sentences, and ours on the "
         "same frames. As printed, descriptors are compared raw, beside all of A(a); points are "
         "those of which the parameters' columns of M_D reconstruct most variance, however near "
         "they lie; the search is Nelder-Mead from the frame before, without prediction or restart, "
