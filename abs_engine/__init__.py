@@ -89,7 +89,6 @@ _HOME = {
     "film_scene": "synth.studio",
     "write_report": "systems.reporting",
     "score": "evaluate.truth_report",
-    # the machine
     # what can be chosen by name, and what one's own is made of
     "MODELS": "core.registry",
     "TERMS": "core.registry",
@@ -105,6 +104,7 @@ _HOME = {
     "Solution": "optimise.base",
     "Preset": "tracking.presets",
     "prepare_head": "tracking.heads",
+    # the machine
     "diagnose": "render.diagnose",
     "run_bench": "evaluate.bench",
     "AbsEngineError": "core.errors",

@@ -17,10 +17,10 @@ from abs_engine.face.shape.fem import ThinShell
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.settle import Settled, settle, softness
 from abs_engine.fit.shell import ShellSetting, shell_problem
-from abs_engine.fit.shell_frame import colours_of as colours_in
 from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
 from abs_engine.papers.basu1998.further import STRAINED, further_trained
 from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion
+from abs_engine.papers.basu1998.single_frames import colours_of as colours_in
 from abs_engine.render.cpu import CpuRenderer
 
 CAMERA = Camera.ideal(SIZE)

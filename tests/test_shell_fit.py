@@ -43,7 +43,10 @@ from abs_engine.fit.shell import (
     shell_problem,
     shell_window,
 )
-from abs_engine.fit.shell_frame import (
+from abs_engine.learn.training import train
+from abs_engine.optimise.base import Solution
+from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
+from abs_engine.papers.basu1998.single_frames import (
     DRIVERS,
     ITERATIONS,
     ShellFit,
@@ -52,9 +55,6 @@ from abs_engine.fit.shell_frame import (
     seen_shapes,
     typical_shapes,
 )
-from abs_engine.learn.training import train
-from abs_engine.optimise.base import Solution
-from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
 from abs_engine.render.cpu import CpuRenderer
 
 CAMERA = Camera.ideal(SIZE)

@@ -99,8 +99,8 @@ class MixturePrior(Prior):
     The centres are drawn towards the mean by sqrt(1 - width^2), so that for shapes of mean 0 and
     variance 1 the variance about the centres and that of them add up to the variance of eq. 10
     (West 1993, smooth kernels with shrinkage). In general it is width^2 + (1 - width^2) times the
-    shapes' own covariance: those of `fit.shell_frame.seen_shapes` are shrunk by what errors
-    of observation make of them, so that with these it is a little below that of eq. 10.
+    shapes' own covariance: where these were observed, and are shrunk by what errors of observation
+    make of them, it is a little below that of eq. 10.
 
     Raises
     ------

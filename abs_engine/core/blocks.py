@@ -1,4 +1,4 @@
-"""Named blocks of parameters: pose, identity, posture; one flat vector only inside a solver."""
+"""Named blocks of parameters, such as pose and posture; one flat vector only inside a solver."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
-POSE, IDENTITY, POSTURE = "pose", "identity", "posture"
+POSE, POSTURE = "pose", "posture"
 
 
 @dataclass(frozen=True, eq=False)

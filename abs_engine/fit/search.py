@@ -61,6 +61,12 @@ class Again:
     worse: Callable[[float], bool]
 
 
+def several(problem: Problem, starts: FloatArray, driver: Minimiser, keep: int) -> list[Solution]:
+    """Minimise from each of the best of some starts (K, N), which are compared in one batch."""
+    order = np.argsort(problem.values(starts))[:keep]
+    return [driver.minimise(problem, starts[k], problem.spec) for k in order]
+
+
 def search(
     problem: Problem,
     starts: FloatArray,

@@ -16,7 +16,9 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.shape.lip_model import LipModel, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.shell import POSE_FREE, ShellSetting
-from abs_engine.fit.shell_frame import (
+from abs_engine.learn.training import Training, train
+from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
+from abs_engine.papers.basu1998.single_frames import (
     AS_PRINTED,
     ITERATIONS,
     ShellFit,
@@ -24,19 +26,15 @@ from abs_engine.fit.shell_frame import (
     seen_shapes,
     typical_shapes,
 )
-from abs_engine.learn.training import Training, train
-from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
 from abs_engine.tracking.blobs import find_lips
 from abs_engine.tracking.heads import mouth_model as head_model
 from abs_engine.tracking.prepare import HeadMotion, followed
+from abs_engine.tracking.shells import BY_BLOB
 from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]
 OBSERVED = 0.12
 """mm of error in each coordinate of a dot: 0.21 mm in space, as in the filmed sessions."""
-
-BLOB_FREE = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
-"""Standard deviations, rad and mm, of a pose that is the blob's across the line of sight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +196,7 @@ def placed_by_blob(
     Frames in which no mouth is found are left out.
     """
     for camera, view in views.items():
-        setting = lips.setting(view.camera, renderer, BLOB_FREE)
+        setting = lips.setting(view.camera, renderer, BY_BLOB)
         for frame, picture in enumerate(view.pictures()):
             blob = find_lips(lips.classes, picture)
             if blob is None:

@@ -14,7 +14,6 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.modal import learn
 from abs_engine.fit.settle import Settled, settle, softness
 from abs_engine.fit.shell import shell_problem
-from abs_engine.fit.shell_frame import colours_of, fit_frame, typical_shapes
 from abs_engine.papers.basu1998.experiment import TrainedLips
 from abs_engine.papers.basu1998.motion import (
     UNROUNDED,
@@ -23,6 +22,7 @@ from abs_engine.papers.basu1998.motion import (
     recorded_motion,
     recording_path,
 )
+from abs_engine.papers.basu1998.single_frames import colours_of, fit_frame, typical_shapes
 from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]

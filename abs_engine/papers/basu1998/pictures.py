@@ -22,10 +22,10 @@ from abs_engine.fit.shell import (
     shell_problem,
     shell_window,
 )
-from abs_engine.fit.shell_frame import ITERATIONS, colours_of, fit_frame
 from abs_engine.optimise.ascent import Forces
 from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
 from abs_engine.papers.basu1998.figures import Posture, draw_postures
+from abs_engine.papers.basu1998.single_frames import ITERATIONS, colours_of, fit_frame
 from abs_engine.papers.basu1998.wireframe import CloseUp, arrows
 from abs_engine.systems.inspect.layout import Image, beside, captioned, framed, sheet, stacked
 

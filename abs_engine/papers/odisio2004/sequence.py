@@ -128,7 +128,7 @@ def track(
     ----------
     face : TalkingFace
     name : str
-        Of the appearance model, of `models.MODELS`.
+        Of the appearance model, of `face.talking.MODELS`.
     pictures : iterable of (H, W, 3) uint8 RGB
     camera : Camera
     pose : Pose

@@ -1,11 +1,10 @@
-"""Fitting the shell to frames: starts, drivers, and what came of it (sections 5.3 to 5.5)."""
+"""The shell fitted to single frames, each by itself, from many starts (sections 5.3 to 5.5)."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +16,13 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.lip_model import LIPS
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.centroid import centred
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.search import Minimiser, several
 from abs_engine.fit.shell import Image, ShellSetting, shell_problem
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
@@ -39,21 +38,13 @@ ITERATIONS = 15
 """Within so many iterations the paper's example converges."""
 
 
-class Driver(Protocol):
-    """What moves the parameters until the posterior is best."""
-
-    def minimise(self, objective: Problem, start: FloatArray, spec: ParamSpec) -> Solution:
-        """Minimise from `start`."""
-        ...
-
-
-DRIVERS: dict[str, Driver] = {
+DRIVERS: dict[str, Minimiser] = {
     "forces": Forces(limit=ITERATIONS),
     "gradient": Gradient(limit=ITERATIONS),
     "simplex": Simplex(),
 }
 AS_PRINTED = "fixed step"
-_EVERY: dict[str, Driver] = {**DRIVERS, AS_PRINTED: FixedStep(limit=ITERATIONS)}
+_EVERY: dict[str, Minimiser] = {**DRIVERS, AS_PRINTED: FixedStep(limit=ITERATIONS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +160,7 @@ def fit_frame(
     if centre is not None:
         full[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
     vectors = problem.chosen(full)
-    order = np.argsort(problem.values(vectors))[:TRIED]
-    ends = [_EVERY[driver].minimise(problem, vectors[k], problem.spec) for k in order]
+    ends = several(problem, vectors, _EVERY[driver], TRIED)
     spent = len(starts) + sum(end.n_evaluations for end in ends) + 1
     best = replace(min(ends, key=lambda end: end.value), n_evaluations=spent)
     mean = mean_of(ends)
