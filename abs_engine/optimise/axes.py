@@ -24,7 +24,7 @@ _LONGEST = 2.0
 """Largest edge of the second simplex, in first steps of the parameters."""
 _EDGE = 0.01
 """By how much an edge raises the value, in the objective's units."""
-_STEPS, _TRIES = 4, 3
+_DIFFERENCE, _STEPS, _TRIES = 1.0, 4, 3
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class AxesSimplex:
         With `free` nothing pulls towards the start.
         """
         check_quadratic(objective)
-        descent = LevenbergMarquardt(self.coarse, limit, steps=_STEPS, tries=_TRIES)
+        descent = LevenbergMarquardt(self.coarse, limit, _DIFFERENCE, _STEPS, _TRIES)
         held = Held(objective, spec, start, 0.0 if free else self.inertia)
         return descent.descend(held, start, limit)
 

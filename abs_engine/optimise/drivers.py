@@ -46,7 +46,7 @@ _USUAL = {"tolerance": TOLERANCE, "limit": LIMIT}
 SIMPLEX = Driver(Simplex, settings=_USUAL)
 RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
 AXES = Driver(AxesSimplex, "residuals", {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE})
-LEVENBERG = Driver(LevenbergMarquardt, "residuals", _USUAL)
+LEVENBERG = Driver(LevenbergMarquardt, "residuals", {**_USUAL, "difference": 1.0})
 FORCES = Driver(Forces, "forces")
 FIXED_STEP = Driver(FixedStep, "forces")
 GRADIENT = Driver(Gradient)

@@ -36,9 +36,9 @@ class LevenbergMarquardt:
 
     tolerance: float = 1e-4
     limit: int = 400
-    difference: float = 1.0
+    difference: float = 0.2
     steps: int = 100
-    tries: int = 6
+    tries: int = 12
 
     def minimise(
         self, objective: Quadratic, start: FloatArray, spec: ParamSpec, step: float = 1.0
