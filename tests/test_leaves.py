@@ -127,9 +127,9 @@ def test_what_does_not_is_refused_by_name_before_anything_is_done(model, term, d
 @pytest.mark.parametrize("preset", ["basu1998", "odisio2004"])
 def test_a_preset_tracks_a_clip(preset, video, talking, tmp_path):
     """Through the command, from the video to the run's folder."""
-    more = ["--model", str(talking)] if preset == "odisio2004" else []
+    own = {"odisio2004": ["--model", str(talking)], "basu1998": ["--person", PERSON]}
     words = ["track", str(video), "-o", str(tmp_path / "run"), "--renderer", "cpu"]
-    assert main([*words, "--preset", preset, *more]) == 0
+    assert main([*words, "--preset", preset, *own[preset]]) == 0
     told = json.loads((tmp_path / "run" / "run.json").read_text())
     assert told["settings"]["preset"] == preset
     run = load_run(tmp_path / "run")

@@ -230,7 +230,7 @@ def test_unknown_names(fails):
     assert "did you mean 'jawOpen'?" in fails("--unit", "jawOpn=1")
     assert "did you mean 'mouthPucker'?" in fails("postures", "--rows", "mouthpuker")
     assert "did you mean 'clara'?" in fails("--person", "clra")
-    assert "invalid choice: 'nomogramm'" in fails("nomogramm")
+    assert "there is no choice 'nomogramm'; did you mean 'nomogram'?" in fails("nomogramm")
 
 
 def test_files_that_cannot_be_written(fails, tmp_path):

@@ -238,7 +238,7 @@ def _print_summary(summary: dict[str, Any]) -> None:
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{summary['seconds_per_frame']:.3f} s a frame"
     )
-    if summary.get("score_of") == "colour" and summary["mean_score"] < _DOUBTFUL:
+    if summary.get("score_of", "colour") == "colour" and summary["mean_score"] < _DOUBTFUL:
         print(
             f"warning: the drawn mouth explains only {summary['mean_score']:.0%} of the picture "
             "around it: look at the overlay"

@@ -108,11 +108,13 @@ class Recorder:
             "rate": setting.rate,
         }
 
-    def _score_of(self) -> str | None:
-        """Whose scores they are: of a head's colours, or of other evidence."""
+    def _score_of(self) -> dict[str, str]:
+        """Whose scores they are, where results say what they are made of: a head's colours'."""
         first = next((r for r in self._results if r.terms), None)
-        name = None if first is None else next(iter(first.terms))
-        return name if self._setting.face.name == "head" else None
+        if first is None:
+            return {}
+        name, model = next(iter(first.terms)), self._setting.face.name
+        return {"score_of": name if model == "head" else f"{model}: {name}"}
 
     def _terms(self) -> dict[str, Any]:
         """What each value is the sum of, `term_values` (T, K) by `term_names` (K,)."""
@@ -120,7 +122,7 @@ class Recorder:
         values = [[r.terms.get(name, np.nan) for name in names] for r in self._results]
         return {
             "term_names": np.array(names, np.str_),
-            "term_values": np.array(values, np.float64).reshape(-1, len(names)),
+            "term_values": np.array(values, np.float64).reshape(len(values), len(names)),
             "value_unit": np.array([r.unit for r in self._results]),
         }
 
@@ -185,7 +187,7 @@ class Recorder:
             "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
             "mean_evaluations": float(np.mean(work)) if work else 0.0,
             "mean_score": _mean_score(tracked),
-            "score_of": self._score_of(),
+            **self._score_of(),
             **self._by_landmarks(tracked),
         }
 
