@@ -6,17 +6,18 @@ import io
 import lzma
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.files import write_new
 from abs_engine.inputs import check_file
 
+T = TypeVar("T")
 BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError, MemoryError,
           zipfile.BadZipFile, zlib.error, lzma.LZMAError)  # fmt: skip
 """What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
@@ -41,6 +42,36 @@ def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generi
         if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
             raise ModelFormatError(f"{name!r} in {path} is complex", "give real numbers")
     return data
+
+
+def read_model(
+    path: Path, kind: str, version: int, make: Callable[[Mapping[str, Any]], T], name: str
+) -> T:
+    """Read an `.npz` as `read_npz` does and make a model of its arrays.
+
+    Parameters
+    ----------
+    path : Path
+    kind : str
+    version : int
+    make : callable
+        Makes the model; `KeyError`, `TypeError`, `ValueError`, `ParameterError` are told as the
+        file's fault.
+    name : str
+        What it should be.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If it has another format or version, or its arrays make no such model.
+    """
+    data = read_npz(Path(path), kind, version)
+    try:
+        return make(data)
+    except (KeyError, TypeError, ValueError, ParameterError) as error:
+        raise ModelFormatError(f"{path} holds no whole {name}", "learn it again") from error
 
 
 def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) -> None:

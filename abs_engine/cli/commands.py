@@ -65,13 +65,12 @@ def track(chosen: Namespace) -> int:
     from abs_engine.video import probe
 
     check_free(chosen.output)
-    probe(chosen.video)  # says what is wrong before anything slow is loaded
+    info = probe(chosen.video)  # says what is wrong before anything slow is loaded
 
     from abs_engine.core.registry import load_plugin
-    from abs_engine.tracking.options import Leaves, TrackOptions
+    from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.output import OVERLAY, SHEET
-    from abs_engine.tracking.presets import resolved
-    from abs_engine.tracking.run import track_video
+    from abs_engine.tracking.run import check_options, track_video
     from abs_engine.tracking.scale import scale_line
     from abs_engine.truth import load_camera
 
@@ -94,7 +93,7 @@ def track(chosen: Namespace) -> int:
         driver=chosen.driver,
         preset=chosen.preset,
     )
-    Leaves.of(resolved(options)[0])  # what cannot be is said before a renderer is opened
+    check_options(options, info)  # what cannot be is said before a renderer is opened
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)
         told = track_video(

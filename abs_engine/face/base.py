@@ -22,6 +22,11 @@ INNER = 12  # the inner contour's first among the 20 points of the lips
 RINGS = ("outer", "upper", "lower")
 
 
+def lip_aperture(points: FloatArray) -> float:
+    """Height, mm, between the inner lips' middles of the 20 points of the lips (20, 3), or 0."""
+    return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """Everything that moves with a face, as it is written and shown.
@@ -129,8 +134,7 @@ class Face:
 
     def aperture(self, vertices: FloatArray) -> float:
         """Height, mm, between the inner lips' middles of the scene's vertices (V, 3), or 0."""
-        points = vertices[self.rings["points"]]
-        return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
+        return lip_aperture(vertices[self.rings["points"]])
 
     def measures(self, posture: FloatArray) -> tuple[FloatArray, float, float]:
         """Lip contours (N, 3) in mm, head frame; mouth width and aperture in mm, of a posture (P,).

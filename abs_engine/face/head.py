@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
+from abs_engine.face.base import lip_aperture
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 
 FloatArray = NDArray[np.float64]
 N_EXPRESSION = 10
-INNER = 12  # the inner contour's first among the 20 points of the lips
 REACH_MM = 85.0  # what is farther than this from the mouth, but for its inside, is never in sight
 
 # Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
@@ -150,12 +150,7 @@ class MouthModel:
 
     def aperture(self, person: FloatArray, posture: FloatArray) -> float:
         """Height, mm, between the inner lips' middles of a person (Q,) in a posture (P,), or 0."""
-        return self.opening(self.held(person).vertices(posture))
-
-    def opening(self, vertices: FloatArray) -> float:
-        """Height, mm, between the inner lips' middles of `scene`'s vertices (V', 3), or 0."""
-        points = vertices[self.rings["points"]]
-        return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
+        return lip_aperture(self.held(person).vertices(posture)[self.rings["points"]])
 
     def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Heights of the lips as a linear function of the expression.

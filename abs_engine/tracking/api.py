@@ -17,9 +17,8 @@ from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.mesh import RunMesh
-from abs_engine.tracking.options import ClipTracker, Leaves, TrackOptions, named_terms
+from abs_engine.tracking.options import ClipTracker, TrackOptions, named_terms
 from abs_engine.tracking.output import Progress
-from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.run import check_options, prepare, settings_of, track_video
 from abs_engine.truth import load_camera
@@ -190,7 +189,6 @@ def track(
     chosen = _options(options, camera, terms)
     path = Path(video)
     check_options(chosen, probe(path))
-    Leaves.of(resolved(chosen)[0])  # what cannot be is said before a renderer is opened
     with _opened(renderer) as drawn:
         collected: list[Run] = []
         if output is None:

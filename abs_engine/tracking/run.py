@@ -181,6 +181,7 @@ def _check_start(options: TrackOptions) -> None:
     if options.face is not None and options.face < 1:
         raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
     chosen = resolved(options)[0]
+    Leaves.of(chosen)
     by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
     placed = {
         "--person": options.person is not None,

@@ -16,13 +16,13 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again, Minimiser
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.drivers import SIMPLEX
 from abs_engine.tracking.frames import HeadFrame, Memory, Motion
 
 FloatArray = NDArray[np.float64]
 NO_FACE, NO_POSE = "face not found", "no pose given"
 BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
-FRAME_SOLVER = Simplex(tolerance=0.03, limit=400)
+FRAME_SOLVER: Minimiser = SIMPLEX.minimiser()
 
 
 @dataclass(frozen=True, eq=False)

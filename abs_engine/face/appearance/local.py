@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.face.appearance.sight import Sighting, depth_of, in_sight
 from abs_engine.face.appearance.windows import Windows
-from abs_engine.npz import read_npz, write_npz
+from abs_engine.npz import read_model, write_npz
 
 FORMAT, VERSION = "abs_engine.local", 2
 RIDGE = 1.0
@@ -188,13 +188,7 @@ class LocalModel:
         ModelFormatError
             If it has another format or version, or its arrays do not fit together.
         """
-        data = read_npz(Path(path), FORMAT, VERSION)
-        try:
-            return cls.from_arrays(data)
-        except (KeyError, TypeError, ValueError, ParameterError) as error:
-            raise ModelFormatError(
-                f"{path} holds no whole local appearance", "learn it again"
-            ) from error
+        return read_model(path, FORMAT, VERSION, cls.from_arrays, "local appearance")
 
 
 _BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen", "facing")

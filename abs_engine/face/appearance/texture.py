@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.atlas import Atlas, warp
 from abs_engine.face.appearance.leftover import Leftover, leftover, normalised
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.face.appearance.sight import Sighting
-from abs_engine.npz import read_npz, write_npz
+from abs_engine.npz import read_model, write_npz
 
 FORMAT, VERSION = "abs_engine.texture", 2
 RIDGE = 1.0
@@ -164,11 +164,7 @@ class TextureModel:
             If it has another format or version, its arrays do not fit together or are not
             finite, or a spread is negative.
         """
-        data = read_npz(Path(path), FORMAT, VERSION)
-        try:
-            return cls.from_arrays(data)
-        except (KeyError, TypeError, ValueError, ParameterError) as error:
-            raise ModelFormatError(f"{path} holds no whole texture", "learn it again") from error
+        return read_model(path, FORMAT, VERSION, cls.from_arrays, "texture")
 
     def _values(self, parameters: ArrayLike) -> FloatArray:
         row = np.asarray(parameters, np.float64)
