@@ -8,7 +8,7 @@ import pytest
 import shapes
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.core.pose import PoseFrame, mode_block, pose_and
 from abs_engine.face.appearance.information import choose_informative, information
 from abs_engine.face.appearance.local import LocalModel, learn_local
 from abs_engine.face.appearance.regression import Frames, LinearFits
@@ -17,7 +17,7 @@ from abs_engine.render.cpu import CpuRenderer
 
 RENDERER = CpuRenderer()
 N = appearances.N_MODES
-SCALE = pose_spec(N).scale
+SCALE = pose_and(mode_block(N)).spec.scale
 
 
 def test_what_is_left_out_is_what_the_other_frames_foretell():

@@ -11,7 +11,7 @@ from runs import toy_model, toy_setting
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import PoseFrame, pose_spec
+from abs_engine.core.pose import PoseFrame, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps
 from abs_engine.face.appearance.colour import CLASSES, hamming
 from abs_engine.face.held_head import held_head
@@ -90,7 +90,7 @@ def fit(renderer, case: int, free: np.ndarray, solver: Simplex, rounds: int = 1,
     objective, vector, whole = (
         posterior(renderer, case, priors),
         start(case, free),
-        pose_spec(N - 6),
+        pose_and(mode_block(N - 6)).spec,
     )
     names, units = (tuple(v[k] for k in free) for v in (whole.names, whole.units))
     spec = ParamSpec(names, units, whole.scale[free], whole.lower[free], whole.upper[free])

@@ -10,7 +10,6 @@ at other places.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,34 +33,9 @@ KEPT = 0.95
 draw somewhat fewer."""
 
 
-class Epsilon(Protocol):
-    """What the errors of all appearances share."""
-
-    @property
-    def unit(self) -> float:
-        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
-        ...
-
-    def epsilon(self, candidates: Candidates) -> FloatArray:
-        """Epsilon (B,) of candidates, drawn in one call, without A(a)."""
-        ...
-
-    def negative_log(self, candidates: Candidates) -> FloatArray:
-        """The same as a term of a problem, (B,)."""
-        ...
-
-    def residuals(self, candidate: Candidates) -> FloatArray:
-        """What is squared and summed to epsilon of one candidate, (M,)."""
-        ...
-
-    def rows(self, candidates: Candidates) -> Rows:
-        """Epsilon of a batch, taken apart."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class TextureError:
-    """Epsilon of luminance-normalised RGB over the drawn pixels S (`tex`): an `Epsilon`.
+    """Epsilon of luminance-normalised RGB over the drawn pixels S (`tex`).
 
     N = |S| and N_d = 3. Made by `texture_error`.
 
@@ -97,20 +71,6 @@ class TextureError:
     def unit(self) -> float:
         """What a wrong match costs, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.wrong))
-
-    def residuals(self, candidate: Candidates) -> FloatArray:
-        """What is squared and summed to epsilon of one candidate, (3 H W + 1,).
-
-        A pixel that is not drawn leaves nothing; those that are missing are charged together.
-        """
-        drawn = self.renderer.draw(self.scene, candidate, self.camera, self.window)[0]
-        where, off = self.differences(drawn)
-        differ = np.zeros(self.term.normalised.shape, np.float32)
-        differ[where] = off
-        lost = max(self.drawn - len(off), 0)
-        charged = np.array([self.wrong * lost / (len(off) + lost)])
-        scaled = differ.ravel() / np.sqrt(3.0 * (len(off) + lost))
-        return np.concatenate([scaled, np.sqrt(charged)])
 
     def rows(self, candidates: Candidates) -> Rows:
         """Epsilon of a batch, taken apart: three rows for each pixel of the window."""

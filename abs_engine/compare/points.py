@@ -26,7 +26,7 @@ DEPTH_SCALE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LocalError:
-    """Epsilon of N points' local appearance (`la`): an `Epsilon`. Made by `local_error`.
+    """Epsilon of N points' local appearance (`la`). Made by `local_error`.
 
     N is the model's number of points and N_d is 8. A point that is hidden or turned away costs
     `wrong` in place of its difference.
@@ -66,14 +66,6 @@ class LocalError:
     def unit(self) -> float:
         """What a wrong match costs, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.wrong))
-
-    def residuals(self, candidate: Candidates) -> FloatArray:
-        """What is squared and summed to epsilon of one candidate, (9 N,)."""
-        differ, shown = self.differences(candidate)
-        count = len(self.model)
-        data = self.mixed(differ)[0] / np.sqrt(N_D * count)
-        hidden = np.where(shown[0], 0.0, np.sqrt(self.wrong / count))
-        return np.concatenate([data, hidden])
 
     def rows(self, candidates: Candidates) -> Rows:
         """Epsilon of a batch, taken apart: eight rows for each point."""

@@ -103,8 +103,3 @@ def mode_block(count: int, limit: float = 3.5) -> ParamSpec:
 def pose_and(posture: ParamSpec) -> Blocks:
     """The blocks of a frame: the pose, then a posture."""
     return Blocks({POSE: pose_block(), POSTURE: posture})
-
-
-def pose_spec(n_modes: int, mode_limit: float = 3.5) -> ParamSpec:
-    """Names, units, first steps and bounds of six pose parameters and `n_modes` shape modes."""
-    return pose_and(mode_block(n_modes, mode_limit)).spec

@@ -1,7 +1,7 @@
 """A frame as a problem: what is minimised over the named blocks of a face's parameters.
 
 Value = sum of terms, each the negative logarithm of a likelihood, + priors. A solver asks for what
-it needs: one value, many at once, residuals, or a direction.
+it needs: one value, many at once, a Gauss-Newton matrix, or a direction.
 """
 
 from __future__ import annotations
@@ -55,12 +55,8 @@ class Pushing(Term, Protocol):
 class Squared(Term, Protocol):
     """A term that is a sum of squares."""
 
-    def residuals(self, candidate: Candidates) -> FloatArray:
-        """What is squared and summed of one candidate, (M,)."""
-        ...
-
     def rows(self, candidates: Candidates) -> Rows:
-        """The same of a batch, with what is compared in which."""
+        """What is squared and summed of a batch, and what is compared in which."""
         ...
 
 
@@ -144,18 +140,6 @@ class Problem:
         return np.asarray(
             sum((p.negative_logs(full) for p in self.priors), 0.0) + np.zeros(len(full))
         )
-
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """What is squared and summed to the value at free parameters (N,), (M,).
-
-        Raises
-        ------
-        ParameterError
-            If a term or a prior is no sum of squares.
-        """
-        one = self.candidates(x[None])
-        data = [term.residuals(one) for term in self._squared().values()]
-        return np.concatenate([*data, *(p.roots(self.whole(x)[None])[0] for p in self.priors)])
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """The priors at free parameters (B, N), taken apart, (B, M)."""

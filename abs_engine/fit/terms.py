@@ -81,12 +81,8 @@ class Weighted:
         """-log of the likelihood of each candidate, (B,), up to a constant."""
         return self.nats * self.error.epsilon(candidates)
 
-    def residuals(self, candidate: Candidates) -> FloatArray:
-        """What is squared and summed of one candidate, (M,)."""
-        return np.asarray(np.sqrt(self.nats) * self.error.residuals(candidate))
-
     def rows(self, candidates: Candidates) -> Rows:
-        """The same of a batch, taken apart."""
+        """What is squared and summed of a batch, row by row."""
         apart = self.error.rows(candidates)
         rows = np.sqrt(self.nats) * apart.rows
         return replace(apart, rows=rows, value=self.nats * apart.value)
