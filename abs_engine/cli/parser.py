@@ -13,8 +13,9 @@ from abs_engine.cli.cameras import add_cameras, cameras
 from abs_engine.cli.observe import add_observe, observe
 from abs_engine.cli.render import add_render
 from abs_engine.cli.reproduce import add_reproduce, reproduce
+from abs_engine.cli.track import add_track, count, leaves
 from abs_engine.cli.train import add_train, train
-from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, nearest
+from abs_engine.core.registry import nearest
 from abs_engine.release import engine_version
 
 EVALUATE_FORMATS = """\
@@ -27,16 +28,6 @@ CSV files, a line of column names first:
                               (as Live Link Face)
 Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
 Numbers in brackets are 95 % confidence intervals.
-"""
-TRACK_FORMATS = """\
-Head poses are a run's or filmed truth's (the folder), or a file of them:
-  CSV   a line of names, then a line for each frame: head_rx head_ry head_rz (rotation vector,
-        radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
-  NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
-        run; NaN, or False in found, where not known
-x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
-(x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
-taken as they are with --person, else as a first guess; frames without one are not tracked.
 """
 Run = Callable[[argparse.Namespace], int]
 
@@ -115,7 +106,11 @@ def build_parser() -> Parser:
     add_train(add("train", train, "learn how lips move from dots that were observed"))
     add_cameras(add("cameras", cameras, "say where a camera would tell most about trained lips"))
     _articulate(add("articulate", articulate, "build an articulatory model of a corpus of visemes"))
-    _track(add("track", commands.track, "track the lips in a video"))
+    tracking = add("track", commands.track, "track the lips in a video")
+    tracking.more = leaves
+    _output(tracking, "RUN", "folder of the results")
+    add_track(tracking)
+    _renderer(tracking)
     _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
     check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))
     report.add_arguments(
@@ -132,7 +127,7 @@ def _demo(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, metavar="DIR",
         help="report folder, must not exist; by default runs/demo, runs/demo-2, ...",
     )  # fmt: skip
-    command.add_argument("--frames", type=_count, help="length of the clip (default: 50)")
+    command.add_argument("--frames", type=count, help="length of the clip (default: 50)")
     command.add_argument(
         "--average-head",
         action="store_true",
@@ -150,102 +145,19 @@ def _synth(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     _output(command, "DIR", "folder of the data set; if interrupted, the same command goes on")
     command.add_argument(
-        "--processes", type=_count, help="how many film at once (default: one for each core)"
+        "--processes", type=count, help="how many film at once (default: one for each core)"
     )
     sentence = command.add_argument_group("for a sentence; a scene file says these itself")
     sentence.add_argument("--person", help="who is filmed (default: clara)")
     sentence.add_argument(
-        "--size", type=_count, nargs=2, metavar=("WIDTH", "HEIGHT"),
+        "--size", type=count, nargs=2, metavar=("WIDTH", "HEIGHT"),
         help="even numbers of pixels (default: 320 240)",
     )  # fmt: skip
-    sentence.add_argument("--frames", type=_count, help="length (default: as the sentence takes)")
+    sentence.add_argument("--frames", type=count, help="length (default: as the sentence takes)")
     sentence.add_argument("--seed", type=int, help="of head motion and noise (default: 0)")
     sentence.add_argument(
         "--lossless", action="store_true", help="keep every picture before compression, as PNG"
     )
-
-
-def _leaves() -> str:
-    """What can be chosen by name, lines."""
-    kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
-    lines = [f"{title + ':':<10}{', '.join(registry.names())}" for title, registry in kinds]
-    return "\n" + "\n".join(lines) + "\n"
-
-
-def _track(command: Parser) -> None:
-    command.more = _leaves
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = TRACK_FORMATS
-    command.add_argument(
-        "video", type=Path, metavar="VIDEO", help="in which somebody speaks to the camera"
-    )
-    _output(command, "RUN", "folder of the results")
-    command.add_argument(
-        "--mouth", type=float, nargs=4, metavar=("X", "Y", "W", "H"),
-        help="box around the mouth that is meant, first frame, pixels; by default it is found",
-    )  # fmt: skip
-    command.add_argument(
-        "--person", metavar="NAME",
-        help="a known head: one of the speaker's people (of the bundled head: clara, kofi, mei, "
-        "walter, amara, ravi); by default the average head, whose mouth is fitted",
-    )  # fmt: skip
-    command.add_argument(
-        "--preset",
-        metavar="NAME",
-        help="a model, evidence, driver and start that belong together; names below",
-    )
-    command.add_argument(
-        "--model",
-        metavar="NAME",
-        help="what is tracked: a name below, or the file of a model (default: head)",
-    )
-    command.add_argument(
-        "--terms",
-        type=_names,
-        metavar="NAME+NAME",
-        help="evidence that is rendered and compared, names joined by + (default: colour)",
-    )
-    command.add_argument(
-        "--driver", metavar="NAME", help="what moves the parameters (default: simplex)"
-    )
-    command.add_argument(
-        "--plugin", type=Path, action="append", default=[], metavar="FILE.py",
-        help="Python file that adds models, terms, drivers or renderers of your own; may be "
-        "repeated",
-    )  # fmt: skip
-    command.add_argument(
-        "--start", choices=("landmarks", "blobs"),
-        help="how an unknown head is placed: by a landmark network, or as in the papers by colour "
-        "(default: landmarks)",
-    )  # fmt: skip
-    command.add_argument(
-        "--face", type=_count, metavar="N",
-        help="which face, counted from 1, the largest first (default: the largest)",
-    )  # fmt: skip
-    command.add_argument(
-        "--pupil-distance", type=float, metavar="MM",
-        help="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)",
-    )  # fmt: skip
-    command.add_argument(
-        "--evidence", choices=("both", "rendering", "landmarks"), default="both",
-        help="evidence used in each frame (default: both)",
-    )  # fmt: skip
-    command.add_argument(
-        "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"
-    )
-    command.add_argument("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
-    command.add_argument(
-        "--colours", type=Path, metavar="FILE",
-        help="colours.npz of another run of the same person and light; by default they are learned",
-    )  # fmt: skip
-    command.add_argument(
-        "--physics", type=Path, metavar="FILE", help="how the lips move, as 'train' learned it"
-    )
-    command.add_argument(
-        "--poses", type=Path, metavar="FILE",
-        help="head poses that are known, see below; then no face is looked for and followed",
-    )  # fmt: skip
-    _renderer(command)
 
 
 def _evaluate(command: argparse.ArgumentParser) -> None:
@@ -273,7 +185,7 @@ def _evaluate(command: argparse.ArgumentParser) -> None:
 
 def _bench(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
-    command.add_argument("--rounds", type=_count, help="turns of every way (default: 50)")
+    command.add_argument("--rounds", type=count, help="turns of every way (default: 50)")
 
 
 def _render(command: Parser) -> None:
@@ -306,14 +218,3 @@ def _renderer(command: argparse.ArgumentParser) -> None:
         "--renderer", metavar="NAME", default="auto",
         help="what draws; auto: OpenGL, or the CPU where none loads. Without a GPU, cpu is faster",
     )  # fmt: skip
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(part.strip() for part in text.split("+") if part.strip())
-
-
-def _count(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not 1 or more")
-    return number

@@ -1,0 +1,118 @@
+"""What `track` takes."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS
+
+TRACK_FORMATS = """\
+Head poses are a run's or filmed truth's (the folder), or a file of them:
+  CSV   a line of names, then a line for each frame: head_rx head_ry head_rz (rotation vector,
+        radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
+  NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
+        run; NaN, or False in found, where not known
+x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
+(x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
+taken as they are with --person, else as a first guess; frames without one are not tracked.
+"""
+
+
+def leaves() -> str:
+    """What can be chosen by name, lines."""
+    kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
+    lines = [f"{title + ':':<10}{', '.join(registry.names())}" for title, registry in kinds]
+    return "\n" + "\n".join(lines) + "\n"
+
+
+def add_track(command: argparse.ArgumentParser) -> None:
+    """Add what `track` takes to its parser."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = TRACK_FORMATS
+    command.add_argument(
+        "video", type=Path, metavar="VIDEO", help="in which somebody speaks to the camera"
+    )
+    command.add_argument(
+        "--mouth", type=float, nargs=4, metavar=("X", "Y", "W", "H"),
+        help="box around the mouth that is meant, first frame, pixels; by default it is found",
+    )  # fmt: skip
+    command.add_argument(
+        "--person", metavar="NAME",
+        help="a known head: one of the speaker's people (of the bundled head: clara, kofi, mei, "
+        "walter, amara, ravi); by default the average head, whose mouth is fitted",
+    )  # fmt: skip
+    _add_parts(command)
+    command.add_argument(
+        "--start", choices=("landmarks", "blobs"),
+        help="how an unknown head is placed: by a landmark network, or as in the papers by colour "
+        "(default: landmarks)",
+    )  # fmt: skip
+    command.add_argument(
+        "--face", type=count, metavar="N",
+        help="which face, counted from 1, the largest first (default: the largest)",
+    )  # fmt: skip
+    command.add_argument(
+        "--pupil-distance", type=float, metavar="MM",
+        help="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)",
+    )  # fmt: skip
+    command.add_argument(
+        "--evidence", choices=("both", "rendering", "landmarks"), default="both",
+        help="evidence used in each frame (default: both)",
+    )  # fmt: skip
+    command.add_argument(
+        "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"
+    )
+    command.add_argument("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
+    command.add_argument(
+        "--colours", type=Path, metavar="FILE",
+        help="colours.npz of another run of the same person and light; by default they are learned",
+    )  # fmt: skip
+    command.add_argument(
+        "--physics", type=Path, metavar="FILE", help="how the lips move, as 'train' learned it"
+    )
+    command.add_argument(
+        "--poses", type=Path, metavar="FILE",
+        help="head poses that are known, see below; then no face is looked for and followed",
+    )  # fmt: skip
+
+
+def _add_parts(command: argparse.ArgumentParser) -> None:
+    """Add what is chosen by name."""
+    command.add_argument(
+        "--preset",
+        metavar="NAME",
+        help="a model, evidence, driver and start that belong together; names below",
+    )
+    command.add_argument(
+        "--model",
+        metavar="NAME",
+        help="what is tracked: a name below, or the file of a model (default: head)",
+    )
+    command.add_argument(
+        "--terms",
+        type=named_terms,
+        metavar="NAME+NAME",
+        help="evidence that is rendered and compared, names joined by + (default: colour)",
+    )
+    command.add_argument(
+        "--driver", metavar="NAME", help="what moves the parameters (default: simplex)"
+    )
+    command.add_argument(
+        "--plugin", type=Path, action="append", default=[], metavar="FILE.py",
+        help="Python file that adds models, terms, drivers or renderers of your own; may be "
+        "repeated",
+    )  # fmt: skip
+
+
+def named_terms(text: str) -> tuple[str, ...]:
+    """The names in a text that are joined by +."""
+    return tuple(part.strip() for part in text.split("+") if part.strip())
+
+
+def count(text: str) -> int:
+    """A number from 1 on."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not 1 or more")
+    return number
