@@ -13,7 +13,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.params import ParamSpec
 
 FloatArray = NDArray[np.float64]
-POSE, POSTURE = "pose", "posture"
+POSE, POSTURE, IDENTITY = "pose", "posture", "identity"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 
@@ -61,3 +62,26 @@ class LipLandmarks:
         mm = off @ np.stack(seen.axes).T * there[:, 2:] / self.camera.matrix[0, 0] + self.bias
         off_mm = float(np.sqrt((mm**2).sum(axis=1).mean()))
         return off_mm, float(np.sqrt(((mm / self.deviation) ** 2).mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class LipOutline:
+    """What the landmarks of a frame's lips say, as evidence over pose and weights.
+
+    Parameters
+    ----------
+    lips : LipLandmarks
+    seen : Landmarks
+    strength : float
+        Nats for each squared standard deviation that the lips lie off (mean).
+    """
+
+    lips: LipLandmarks
+    seen: Landmarks
+    strength: float
+
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """-log likelihood of each candidate, (B,), nats."""
+        each = zip(candidates.rotations, candidates.translations, candidates.weights, strict=True)
+        off = [self.lips.apart(self.seen, Pose(r, t), w)[1] for r, t, w in each]
+        return np.asarray(self.strength * np.square(off))

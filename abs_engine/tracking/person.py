@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,19 +10,15 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior, Prior
+from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import Pose
-from abs_engine.core.objective import Evaluation
-from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import POSE_NAMES, POSE_UNITS, PoseFrame, at_base, no_correction, parted
+from abs_engine.core.pose import PoseFrame, at_base, mode_block, no_correction, pose_and
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
-from abs_engine.fit.head_frame import (
-    best_start,
-    contact_prior,
-    head_problem,
-)
+from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_problem
+from abs_engine.fit.problem import Problem, Term
+from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.place import SEARCHED, CalibrationFrame, place_mouth, shifted
@@ -126,10 +122,10 @@ def calibrate(
         bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
         fits = zip(terms, bases, vectors, strict=True)
         vectors = np.stack([fit_posture(model, t, b, person, v).x for t, b, v in fits])
-        joint = PersonPosterior(model, frames, terms, vectors, deviation)
-        spec, start = person_spec(model, deviation), np.r_[shift, person]
-        found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, spec).x
-        shift, person = parted(found)[0], parted(found)[1]
+        joint = person_problem(model, frames, [{COLOUR: t} for t in terms], vectors, deviation)
+        start = joint.blocks.vector({POSE: shift, IDENTITY: person})
+        found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, joint.spec).x
+        shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
     return Calibration(person, shift, classes, vectors)
 
 
@@ -189,43 +185,33 @@ def fit_posture(
     return Simplex(tolerance=0.1, limit=limit).minimise(problem, start, problem.spec)
 
 
-def person_spec(model: MouthModel, shift: FloatArray) -> ParamSpec:
-    """Names, first steps and bounds of a correction of the poses (6) and the person (Q)."""
-    names = POSE_NAMES + tuple(f"person{k + 1}" for k in range(model.n_person))
-    deviation = np.r_[shift, model.person_deviation]
-    units = POSE_UNITS + ("weight",) * model.n_person
-    return ParamSpec(names, units, 0.3 * deviation, -4 * deviation, 4 * deviation)
+def person_problem(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    terms: Sequence[Mapping[str, Term]],
+    vectors: FloatArray,
+    deviation: FloatArray,
+) -> SharedProblem:
+    """The person (Q,) and a correction of the poses, the frames' postures held.
 
-
-@dataclass(frozen=True, eq=False)
-class PersonPosterior:
-    """-log posterior of shift (6) and person (Q), the frames' postures held.
-
-    `more` is what other evidence says of each frame: -log likelihood of its number, the mouth's
-    pose, and its posture and person (P + Q,).
+    Parameters
+    ----------
+    model : MouthModel
+    frames : sequence of CalibrationFrame, K
+    terms : sequence of mapping of str to Term
+        The evidence of each frame, over the model's scene.
+    vectors : (K, 6 + P) float64
+        Where each frame stands.
+    deviation : (6,) float64, radians and mm
+        How far off the poses may be.
     """
-
-    model: MouthModel
-    frames: Sequence[CalibrationFrame]
-    terms: Sequence[FacetLikelihood]
-    vectors: FloatArray
-    shift: FloatArray
-    more: Callable[[int, Pose, FloatArray], float] | None = None
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Value and terms at shift and person (6 + Q,)."""
-        model = self.model
-        data = 0.0
-        for k, (frame, term, vector) in enumerate(
-            zip(self.frames, self.terms, self.vectors, strict=True)
-        ):
-            base = PoseFrame(shifted(frame.pose, parted(x)[0], model.pivot), model.pivot)
-            weights = np.r_[parted(vector)[1], parted(x)[1]]
-            data += float(
-                term.negative_log(base.candidates(parted(vector[None])[0], weights[None]))[0]
-            )
-            if self.more is not None:
-                data += self.more(k, base.pose(vector), weights)
-        deviation = np.r_[self.shift, model.person_deviation]
-        prior = GaussianPrior(np.zeros(len(x)), deviation).negative_log(x)
-        return Evaluation(data + prior, {"likelihood": data, "prior": prior})
+    blocks = shared_blocks(deviation, model.person_deviation)
+    own = Blocks(
+        {**pose_and(mode_block(model.n_expression)).specs, IDENTITY: blocks.specs[IDENTITY]}
+    )
+    problems = [
+        Problem(PoseFrame(frame.pose, model.pivot), own, seen, free=tuple(own.specs))
+        for frame, seen in zip(frames, terms, strict=True)
+    ]
+    held = np.hstack([vectors, np.zeros((len(vectors), model.n_person))])
+    return SharedProblem(problems, held, blocks)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.blocks import IDENTITY, POSE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
@@ -24,7 +25,8 @@ from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.placed import PLACES, learn_placed
 from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
-from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
+from abs_engine.fit.head_frame import COLOUR, class_maps, likelihood_of, mouth_window
+from abs_engine.fit.problem import Term
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.correspondence import Correspondence
 from abs_engine.tracking.frames import SeenFace
@@ -32,9 +34,9 @@ from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import LIPS_TOGETHER
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
-from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.lip_landmarks import LipLandmarks, LipOutline
 from abs_engine.tracking.mouth_place import mouth_place
-from abs_engine.tracking.person import Calibration, PersonPosterior, fit_posture, person_spec
+from abs_engine.tracking.person import Calibration, fit_posture, person_problem
 from abs_engine.tracking.place import CalibrationFrame, shifted
 
 FloatArray = NDArray[np.float64]
@@ -204,19 +206,20 @@ def _round(
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)
 
-    def outline(k: int, pose: Pose, weights: FloatArray) -> float:
-        """What the landmarks say of a frame's lips; all frames say as much as one."""
-        off = head.lips.apart(placed[k].face.landmarks, pose, weights)[1]
-        return len(LIPS) / LIPS_TOGETHER * off**2 / len(placed)
-
-    joint = PersonPosterior(
-        model, [f.calibration for f in placed], terms, vectors, deviation, outline
+    share = len(LIPS) / LIPS_TOGETHER / len(placed)  # all frames say as much as one
+    seen = [LipOutline(head.lips, f.face.landmarks, share) for f in placed]
+    both = zip(terms, seen, strict=True)
+    evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]
+    joint = person_problem(model, [f.calibration for f in placed], evidence, vectors, deviation)
+    solver, start = (
+        Simplex(tolerance=0.1, limit=_PERSON_LIMIT),
+        joint.blocks.vector({IDENTITY: person}),
     )
-    solver, spec = Simplex(tolerance=0.1, limit=_PERSON_LIMIT), person_spec(model, deviation)
-    found = solver.minimise(joint, at_base(person), spec).x
-    stand = replace(stand, shift=parted(found)[0], person=parted(found)[1])
+    found = solver.minimise(joint, start, joint.spec).x
+    shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
+    stand = replace(stand, shift=shift, person=person)
     vectors = stand.postures(terms, vectors)
-    return Calibration(parted(found)[1], parted(found)[0], classes, vectors)
+    return Calibration(person, shift, classes, vectors)
 
 
 def _apertures(model: MouthModel, person: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -1,0 +1,84 @@
+"""Several frames as one problem over what they share: who the person is, and how poses are off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.prior import GaussianPrior
+from abs_engine.core.blocks import IDENTITY, POSE, Blocks
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import POSE_NAMES, POSE_UNITS
+from abs_engine.fit.problem import Problem
+
+FloatArray = NDArray[np.float64]
+_REACH, _STEP = 4.0, 0.3  # standard deviations: how far it may go, and the first step
+
+
+def shared_blocks(pose: FloatArray, identity: FloatArray) -> Blocks:
+    """A constant correction of all poses, and the identity, by their standard deviations.
+
+    Parameters
+    ----------
+    pose : (6,) float64, radians and mm
+    identity : (Q,) float64
+    """
+    names = tuple(f"person{k + 1}" for k in range(len(identity)))
+    of_person = _spec(names, ("weight",) * len(identity), identity)
+    return Blocks({POSE: _spec(POSE_NAMES, POSE_UNITS, pose), IDENTITY: of_person})
+
+
+def _spec(names: tuple[str, ...], units: tuple[str, ...], deviation: FloatArray) -> ParamSpec:
+    return ParamSpec(names, units, _STEP * deviation, -_REACH * deviation, _REACH * deviation)
+
+
+@dataclass(frozen=True, eq=False)
+class SharedProblem:
+    """-log posterior of what frames share, while what is each frame's own is held.
+
+    Parameters
+    ----------
+    frames : sequence of Problem
+        Over pose, posture and identity.
+    held : (K, 6 + P + Q) float64
+        Where each frame stands; its identity is that which is sought.
+    blocks : Blocks
+        Pose and identity, see `shared_blocks`; the scale of each is `_STEP` of its deviation.
+    """
+
+    frames: Sequence[Problem]
+    held: FloatArray
+    blocks: Blocks
+
+    @property
+    def spec(self) -> ParamSpec:
+        """Names, units, scales and bounds of what is sought."""
+        return self.blocks.spec
+
+    @property
+    def prior(self) -> GaussianPrior:
+        """Beforehand: no correction, and the average person."""
+        return GaussianPrior(np.zeros(len(self.blocks)), self.spec.upper / _REACH)
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Value and terms at a correction and an identity (6 + Q,)."""
+        values: dict[str, float] = {}
+        data = 0.0
+        for problem, held in zip(self.frames, self.held, strict=True):
+            found = self._at(problem, held, x).terms
+            for name in problem.terms:
+                values[name] = values.get(name, 0.0) + found[name]
+                data += found[name]
+        prior = self.prior.negative_log(x)
+        return Evaluation(data + prior, {**values, "prior": prior})
+
+    def _at(self, problem: Problem, held: FloatArray, x: FloatArray) -> Evaluation:
+        """A frame's evaluation with its base pose corrected."""
+        base = problem.frame.pose(self.blocks.part(x, POSE))
+        vector = held.copy()
+        vector[problem.blocks.places[IDENTITY]] = self.blocks.part(x, IDENTITY)
+        return replace(problem, frame=replace(problem.frame, base=base))(vector)
