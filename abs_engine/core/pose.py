@@ -65,8 +65,8 @@ def no_correction() -> FloatArray:
 
 
 def joined(pose: FloatArray, weights: FloatArray) -> FloatArray:
-    """The parameter vector (6 + P,) of a pose's correction (6,) and weights (P,)."""
-    return np.concatenate([pose, weights])
+    """Parameter vectors (..., 6 + P) of poses' corrections (..., 6) and weights (..., P)."""
+    return np.concatenate([pose, weights], axis=-1)
 
 
 def parted(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -98,6 +98,11 @@ def mode_block(count: int, limit: float = 3.5) -> ParamSpec:
     names = tuple(f"shape{k + 1}" for k in range(count))
     reach = np.full(count, limit)
     return ParamSpec(names, ("sd",) * count, np.full(count, 0.5), -reach, reach)
+
+
+def free_blocks(pose_held: bool) -> tuple[str, ...]:
+    """Names of the blocks of a frame that are fitted."""
+    return (POSTURE,) if pose_held else (POSE, POSTURE)
 
 
 def pose_and(posture: ParamSpec) -> Blocks:

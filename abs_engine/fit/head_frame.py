@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import ContactPrior, Prior
-from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, mode_block, pose_and
+from abs_engine.core.pose import PoseFrame, free_blocks, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
@@ -147,8 +146,8 @@ def head_problem(
     pose_held : bool
         Whether only the posture is fitted.
     """
-    free = (POSTURE,) if pose_held else (POSE, POSTURE)
-    return Problem(frame, pose_and(mode_block(modes)), {COLOUR: likelihood}, priors, free)
+    terms = {COLOUR: likelihood}
+    return Problem(frame, pose_and(mode_block(modes)), terms, priors, free_blocks(pose_held))
 
 
 def likelihood_of(

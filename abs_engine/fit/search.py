@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
@@ -61,6 +61,44 @@ class Again:
     worse: Callable[[float], bool]
 
 
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search came to.
+
+    Parameters
+    ----------
+    x : (N,) float64
+        Free parameters: those of `best`, or a mean of several ends.
+    best : Solution
+        The least value. Evaluations include those of all starts and ends.
+    again : bool
+        Whether it started again.
+    """
+
+    x: FloatArray
+    best: Solution
+    again: bool = False
+
+
+def mean_of(ends: Sequence[Solution]) -> FloatArray:
+    """The mean (N,) of several ends by the probability that each has.
+
+    Where the picture leaves several shapes about as probable, no choice of one of them is off less
+    on the average than their mean. Only the height of each maximum counts, not how wide it is.
+    """
+    lowest = min(end.value for end in ends)
+    weight = np.exp([lowest - end.value for end in ends])
+    return np.asarray(weight @ np.stack([end.x for end in ends]) / weight.sum())
+
+
+def averaged(problem: Problem, starts: FloatArray, driver: Minimiser, tried: int) -> Found:
+    """Minimise from each of the best of some starts (K, N); what is found is their mean."""
+    ends = several(problem, starts, driver, tried)
+    spent = len(starts) + sum(end.n_evaluations for end in ends)
+    best = min(ends, key=lambda end: end.value)
+    return Found(mean_of(ends), replace(best, n_evaluations=spent))
+
+
 def several(problem: Problem, starts: FloatArray, driver: Minimiser, keep: int) -> list[Solution]:
     """Minimise from each of the best of some starts (K, N), which are compared in one batch."""
     order = np.argsort(problem.values(starts))[:keep]
@@ -73,7 +111,7 @@ def search(
     driver: Minimiser,
     again: Again | None = None,
     charged: bool = False,
-) -> tuple[Solution, bool]:
+) -> Found:
     """Minimise from the best of some starts.
 
     Parameters
@@ -89,10 +127,7 @@ def search(
 
     Returns
     -------
-    Solution
-        `n_evaluations` counts those of the starts.
-    bool
-        Whether it started again.
+    Found
     """
     start, spent, spec = starts[0], 0, problem.spec
     if len(starts) > 1:
@@ -100,7 +135,7 @@ def search(
     if not isinstance(driver, Phased):
         own = _with_limit(driver, spent) if charged else driver
         found = own.minimise(problem, start, spec)
-        return replace(found, n_evaluations=found.n_evaluations + spent), False
+        return Found(found.x, replace(found, n_evaluations=found.n_evaluations + spent))
     used = spent if charged else 0
     found = driver.descend(problem, start, spec, driver.limit - used)
     used += found.n_evaluations
@@ -118,7 +153,7 @@ def search(
     counted = replace(found, n_evaluations=used)
     done = driver.polish(problem, counted, spec, start, driver.limit - used)
     extra = 0 if charged else spent
-    return replace(done, n_evaluations=done.n_evaluations + extra), restarted
+    return Found(done.x, replace(done, n_evaluations=done.n_evaluations + extra), restarted)
 
 
 def _with_limit(driver: Any, spent: int) -> Any:

@@ -13,13 +13,14 @@ from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.compare.prior import GaussianPrior, MixturePrior
 from abs_engine.compare.pull import Pull, PullRule
-from abs_engine.core.blocks import POSE, POSTURE, Blocks
+from abs_engine.core.blocks import Blocks
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose_and
+from abs_engine.core.pose import POSE_NAMES, PoseFrame, free_blocks, joined, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, hamming
+from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.head_frame import COLOUR, SMOOTHING, zone
@@ -78,7 +79,7 @@ class ShellSetting:
     @property
     def free(self) -> tuple[str, ...]:
         """Which blocks are fitted."""
-        return (POSTURE,) if self.pose_deviation is None else (POSE, POSTURE)
+        return free_blocks(self.pose_deviation is None)
 
     @property
     def blocks(self) -> Blocks:
@@ -172,3 +173,25 @@ def _planes(probable: FloatArray) -> FloatArray:
     shown = {"skin": of["skin"], "lips": lips, "interior": of["teeth"] + of["dark"]}
     skin = of["skin"]
     return np.stack([np.zeros_like(skin) if c is None else shown[c] for c in COLOUR_OF])
+
+
+def bare_face(setting: ShellSetting) -> Face:
+    """The face of a shell alone, its contours by its own nodes."""
+    half, scene = COLUMNS // 2, setting.scene
+    around = np.rint(np.linspace(0, COLUMNS, 12, endpoint=False)).astype(np.int64)
+    within = np.rint(np.linspace(0, half - 1, 4)).astype(np.int64)
+    outer = np.arange(2 * COLUMNS, 3 * COLUMNS)
+    rings = {
+        "outer": outer,
+        "upper": np.arange(half),
+        "lower": np.arange(half, COLUMNS),
+        "points": np.concatenate([outer[around], within, half + within]),
+        "corners": outer[[0, half]],
+    }
+    lips = np.concatenate([rings[name] for name in RINGS]).astype(np.int32)
+    body = Body(scene.mean, scene.modes, scene.faces, scene.facet_class, COLOUR_OF, lips)
+    modes = setting.model.n_modes
+    return Face(
+        "shell", scene, mode_block(modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
+        setting.border, np.zeros((1, modes)), COLOUR_OF, body,
+    )  # fmt: skip

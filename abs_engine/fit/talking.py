@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from abs_engine.compare.descriptor import TextureError, texture_error
 from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.prior import PenaltyPrior
-from abs_engine.core.blocks import POSE, POSTURE
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OutOfPictureError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import PoseFrame, free_blocks
 from abs_engine.core.scene import Renderer
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
@@ -144,7 +144,7 @@ def talking_problem(
         )  # fmt: skip
         kind, penalty = LOCAL, shape.penalty if printed else weaker
     prior = PenaltyPrior(penalty, PENALTY_SHARE * error.unit, shape.blocks.places[POSTURE])
-    free = (POSTURE,) if pose_known else (POSE, POSTURE)
+    free = free_blocks(pose_known)
     return Problem(frame, shape.blocks, {kind: error}, (prior,), free, error.unit)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, at_base, joined, parted
+from abs_engine.core.pose import PoseFrame, at_base, free_blocks, joined, parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.fit.head_frame import lip_window
@@ -44,6 +44,8 @@ class FaceBinder:
         What is likely of postures beforehand, over (6 + P).
     forces : bool
         Whether the driver asks for forces.
+    pose_held : bool
+        Whether poses are taken as they are, and only the posture is fitted.
     """
 
     face: Face
@@ -53,6 +55,7 @@ class FaceBinder:
     kinds: Mapping[str, TermKind]
     priors: tuple[Prior, ...]
     forces: bool = False
+    pose_held: bool = False
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """What is minimised in a frame whose head is about a pose, and where it is started.
@@ -68,7 +71,8 @@ class FaceBinder:
         still = np.full(count, np.inf if last is None else _step(self.rate))
         near = GaussianPrior(starts[0], joined(POSE_DEVIATION, still))
         mobility = np.asarray(joined(POSE_DEVIATION, np.ones(count)) ** 2)
-        problem = Problem(base, face.blocks, terms, (*self.priors, near), mobility=mobility)
+        free, priors = free_blocks(self.pose_held), (*self.priors, near)
+        problem = Problem(base, face.blocks, terms, priors, free, mobility=mobility)
         return Work(problem, starts, partial(explained, terms))
 
 

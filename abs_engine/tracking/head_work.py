@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import GaussianPrior, InformationPrior, Prior
-from abs_engine.core.blocks import POSE, POSTURE
+from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
-from abs_engine.core.pose import PoseFrame, at_base
+from abs_engine.core.pose import PoseFrame, at_base, free_blocks
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
@@ -25,10 +24,10 @@ from abs_engine.fit.problem import Problem, Term
 from abs_engine.fit.terms import COLOUR, TermKind, Weighted, bound
 from abs_engine.fit.view import View
 from abs_engine.tracking.frames import HeadFrame, Memory
-from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.person import POSE_DEVIATION
-from abs_engine.tracking.setting import BOTH, LANDMARKS, RENDERING, Landmarked, Work
+from abs_engine.tracking.setting import Work
 
 FloatArray = NDArray[np.float64]
 STEP_DEVIATION = 0.8
@@ -53,10 +52,8 @@ class HeadBinder:
         The evidence.
     pose_held : bool
         Whether poses are taken as they are, and only the posture is fitted.
-    lips : LipLandmarks, optional
-        Where the landmark network sees the lips of this head; with it the network is asked.
-    evidence : str
-        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+    landmarks : MouthLandmarks, optional
+        How the network's landmarks count; by default the evidence of frames that have them.
     forces : bool
         Whether the driver asks for forces.
     """
@@ -68,8 +65,7 @@ class HeadBinder:
     rate: float
     kinds: Mapping[str, TermKind] = field(default_factory=lambda: {COLOUR.name: COLOUR})
     pose_held: bool = False
-    lips: LipLandmarks | None = None
-    evidence: str = BOTH
+    landmarks: MouthLandmarks | None = None
     forces: bool = False
 
     @property
@@ -85,38 +81,34 @@ class HeadBinder:
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """What is minimised in a frame whose head is about a pose, and where it is started."""
-        model, face, last = self.model, frame.face, memory.vector
-        base = PoseFrame(pose, model.pivot)
+        model, last = self.model, memory.vector
+        base, marks = PoseFrame(pose, model.pivot), self.marks
         window = mouth_window(model, base.base, self.camera, self.person)
-        priors = self._priors(last, thick=face is not None)
-        beside, without, told, place = priors, priors, None, None
-        if face is not None:
-            told = at_base(face.fit.posture[: model.n_expression])
-            if self.evidence != RENDERING:
-                place = mouth_place(model, base, self.camera, window, self.person, told)
-            evidence = face.fit.evidence(model.n_expression)
-            beside = (*priors, _less_sure(evidence, self.classes.outdoing))
-            without = (*priors, evidence)
+        told, place = marks.told(frame), None
+        priors = self._priors(last, thick=told is not None)
+        if told is not None and marks.evidence != RENDERING:
+            place = mouth_place(model, base, self.camera, window, self.person, told)
         start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
         view = View(
             frame.image, self.camera, self.renderer, base, window, start, place, self.forces
         )
         terms = bound(self.kinds, self.face, view)
-        problem = self._problem(base, terms, beside if self.evidence != RENDERING else priors)
+        beside = marks.beside(frame, self.classes.outdoing)
+        problem = self._problem(base, terms, (*priors, *beside))
         usual = at_base(model.prototypes)
         starts = np.vstack([*(x for x in (last, told) if x is not None), usual])
-        marks = None
-        if told is not None and face is not None:
-            apart = None if self.lips is None else partial(self.lips.apart, face.landmarks)
-            alone = self._problem(base, {}, without)
-            only, decide = self.evidence == LANDMARKS, self.evidence == BOTH
-            marks = Landmarked(alone, told, apart, only, decide)
-        return Work(problem, starts, partial(explained, terms), marks)
+        said = marks.marked(frame, self._problem(base, {}, priors))
+        return Work(problem, starts, partial(explained, terms), said)
+
+    @cached_property
+    def marks(self) -> MouthLandmarks:
+        """How landmarks count."""
+        return self.landmarks or MouthLandmarks(self.model.n_expression)
 
     def _problem(
         self, base: PoseFrame, terms: Mapping[str, Term], priors: tuple[Prior, ...]
     ) -> Problem:
-        free = (POSTURE,) if self.pose_held else (POSE, POSTURE)
+        free = free_blocks(self.pose_held)
         return Problem(base, self.face.blocks, terms, priors, free, mobility=self._mobility)
 
     @cached_property
@@ -145,10 +137,3 @@ def explained(terms: Mapping[str, Term], value: Evaluation) -> float:
         if isinstance(term, Weighted):
             return term.explained(value.terms[name])
     return float("nan")
-
-
-def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:
-    """What landmarks say, their noise in the posture this many times as large."""
-    scale = at_base(np.full(len(told.mean), 1 / factor))[: len(told.mean)]
-    scale[: len(POSE_DEVIATION)] = 1.0
-    return replace(told, information=told.information * np.outer(scale, scale))

@@ -34,6 +34,7 @@ from abs_engine.tracking.head_work import HeadBinder
 from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.locate import FaceBox
+from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
 from abs_engine.tracking.mouth_look import MouthLook, UsualLook
 from abs_engine.tracking.options import (
     BLOBS,
@@ -51,7 +52,7 @@ from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.prepare import HeadMotion, choose_frames, followed, spread_frames
 from abs_engine.tracking.restart import calibrate_well
 from abs_engine.tracking.scale import known_scale, pupil_distance, pupil_scale
-from abs_engine.tracking.setting import BOTH, NO_FACE, NO_POSE, ClipSetting
+from abs_engine.tracking.setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.sightings import sightings_of
 from abs_engine.tracking.visibility import ByBlob, ByLook
@@ -157,9 +158,10 @@ def by_landmarks(
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
     classes = calibration.classes
     face = held_head(model, calibration.person, classes)
+    marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     binder = HeadBinder(
-        model, face, clip.camera, renderer, clip.info.rate, leaves.kinds, lips=lips,
-        evidence=options.evidence, forces=leaves.forces,
+        model, face, clip.camera, renderer, clip.info.rate, leaves.kinds, landmarks=marks,
+        forces=leaves.forces,
     )  # fmt: skip
     look = UsualLook.of([MouthLook.of(classes, i, s) for i, s in chosen])
     motion = ShiftedMotion(
@@ -167,7 +169,7 @@ def by_landmarks(
     )
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
-        None if look is None else ByLook(classes, look), clip.info.times,
+        None if look is None else ByLook(classes, look), clip.info.times, landmarks=marks,
     )  # fmt: skip
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, faces, facts)
@@ -201,7 +203,7 @@ def by_blobs(
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         replace(sight, usual=usual), clip.info.times,
-        NO_POSE if given else NO_FACE,
+        NO_POSE if given else NO_FACE, pose_held=held,
     )  # fmt: skip
     scale = known_scale(pupils, options.person is not None, given)
     facts = {"start": BLOBS, "evidence": None}

@@ -13,8 +13,8 @@ from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.face.base import Face
-from abs_engine.fit.search import search
-from abs_engine.optimise.base import Solution
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.search import Found, averaged, search
 from abs_engine.tracking.covered import OUTSIDE
 from abs_engine.tracking.frames import HeadFrame, Memory
 from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
@@ -22,9 +22,9 @@ from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, Fram
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 NOTHING = Memory()
-HELD, AGAIN = "held to the landmarks", "started again"
-"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
-one that was begun again from postures that are known."""
+HELD, AGAIN, UNLIKE = "held to the landmarks", "started again", "no lips where the face is"
+"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; of one
+that was begun again from postures that are known; and of one whose fit explains too little."""
 MOST_OFF, ASTRAY = 1.75, 6.0
 """Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks, and from
 which on these are no mouth's."""
@@ -70,16 +70,18 @@ def _step(
     except OutOfPictureError:
         seen = replace(lost(setting.face, index), pose=pose, status=OUTSIDE, covered=True)
         return seen, memory.lost()
-    solution = _accepted(setting, work)
-    if solution is None:
+    found = _accepted(setting, work)
+    if found is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
-    result = _result(setting, index, work, solution)
-    move = solution.x - work.starts[0]
-    value = solution.value / work.problem.unit
+    result = _result(setting, index, work, found)
+    if work.believed is not None and not work.believed(found.x, result.score):
+        return replace(lost(setting.face, index), status=UNLIKE), memory.lost()
+    move = found.x - work.starts[0]
+    value = found.best.value / work.problem.unit
     return result, memory.after(work.problem.frame.pose(result.vector), result.vector, move, value)
 
 
-def _accepted(setting: ClipSetting, work: Work) -> Solution | None:
+def _accepted(setting: ClipSetting, work: Work) -> Found | None:
     """Where the search ended, over all parameters; None where it leads to no mouth.
 
     A fit that lies off the landmarks is begun once more from them, then held to them.
@@ -87,34 +89,47 @@ def _accepted(setting: ClipSetting, work: Work) -> Solution | None:
     marks = work.landmarks
     if marks is not None and marks.only:
         return _minimised(setting, work, marks.told, alone=True)
-    problem = work.problem
-    starts = problem.chosen(work.starts)
-    found, again = search(problem, starts, setting.driver, work.again, setting.charged)
-    best = replace(found, x=problem.whole(found.x), status=AGAIN if again else found.status)
-    if marks is None or not marks.decide or marks.apart is None or _off(work, best) <= MOST_OFF:
-        return best
+    found = _searched(setting, work)
+    if marks is None or not marks.decide or marks.apart is None or _off(work, found) <= MOST_OFF:
+        return found
     second = _minimised(setting, work, marks.told)
-    count = best.n_evaluations + second.n_evaluations
+    count = found.best.n_evaluations + second.best.n_evaluations
     if _off(work, second) <= MOST_OFF:
-        return replace(second, n_evaluations=count)
+        return replace(second, best=replace(second.best, n_evaluations=count))
     third = _minimised(setting, work, marks.told, alone=True)
     if _off(work, third) > ASTRAY:
         return None
-    return replace(third, n_evaluations=count + third.n_evaluations, status=HELD)
+    count += third.best.n_evaluations
+    return replace(third, best=replace(third.best, n_evaluations=count, status=HELD))
 
 
-def _minimised(
-    setting: ClipSetting, work: Work, start: FloatArray, alone: bool = False
-) -> Solution:
+def _searched(setting: ClipSetting, work: Work) -> Found:
+    """The search of a frame from its starts; over all parameters."""
+    problem = work.problem
+    starts = problem.chosen(work.starts)
+    if work.tried > 1:
+        return _whole(problem, averaged(problem, starts, setting.driver, work.tried))
+    found = search(problem, starts, setting.driver, work.again, setting.charged)
+    if found.again:
+        found = replace(found, best=replace(found.best, status=AGAIN))
+    return _whole(problem, found)
+
+
+def _minimised(setting: ClipSetting, work: Work, start: FloatArray, alone: bool = False) -> Found:
     """Minimise from one start (6 + P,), by the landmarks alone if told to; over all parameters."""
     marks = work.landmarks
     problem = marks.alone if alone and marks is not None else work.problem
     driver = FRAME_SOLVER if alone else setting.driver
-    found = search(problem, problem.chosen(start)[None], driver)[0]
-    return replace(found, x=problem.whole(found.x))
+    return _whole(problem, search(problem, problem.chosen(start)[None], driver))
 
 
-def _off(work: Work, found: Solution) -> float:
+def _whole(problem: Problem, found: Found) -> Found:
+    """The same over all parameters (6 + P,)."""
+    best = replace(found.best, x=problem.whole(found.best.x))
+    return replace(found, x=problem.whole(found.x), best=best)
+
+
+def _off(work: Work, found: Found) -> float:
     """How far the lips lie off the landmarks, in standard deviations."""
     return _apart(work, found.x)[1]
 
@@ -130,8 +145,8 @@ def _apart(work: Work, x: FloatArray) -> tuple[float, float]:
     return marks.apart(problem.frame.pose(x), problem.blocks.part(x, POSTURE))
 
 
-def _result(setting: ClipSetting, index: int, work: Work, solution: Solution) -> FrameResult:
-    problem, face, x = work.problem, setting.face, solution.x
+def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> FrameResult:
+    problem, face, x = work.problem, setting.face, found.x
     value = problem(problem.chosen(x))
     lips, width, aperture = face.measures(problem.blocks.part(x, POSTURE))
     by_landmarks = float("nan")
@@ -140,9 +155,9 @@ def _result(setting: ClipSetting, index: int, work: Work, solution: Solution) ->
         by_landmarks = face.measures(told)[2]
     return FrameResult(
         index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
-        work.explained(value), solution.n_evaluations, solution.status,
+        work.explained(value), found.best.n_evaluations, found.best.status,
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
-        terms=value.terms,
+        terms=value.terms, highest=found.best,
     )  # fmt: skip
 
 

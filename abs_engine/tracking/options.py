@@ -18,8 +18,9 @@ from abs_engine.fit.terms import TermKind, check_leaves, term_kinds
 from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking.frames import Memory
 from abs_engine.tracking.loop import track
+from abs_engine.tracking.mouth_landmarks import BOTH
 from abs_engine.tracking.scale import Scale
-from abs_engine.tracking.setting import BOTH, ClipSetting, FrameResult
+from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.video import VideoInfo, read_frames
 
 Image = NDArray[np.uint8]

@@ -14,12 +14,12 @@ from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.files import NewFolder
+from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import BLOBS, STARTS, Clip, ClipTracker, Leaves, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
-from abs_engine.tracking.setting import EVIDENCE
 from abs_engine.truth.sums import digest
 from abs_engine.video import VideoInfo, probe
 

@@ -16,12 +16,13 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again, Minimiser
+from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import SIMPLEX
 from abs_engine.tracking.frames import HeadFrame, Memory, Motion
+from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
 
 FloatArray = NDArray[np.float64]
 NO_FACE, NO_POSE = "face not found", "no pose given"
-BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
 FRAME_SOLVER: Minimiser = SIMPLEX.minimiser()
 
 
@@ -62,6 +63,8 @@ class FrameResult:
         The scale of `value`: 1 where it is in nats.
     terms : mapping of str to float
         What `value` is the sum of: each kind of evidence, and the priors.
+    highest : Solution or None
+        The highest maximum: what the search from the best start came to, over all parameters.
     """
 
     index: int
@@ -80,31 +83,7 @@ class FrameResult:
     landmark_aperture: float = float("nan")
     unit: float = 1.0
     terms: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class Landmarked:
-    """What landmarks say of a frame that is fitted.
-
-    Parameters
-    ----------
-    alone : Problem
-        The frame by its landmarks and priors, without what is drawn.
-    told : (6 + P,) float64
-        Where they put the mouth.
-    apart : callable or None
-        How far lips in a pose and posture lie off them (RMS), in mm and in standard deviations.
-    only : bool
-        Whether nothing else counts.
-    decide : bool
-        Whether a fit that lies off them is not accepted.
-    """
-
-    alone: Problem
-    told: FloatArray
-    apart: Callable[[Pose, FloatArray], tuple[float, float]] | None
-    only: bool = False
-    decide: bool = True
+    highest: Solution | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +100,10 @@ class Work:
     landmarks : Landmarked or None
     again : Again or None
         Where a search starts again if it comes to little.
+    tried : int
+        How many of the starts are all gone on with; then the mean of where they lead is found.
+    believed : callable, optional
+        Whether what was found (6 + P,), that explains so much, can be a mouth; else it is lost.
     """
 
     problem: Problem
@@ -128,6 +111,8 @@ class Work:
     explained: Callable[[Evaluation], float]
     landmarks: Landmarked | None = None
     again: Again | None = None
+    tried: int = 1
+    believed: Callable[[FloatArray, float], bool] | None = None
 
 
 class Binder(Protocol):
@@ -171,6 +156,10 @@ class ClipSetting:
         What the status of a frame without a pose says.
     charged : bool
         Whether a driver's limit on evaluations counts those of the starts, too.
+    pose_held : bool
+        Whether the head's poses are taken as they are, and only postures are fitted.
+    landmarks : MouthLandmarks or None
+        How the landmark network's say counts, where it is asked.
     """
 
     face: Face
@@ -184,3 +173,5 @@ class ClipSetting:
     times: tuple[float, ...] = ()
     why_lost: str = NO_FACE
     charged: bool = False
+    pose_held: bool = False
+    landmarks: MouthLandmarks | None = None

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker, load_speaker, shipped
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, at_base, mode_block, parted
+from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import INNER, RINGS, Body, Face
@@ -23,24 +20,26 @@ from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics, load_physics
 from abs_engine.face.shape.physics_head import physics_shape
-from abs_engine.fit.centroid import centred
 from abs_engine.fit.shell import (
     MODE_LIMIT,
     ShellSetting,
-    problem_of,
     shell_colours,
-    shell_window,
 )
-from abs_engine.fit.terms import TermKind, bound
 from abs_engine.fit.view import View
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.blob_motion import BlobMotion
-from abs_engine.tracking.frames import HeadFrame, Memory
-from abs_engine.tracking.head_work import explained
 from abs_engine.tracking.heads import prepare_head
-from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
+from abs_engine.tracking.options import (
+    BLOBS,
+    LANDMARKS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Tell,
+    TrackOptions,
+)
 from abs_engine.tracking.person import POSE_DEVIATION
-from abs_engine.tracking.setting import Work
+from abs_engine.tracking.shell_work import ShellBinder
 
 FloatArray = NDArray[np.float64]
 BY_BLOB = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
@@ -78,37 +77,39 @@ def prepare_shell(
     speaker = load_speaker(options.speaker)
     if options.model_file is not None and options.physics is not None:
         raise ParameterError("two files say how the lips move", "leave out --physics, or --model")
-    physics = _physics(speaker, options.model_file or options.physics)
+    physics = load_physics(_path(options))
+    check_speaker(physics, speaker)
     plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
-    base = prepare_head(clip, replace(options, physics=None), plain, renderer, tell)
-    classes: ColourClasses = base.setting.face.learned("colour")
-    tell("cutting the shell")
-    rest = base.setting.face.body.mean
-    lips = person_lips(speaker, physics, rest)
     by_blobs = options.start == BLOBS and options.poses is None
-    free = BY_BLOB if by_blobs else POSE_DEVIATION
+    seen = options.start == LANDMARKS and options.poses is None and options.person is None
+    own = replace(options, physics=_path(options) if seen else None)
+    base = prepare_head(clip, own, plain, renderer, tell)
+    head, marks = base.setting.face, base.setting.landmarks
+    classes: ColourClasses = head.learned("colour")
+    tell("cutting the shell")
+    rest = head.body.mean if own.physics is None else _at_rest(speaker, physics, head)
+    lips = person_lips(speaker, physics, rest)
+    free = None if base.setting.pose_held else BY_BLOB if by_blobs else POSE_DEVIATION
     scene = _with_marks(speaker, lips, rest)
     shell = ShellSetting(lips, scene, classes, clip.camera, renderer, free)
-    person = base.setting.face.identity
-    face = shell_face(speaker, lips, scene, rest, shell, person).looking(colour=classes)
-    motion, visibility = base.setting.motion, base.setting.visibility
+    face = shell_face(speaker, lips, scene, rest, shell, head.identity).looking(colour=classes)
+    binder = ShellBinder(shell, face, leaves.kinds, landmarks=marks, outdoing=classes.outdoing)
+    setting = replace(base.setting, face=face, binder=binder, driver=leaves.driver.minimiser())
     if by_blobs:
-        motion = BlobMotion(classes, clip.info.rate, clip.camera, face.pivot, motion)
-        visibility = None
-    binder = ShellBinder(shell, face, leaves.kinds)
-    setting = replace(
-        base.setting, face=face, motion=motion, visibility=visibility, binder=binder,
-        driver=leaves.driver.minimiser(),
-    )  # fmt: skip
-    if by_blobs:
-        setting = replace(setting, why_lost=NO_LIPS)
-    return replace(base, setting=setting, facts={**base.facts, "evidence": None})
+        motion = BlobMotion(classes, clip.info.rate, clip.camera, face.pivot, base.setting.motion)
+        setting = replace(setting, motion=motion, visibility=None, why_lost=NO_LIPS)
+    return replace(base, setting=setting)
 
 
-def _physics(speaker: Speaker, path: Path | None) -> LearnedPhysics:
-    physics = load_physics(shipped(BUNDLED) if path is None else path)
-    check_speaker(physics, speaker)
-    return physics
+def _path(options: TrackOptions) -> Path:
+    """The file of the physics."""
+    return options.model_file or options.physics or shipped(BUNDLED)
+
+
+def _at_rest(speaker: Speaker, physics: LearnedPhysics, head: Face) -> NDArray[np.float32]:
+    """A head (V, 3), mm, at rest, that is in the physics' mean posture otherwise."""
+    none = np.zeros_like(head.body.mean)
+    return head.body.mean - physics_shape(speaker, none, cut_lip_shell(speaker), physics).mean
 
 
 def person_lips(speaker: Speaker, physics: LearnedPhysics, rest: NDArray[np.float32]) -> LipModel:
@@ -207,33 +208,3 @@ def _starts(modes: int) -> FloatArray:
     """Postures (K, P) to start from where nothing is known: the mean, and off it in some modes."""
     moves = [s * np.eye(modes)[k] for k in range(min(_STARTED_MODES, modes)) for s in STARTS]
     return np.vstack([np.zeros(modes), *moves])
-
-
-@dataclass(frozen=True, eq=False)
-class ShellBinder:
-    """Starts the shell from the frame before, placed by the centroid of the lips' blob.
-
-    Parameters
-    ----------
-    setting : ShellSetting
-    face : Face
-    kinds : mapping of str to TermKind
-        The evidence.
-    """
-
-    setting: ShellSetting
-    face: Face
-    kinds: Mapping[str, TermKind]
-
-    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
-        """What is minimised in a frame whose head is about a pose, and where it is started."""
-        last = None if memory.vector is None else parted(memory.vector)[1]
-        starts = self.face.starts if last is None else last[None]
-        if frame.blob is not None:
-            pose = centred(self.setting, pose, frame.blob.centre, starts[0])
-        window, start = shell_window(self.setting, pose), at_base(starts[0])
-        base = PoseFrame(pose, self.face.pivot)
-        given = self.setting.camera, self.setting.renderer, base, window, start
-        terms = bound(self.kinds, self.face, View(frame.image, *given))
-        problem = problem_of(self.setting, pose, terms)
-        return Work(problem, at_base(starts), partial(explained, terms))

@@ -127,7 +127,8 @@ def prepare_talker(
     likely = 0.5 * len(shape.spec) / shape.penalty.strength  # A(a) in nats: a Gaussian's at first
     prior = PenaltyPrior(shape.penalty, likely, shape.blocks.places[POSTURE])
     binder = FaceBinder(
-        face, clip.camera, renderer, clip.info.rate, leaves.kinds, (prior,), leaves.forces
-    )
+        face, clip.camera, renderer, clip.info.rate, leaves.kinds, (prior,), leaves.forces,
+        base.setting.pose_held,
+    )  # fmt: skip
     setting = replace(base.setting, face=face, binder=binder, driver=leaves.driver.minimiser())
     return replace(base, setting=setting)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import Speaker
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.shape.lip_model import LipModel, lip_model
@@ -21,14 +23,15 @@ from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_mo
 from abs_engine.papers.basu1998.single_frames import (
     AS_PRINTED,
     ITERATIONS,
+    BlobMotion,
     ShellFit,
-    fit_frame,
+    fit_frames,
     seen_shapes,
     typical_shapes,
 )
-from abs_engine.tracking.blobs import find_lips
+from abs_engine.tracking.given import GivenMotion
 from abs_engine.tracking.heads import mouth_model as head_model
-from abs_engine.tracking.prepare import HeadMotion, followed
+from abs_engine.tracking.prepare import HeadMotion
 from abs_engine.tracking.shells import BY_BLOB
 from abs_engine.truth.view import Truth
 
@@ -108,12 +111,12 @@ class FrameError:
 
     @classmethod
     def of(
-        cls, lips: TrainedLips, camera: str, driver: str, frame: int, fit: ShellFit, view: Truth
+        cls, lips: TrainedLips, camera: str, driver: str, fit: ShellFit, view: Truth
     ) -> FrameError:
         """How a fit of a view's frame came out, by the view's truth."""
-        truth = lips.model.shell.nodes(view.vertices(frame))
+        truth = lips.model.shell.nodes(view.vertices(fit.frame))
         rms, highest = (lip_error(lips.model, nodes, truth) for nodes in (fit.nodes, fit.highest))
-        return cls(lips.person, camera, driver, frame, rms, highest, fit)
+        return cls(lips.person, camera, driver, fit.frame, rms, highest, fit)
 
 
 def lip_error(model: LipModel, nodes: FloatArray, truth: FloatArray) -> float:
@@ -126,7 +129,7 @@ def pose_known(
     lips: TrainedLips,
     views: Mapping[str, Truth],
     renderer: Renderer,
-    drivers: Sequence[str],
+    driver: str,
     rule: str = "whole",
     score: Integral = "exact",
     step: int = 1,
@@ -138,7 +141,7 @@ def pose_known(
     lips : TrainedLips
     views : mapping of camera to Truth
     renderer : Renderer
-    drivers : sequence of str
+    driver : str
     rule : str
         How forces are integrated.
     score : {"exact", "sample"}
@@ -152,12 +155,8 @@ def pose_known(
     """
     for camera, view in views.items():
         setting = replace(lips.setting(view.camera, renderer), score=score)
-        for frame, picture in enumerate(view.pictures()):
-            if frame % step:
-                continue
-            for driver in drivers:
-                fit = fit_frame(setting, picture, view.pose(frame), lips.starts, driver, rule)
-                yield FrameError.of(lips, camera, driver, frame, fit, view)
+        fits = _known(setting, view, lips.starts, driver, rule, step)
+        yield from (FrameError.of(lips, camera, driver, fit, view) for fit in fits)
 
 
 def as_printed(
@@ -179,13 +178,23 @@ def as_printed(
     """
     for camera, view in views.items():
         setting = replace(lips.setting(view.camera, renderer), score="sample", seen=None)
-        for frame, picture in enumerate(view.pictures()):
-            if frame % step:
-                continue
-            fit = fit_frame(
-                setting, picture, view.pose(frame), lips.starts[:1], AS_PRINTED, "sample"
-            )
-            yield FrameError.of(lips, camera, AS_PRINTED, frame, fit, view)
+        fits = _known(setting, view, lips.starts[:1], AS_PRINTED, "sample", step)
+        yield from (FrameError.of(lips, camera, AS_PRINTED, fit, view) for fit in fits)
+
+
+def _known(
+    setting: ShellSetting, view: Truth, starts: FloatArray, driver: str, rule: str, step: int
+) -> Iterator[ShellFit]:
+    """Fits of every so many frames of a view at their true poses."""
+    motion = GivenMotion(poses_of(view)[::step])
+    pictures = islice(view.pictures(), None, None, step)
+    for fit in fit_frames(setting, pictures, motion, starts, driver, rule, judged=False):
+        yield replace(fit, frame=fit.frame * step)
+
+
+def poses_of(view: Truth) -> tuple[Pose, ...]:
+    """The head's true pose in every frame."""
+    return tuple(view.pose(frame) for frame in range(len(view)))
 
 
 def placed_by_blob(
@@ -197,14 +206,9 @@ def placed_by_blob(
     """
     for camera, view in views.items():
         setting = lips.setting(view.camera, renderer, BY_BLOB)
-        for frame, picture in enumerate(view.pictures()):
-            blob = find_lips(lips.classes, picture)
-            if blob is None:
-                continue
-            pose, place = view.pose(frame), blob.centre
-            fit = fit_frame(setting, picture, pose, lips.starts, driver, centre=place)
-            if fit.found:
-                yield FrameError.of(lips, camera, driver, frame, fit, view)
+        motion = BlobMotion(poses_of(view), lips.classes)
+        for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver):
+            yield FrameError.of(lips, camera, driver, fit, view)
 
 
 def pose_estimated(
@@ -216,12 +220,8 @@ def pose_estimated(
     """
     setting = lips.setting(view.camera, renderer, POSE_FREE)
     motion = HeadMotion(head_model(speaker, lips.person), view.camera, renderer)
-    for frame, (picture, pose) in enumerate(followed(motion, view.pictures())):
-        if pose is None:
-            continue
-        fit = fit_frame(setting, picture, pose, lips.starts, driver)
-        if fit.found:
-            yield FrameError.of(lips, "moving", driver, frame, fit, view)
+    for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver):
+        yield FrameError.of(lips, "moving", driver, fit, view)
 
 
 def rms_of(errors: Sequence[FrameError]) -> float:

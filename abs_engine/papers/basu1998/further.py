@@ -14,7 +14,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.modal import learn
 from abs_engine.fit.settle import Settled, settle, softness
 from abs_engine.fit.shell import shell_problem
-from abs_engine.papers.basu1998.experiment import TrainedLips
+from abs_engine.papers.basu1998.experiment import TrainedLips, poses_of
 from abs_engine.papers.basu1998.motion import (
     UNROUNDED,
     Motion,
@@ -22,7 +22,8 @@ from abs_engine.papers.basu1998.motion import (
     recorded_motion,
     recording_path,
 )
-from abs_engine.papers.basu1998.single_frames import colours_of, fit_frame, typical_shapes
+from abs_engine.papers.basu1998.single_frames import colours_of, fit_frames, typical_shapes
+from abs_engine.tracking.given import GivenMotion
 from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]
@@ -48,12 +49,10 @@ def settled_shapes(
     setting = lips.setting(view.camera, renderer)
     elastic = lips.model.shell.elastic_at(lips.model.physics.rest)
     soft = softness(elastic, STRAINED)
-    for frame, picture in enumerate(view.pictures()):
-        pose = view.pose(frame)
-        fit = fit_frame(setting, picture, pose, lips.starts, driver)
-        if not fit.found:
-            continue
-        colours = colours_of(shell_problem(setting, picture, pose))
+    pictures, motion = list(view.pictures()), GivenMotion(poses_of(view))
+    for fit in fit_frames(setting, pictures, motion, lips.starts, driver):
+        pose = view.pose(fit.frame)
+        colours = colours_of(shell_problem(setting, pictures[fit.frame], pose))
         yield settle(setting.model, colours, fit.weights, pose, elastic, soft)
 
 

@@ -109,7 +109,7 @@ def reproduce(
         for name, driver, rule, score in WAYS:
             tell(f"fitting {person} by {name.replace('_', ' ')}")
             step = SPARSE.get(name, 1)
-            known += _named(name, pose_known(lips, sides, renderer, (driver,), rule, score, step))
+            known += _named(name, pose_known(lips, sides, renderer, driver, rule, score, step))
         tell(f"fitting {person} by forces as printed")
         known += _named(LITERAL, as_printed(lips, sides, renderer, SPARSE[LITERAL]))
         tell(f"fitting {person} from the blob, and moving")
@@ -198,7 +198,7 @@ def _further(
     before = learn_lips(speaker, lips.person, lips.classes, seed, motion)
     shapes = [s for clip in clips for s in settled_shapes(before, clip, renderer)]
     after = further_trained(before, shapes)
-    found = [rms_of(list(pose_known(x, {FRONT: test}, renderer, (BEST,)))) for x in (before, after)]
+    found = [rms_of(list(pose_known(x, {FRONT: test}, renderer, BEST))) for x in (before, after)]
     return found[0], found[1]
 
 

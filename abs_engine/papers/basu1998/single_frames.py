@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,29 +11,33 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.pull import pull_rule
+from abs_engine.compare.pull import PullRule, pull_rule
 from abs_engine.core.blocks import POSTURE
-from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.core.scene import Candidates
-from abs_engine.face.shape.lip_model import LIPS
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.base import Face
 from abs_engine.face.shape.modal import LearnedPhysics
-from abs_engine.fit.centroid import centred
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.search import Minimiser, several
-from abs_engine.fit.shell import Image, ShellSetting, shell_problem
+from abs_engine.fit.search import Minimiser
+from abs_engine.fit.shell import Image, ShellSetting, bare_face, shell_colours
+from abs_engine.fit.terms import term_kinds
+from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
+from abs_engine.tracking.blobs import find_lips
+from abs_engine.tracking.frames import HeadFrame, Memory, Motion
+from abs_engine.tracking.given import GivenMotion
+from abs_engine.tracking.loop import track
+from abs_engine.tracking.setting import ClipSetting, FrameResult
+from abs_engine.tracking.shell_work import ShellBinder
 
 FloatArray = NDArray[np.float64]
 STARTS = 48
 TRIED = 4
 """Best of the starts that are all gone on with: what was seen makes several maxima."""
-EXPLAINED, LIPS_SHOWN = 0.5, 0.3
-"""What is found explains at least so much, its lips by themselves too, or no mouth is there."""
 ITERATIONS = 15
 """Within so many iterations the paper's example converges."""
 
@@ -53,6 +57,7 @@ class ShellFit:
 
     Parameters
     ----------
+    frame : int
     weights : (P,) float64
         In standard deviations of the modes.
     pose : Pose
@@ -62,17 +67,14 @@ class ShellFit:
     highest : (N, 3) float64, mm, head frame
         The same of the highest maximum alone.
     solution : Solution
-        The highest maximum: what the search from one of the starts came to. Evaluations include
-        those from all starts; iterations are those from its own.
+        The highest maximum, over pose and posture. Evaluations include those from all starts;
+        iterations are those from its own.
     seconds : float
     explained : float
         Mean probability of the drawn classes over the compared pixels, 0 to 1.
-    found : bool
-        Whether a mouth was there: if not, half of it lay outside of the picture, it explains less
-        than `EXPLAINED`, or what is drawn as lips is lips by less than `LIPS_SHOWN`, and the other
-        numbers say nothing.
     """
 
+    frame: int
     weights: FloatArray
     pose: Pose
     nodes: FloatArray
@@ -80,7 +82,6 @@ class ShellFit:
     solution: Solution
     seconds: float
     explained: float = 1.0
-    found: bool = True
 
 
 def seen_shapes(physics: LearnedPhysics, displacements: FloatArray) -> FloatArray:
@@ -117,64 +118,133 @@ def typical_shapes(
     return np.vstack([np.zeros((1, seen.shape[1])), centres])
 
 
-def fit_frame(
+@dataclass(frozen=True, eq=False)
+class BlobMotion:
+    """Depth and rotation are given, the place in the picture is that of the lips' blob (5.3).
+
+    Parameters
+    ----------
+    given : tuple of (Pose or None)
+        Head to camera in each frame.
+    classes : ColourClasses
+    """
+
+    given: tuple[Pose | None, ...]
+    classes: ColourClasses
+
+    def follower(self) -> BlobFollower:
+        """What finds the blobs."""
+        return BlobFollower(self)
+
+
+class BlobFollower:
+    """Finds the lips' blob in each frame by itself.
+
+    Parameters
+    ----------
+    motion : BlobMotion
+    """
+
+    def __init__(self, motion: BlobMotion) -> None:
+        self._classes, self._poses = motion.classes, GivenMotion(motion.given).follower()
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame with its blob; without one, no pose."""
+        frame, blob = self._poses.step(image, memory), find_lips(self._classes, image)
+        return frame._replace(pose=None if blob is None else frame.pose, blob=blob)
+
+    def finish(self) -> None:
+        """Say that there are no more frames."""
+        self._poses.finish()
+
+
+def fit_frames(
     setting: ShellSetting,
-    image: Image,
-    pose: Pose,
+    pictures: Iterable[Image],
+    motion: Motion,
     starts: FloatArray,
     driver: str = "forces",
     rule: str = "whole",
-    centre: FloatArray | None = None,
-) -> ShellFit:
-    """Fit one frame.
+    judged: bool = True,
+) -> Iterator[ShellFit]:
+    """Fit frames, each by itself; those in which no mouth is found are left out.
 
     Parameters
     ----------
     setting : ShellSetting
-    image : (H, W, 3) uint8 RGB
-    pose : Pose
-        Known, or where to start.
+    pictures : iterable of (H, W, 3) uint8 RGB
+    motion : Motion
+        Where the head is.
     starts : (K, P) float64
         Shapes that are compared first; the `TRIED` best are gone on with.
     driver : str
         One of `DRIVERS`, or `AS_PRINTED`.
     rule : str
         How forces are found, see `compare.pull.PULL_RULES`.
-    centre : (2,) float64, px, optional
-        Of the lips' blob: every start is first placed there (section 5.3).
+    judged : bool
+        Whether a mouth may not be there; else everything found is believed.
 
     Raises
     ------
     ParameterError
-        If there is no such driver or rule, or a centre is given for a pose that is known.
+        If there is no such driver or rule.
     """
     _check_driver(driver)
-    pull_rule(rule)
-    if centre is not None and setting.pose_deviation is None:
-        raise ParameterError("a centre is given for a known pose", "let the pose be fitted")
+    clip = _clip(setting, motion, starts, driver, pull_rule(rule), judged)
     begun = time.perf_counter()
-    if centre is not None:
-        pose = centred(setting, pose, centre)
-    problem = shell_problem(setting, image, pose, pull_rule(rule))
-    full = np.stack([problem.blocks.vector({POSTURE: start}) for start in starts])
-    if centre is not None:
-        full[:, 3:6] = [_shift(setting, pose, centre, start) for start in starts]
-    vectors = problem.chosen(full)
-    ends = several(problem, vectors, _EVERY[driver], TRIED)
-    spent = len(starts) + sum(end.n_evaluations for end in ends) + 1
-    best = replace(min(ends, key=lambda end: end.value), n_evaluations=spent)
-    mean = mean_of(ends)
-    shape = problem.part(mean, POSTURE)
-    nodes, highest = (
-        setting.scene.vertices(weights)[: len(setting.model.shell)]
-        for weights in (shape, problem.part(best.x, POSTURE))
-    )
-    colours = colours_of(problem)
-    explained, of_lips = _shown(colours, problem.candidates(mean[None]))
-    inside = _share_inside(colours.window, setting.camera.size)
-    there = explained >= EXPLAINED and of_lips >= LIPS_SHOWN and inside >= 0.5
-    seconds = time.perf_counter() - begun
-    return ShellFit(shape, problem.pose(mean), nodes, highest, best, seconds, explained, there)
+
+    def timed() -> Iterator[Image]:
+        nonlocal begun
+        for picture in pictures:
+            begun = time.perf_counter()
+            yield picture
+
+    for _, found in track(clip, timed()):
+        if found.highest is not None and found.pose is not None:
+            yield _fit_of(setting, found, found.highest, found.pose, time.perf_counter() - begun)
+
+
+def fit_frame(
+    setting: ShellSetting,
+    picture: Image,
+    pose: Pose,
+    starts: FloatArray,
+    driver: str = "forces",
+    rule: str = "whole",
+) -> ShellFit:
+    """Fit one frame about a pose; parameters as of `fit_frames`, everything found is believed."""
+    motion = GivenMotion((pose,))
+    return next(fit_frames(setting, [picture], motion, starts, driver, rule, judged=False))
+
+
+def _fit_of(
+    setting: ShellSetting, found: FrameResult, highest: Solution, pose: Pose, seconds: float
+) -> ShellFit:
+    """A frame as the loop leaves it, by the shell's nodes."""
+    of = setting.blocks.part
+    weights, count = of(found.vector, POSTURE), len(setting.model.shell)
+    nodes, best = (setting.scene.vertices(w)[:count] for w in (weights, of(highest.x, POSTURE)))
+    return ShellFit(found.index, weights, pose, nodes, best, highest, seconds, found.score)
+
+
+def _clip(
+    setting: ShellSetting,
+    motion: Motion,
+    starts: FloatArray,
+    driver: str,
+    rule: PullRule,
+    judged: bool,
+) -> ClipSetting:
+    """What stays the same over frames that are fitted each by itself."""
+
+    def colours(_face: Face, view: View) -> FacetLikelihood:
+        return shell_colours(setting, view.image, view.frame.base, rule)
+
+    face = replace(bare_face(setting), starts=starts, own_terms={COLOUR: colours})
+    kinds = term_kinds((COLOUR,))
+    binder = ShellBinder(setting, face, kinds, TRIED, alone=True, judged=judged)
+    rate = 25.0  # of no consequence: no frame knows of another
+    return ClipSetting(face, setting.camera, setting.renderer, rate, motion, binder, _EVERY[driver])
 
 
 def colours_of(problem: Problem) -> FacetLikelihood:
@@ -188,41 +258,3 @@ def colours_of(problem: Problem) -> FacetLikelihood:
 def _check_driver(driver: str) -> None:
     if driver not in _EVERY:
         raise ParameterError(f"there is no driver '{driver}'", f"choose of {', '.join(DRIVERS)}")
-
-
-def mean_of(ends: Sequence[Solution]) -> FloatArray:
-    """The mean (N,) of several ends by the probability that each has.
-
-    Where the picture leaves several shapes about as probable, no choice of one of them is off less
-    on the average than their mean. Only the height of each maximum counts, not how wide it is.
-    """
-    lowest = min(end.value for end in ends)
-    weight = np.exp([lowest - end.value for end in ends])
-    return np.asarray(weight @ np.stack([end.x for end in ends]) / weight.sum())
-
-
-def _shown(like: FacetLikelihood, candidates: Candidates) -> tuple[float, float]:
-    """Mean probability of the drawn classes, of all compared pixels and of those of the lips.
-
-    A picture of skin alone is well explained by a mouth whose lips are small.
-    """
-    explained = np.exp(-float(like.negative_log(candidates)[0]) / like.observations)
-    drawn = like.renderer.draw(like.scene, candidates, like.camera, like.window)[0]
-    lips = drawn.class_id == LIPS
-    if like.compared is not None:
-        lips &= like.compared
-    return float(explained), float(like.maps.maps[LIPS][lips].mean()) if lips.any() else 0.0
-
-
-def _shift(
-    setting: ShellSetting, pose: Pose, centre: FloatArray, weights: FloatArray
-) -> FloatArray:
-    """Translation (3,), mm, that brings a shape's visible lips to a centre in the picture."""
-    return centred(setting, pose, centre, weights, rounds=1).translation - pose.translation
-
-
-def _share_inside(window: Window, size: tuple[int, int]) -> float:
-    """Share of a window that lies in the picture."""
-    across = min(window.x + window.width, size[0]) - max(window.x, 0.0)
-    down = min(window.y + window.height, size[1]) - max(window.y, 0.0)
-    return max(0.0, across) * max(0.0, down) / (window.width * window.height)

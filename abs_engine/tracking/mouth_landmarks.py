@@ -1,0 +1,99 @@
+"""What the landmark network says of a mouth: evidence of a frame, and a check of what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.prior import InformationPrior
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import at_base
+from abs_engine.fit.problem import Problem
+from abs_engine.tracking.frames import HeadFrame
+from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.person import POSE_DEVIATION
+
+FloatArray = NDArray[np.float64]
+BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarked:
+    """What landmarks say of a frame that is fitted.
+
+    Parameters
+    ----------
+    alone : Problem
+        The frame by its landmarks and priors, without what is drawn.
+    told : (6 + P,) float64
+        Where they put the mouth.
+    apart : callable or None
+        How far lips in a pose and posture lie off them (RMS), in mm and in standard deviations.
+    only : bool
+        Whether nothing else counts.
+    decide : bool
+        Whether a fit that lies off them is not accepted.
+    """
+
+    alone: Problem
+    told: FloatArray
+    apart: Callable[[Pose, FloatArray], tuple[float, float]] | None
+    only: bool = False
+    decide: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class MouthLandmarks:
+    """How landmarks count in each frame; without a network's face in it, not at all.
+
+    Parameters
+    ----------
+    modes : int
+        Of the posture that they know: its first ones are the mouth's.
+    lips : LipLandmarks, optional
+        Where the network sees the lips of this head; without it what is found is not checked.
+    evidence : str
+        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+    """
+
+    modes: int
+    lips: LipLandmarks | None = None
+    evidence: str = BOTH
+
+    def told(self, frame: HeadFrame) -> FloatArray | None:
+        """Where they put the mouth, (6 + P,)."""
+        return None if frame.face is None else at_base(frame.face.fit.posture[: self.modes])
+
+    def beside(self, frame: HeadFrame, factor: float) -> tuple[InformationPrior, ...]:
+        """What they say beside what is drawn, their noise in the posture times `factor`."""
+        if frame.face is None or self.evidence == RENDERING:
+            return ()
+        return (_less_sure(frame.face.fit.evidence(self.modes), factor),)
+
+    def marked(self, frame: HeadFrame, undrawn: Problem) -> Landmarked | None:
+        """What the loop asks of them.
+
+        Parameters
+        ----------
+        frame : HeadFrame
+        undrawn : Problem
+            The frame by its priors alone.
+        """
+        face, told = frame.face, self.told(frame)
+        if face is None or told is None:
+            return None
+        priors = (*undrawn.priors, face.fit.evidence(self.modes))
+        apart = None if self.lips is None else partial(self.lips.apart, face.landmarks)
+        only, decide = self.evidence == LANDMARKS, self.evidence == BOTH
+        return Landmarked(replace(undrawn, priors=priors), told, apart, only, decide)
+
+
+def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:
+    """What landmarks say, their noise in the posture this many times as large."""
+    scale = at_base(np.full(len(told.mean), 1 / factor))[: len(told.mean)]
+    scale[: len(POSE_DEVIATION)] = 1.0
+    return replace(told, information=told.information * np.outer(scale, scale))
