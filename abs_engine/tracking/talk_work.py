@@ -13,7 +13,7 @@ from abs_engine.core.objective import Evaluation
 from abs_engine.core.pose import at_base, parted
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again
-from abs_engine.tracking.frames import HeadFrame, Memory
+from abs_engine.tracking.frames import HeadFrame, Memory, Motion
 from abs_engine.tracking.setting import Work
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +44,8 @@ class TalkBinder:
         From which a search may start again.
     unusual : float
         Times the median value of the last frames.
+    least : float
+        How much of the picture a fit explains at least; else it is of no face.
     """
 
     problem: MakeProblem
@@ -52,6 +54,7 @@ class TalkBinder:
     predict: bool = True
     postures: FloatArray | None = None
     unusual: float = 1.25
+    least: float = 0.0
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """What is minimised in a frame whose head is about a pose, and where it is started."""
@@ -66,7 +69,10 @@ class TalkBinder:
             usual = float(np.median(memory.values)) if memory.values else np.inf
             limit = self.unusual * usual * made.unit
             again = Again(self.postures, lambda value: value > limit)
-        return Work(made, starts, lambda value: self.explained(made, value), again=again)
+        return Work(
+            made, starts, lambda value: self.explained(made, value), again=again,
+            believed=lambda _x, score: score >= self.least,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +81,11 @@ class FrameBefore:
 
     Parameters
     ----------
-    first : Pose
-        In the first frame, about.
+    finding : Motion, optional
+        What finds the head in the first frame, and where the one before was lost.
     """
 
-    first: Pose
+    finding: Motion | None = None
 
     def follower(self) -> FrameBefore:
         """What follows the head from the first frame on: nothing but memory."""
@@ -87,7 +93,9 @@ class FrameBefore:
 
     def step(self, image: Image, memory: Memory) -> HeadFrame:
         """The next frame with the pose of the one before."""
-        return HeadFrame(image, self.first if memory.pose is None else memory.pose)
+        if self.finding is not None and memory.vector is None:
+            return self.finding.follower().step(image, memory)
+        return HeadFrame(image, memory.pose)
 
     def finish(self) -> None:
         """Any number of frames will do."""

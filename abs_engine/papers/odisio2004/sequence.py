@@ -54,6 +54,8 @@ class Settings:
         articulation is sought.
     printed : bool
         Whether local appearance is compared by epsilon as printed; see `talking_problem`.
+    least : float
+        How much of the picture a fit explains at least; else the frame is lost.
     """
 
     method: str = "axes"
@@ -65,6 +67,7 @@ class Settings:
     unusual: float = 1.25
     pose_known: bool = False
     printed: bool = False
+    least: float = 0.0
 
     def __post_init__(self) -> None:
         if self.method not in ("axes", "simplex") or self.limit < 1:
@@ -150,7 +153,7 @@ def track(
         If a pixel is not finite.
     """
     how, started = settings or Settings(), time.perf_counter()
-    setting = clip_setting(face, name, camera, pose, renderer, how, postures)
+    setting = clip_setting(face, name, camera, renderer, how, postures)
     rows: list[FrameResult] = []
     start = at_rest(pose, np.asarray(alpha, np.float64))
     for _, result in track_frames(setting, pictures, start):
@@ -173,7 +176,6 @@ def clip_setting(
     face: TalkingFace,
     name: str,
     camera: Camera,
-    pose: Pose,
     renderer: Renderer,
     how: Settings,
     postures: FloatArray | None = None,
@@ -187,11 +189,11 @@ def clip_setting(
 
     binder = TalkBinder(
         problem, face.shape.neutral, explained_share, how.predict,
-        postures if how.method == "axes" else None, how.unusual,
+        postures if how.method == "axes" else None, how.unusual, how.least,
     )  # fmt: skip
     driver: Any = Simplex(how.tolerance, how.limit)
     if how.method == "axes":
         driver = AxesSimplex(how.limit, how.coarse, how.tolerance, how.inertia)
     return ClipSetting(
-        as_face(face), camera, renderer, rate, FrameBefore(pose), binder, driver, charged=True
+        as_face(face), camera, renderer, rate, FrameBefore(), binder, driver, charged=True
     )
