@@ -158,6 +158,60 @@ def test_a_head_that_leaves_the_picture_costs_its_frames_alone(prepared):
     assert [(one.found, one.covered) for one in found] == [(False, True)] * 2
 
 
+@pytest.mark.parametrize(("preset", "moved"), [("basu1998", 8.0), ("odisio2004", 40.0)])
+def test_a_preset_finds_a_face_again(preset, moved, talking, tmp_path):
+    """A face, a bare wall, and the face again and elsewhere: by as much as a blob's filter allows,
+    or as a detector finds."""
+    seen = [lit(PERSON, seen_at([0, 0, 0], [0, 0, 700]), jawOpen=amount) for amount in OPEN]
+    back = seen_at([0, 0.0025 * moved, 0], [moved, 0, 700])
+    there = [lit(PERSON, back, jawOpen=amount) for amount in OPEN[:3]]
+    wall = [np.full_like(seen[0], 90)] * 2
+    video = write_kind(tmp_path / "lost.mp4", "libx264", [*seen, *wall, *there])
+    own = {"odisio2004": {"model": str(talking)}, "basu1998": {"person": PERSON}}
+    made = prepare(video, RENDERER, TrackOptions(preset=preset, **own[preset]))
+    found = [one for _, one in made.results()]
+    assert [one.found for one in found] == [True] * 5 + [False] * 2 + [True] * 3
+    middles = [one.pose.apply(one.lips).mean(axis=0) for one in (found[4], found[7])]
+    turned = 0.0025 * moved * 90  # mm: the mouth lies before the axis that the head turns about
+    assert middles[1][0] - middles[0][0] == pytest.approx(moved - turned, abs=0.3 * moved)
+
+
+def test_given_poses_are_held_by_every_face(video, talking, tmp_path):
+    poses = tmp_path / "poses.csv"
+    names = "head_rx,head_ry,head_rz,head_tx,head_ty,head_tz"
+    rows = [seen_at([0, 0.03 * k - 0.06, 0], [0, 0, 700]) for k in range(len(OPEN))]
+    lines = [",".join(str(v) for v in (*pose.rotation_vector, *pose.translation)) for pose in rows]
+    poses.write_text("\n".join([names, *lines]))
+    for chosen in (
+        {"model": "shell", "person": PERSON}, {"model": str(talking)},
+        {"preset": "odisio2004", "model": str(talking)},
+    ):  # fmt: skip
+        made = prepare(video, RENDERER, TrackOptions(poses=poses, **chosen))
+        found = [one for _, one in made.results()]
+        assert all(one.found for one in found), chosen
+        assert not np.any([one.vector[:6] for one in found]), chosen
+        assert np.corrcoef([one.aperture for one in found], OPEN)[0, 1] > 0.8, chosen
+
+
+def test_skin_alone_is_no_mouth_of_a_shell(prepared):
+    """What a shell with small lips explains well, without anything that is lips."""
+    made = prepared["shell"]
+    image, first = next(iter(made.results()))
+    skin = image[_below_the_lips(made, first)]
+    motion = GivenMotion((first.pose,))
+    setting = replace(made.setting, motion=motion, visibility=None)
+    ((_, found),) = loop.track(setting, [np.broadcast_to(skin, image.shape).copy()])
+    assert not found.found
+    assert found.status == loop.UNLIKE
+
+
+def _below_the_lips(made, result) -> tuple[int, int]:
+    """Row and column of a pixel below the lips, where skin is."""
+    middle = result.pose.apply(result.lips).mean(axis=0)
+    at = made.setting.camera.project(middle + np.array([0, 22.0, 0]))
+    return int(at[1]), int(at[0])
+
+
 def test_terms_add_up(prepared):
     """Two kinds of evidence in one frame: the value is their sum and the priors'."""
     made = prepared["talking"]
