@@ -101,14 +101,14 @@ def test_the_search_is_the_papers(monkeypatch):
     monkeypatch.setattr(sequence, "talking_problem", lambda *_, **how: asked.update(how))
     face = SimpleNamespace(shape=SimpleNamespace(neutral=None))
     postures = np.zeros((3, N))
-    setting = clip_setting(face, OURS, None, None, None, AS_PRINTED, postures)
+    setting = clip_setting(face, OURS, None, None, AS_PRINTED, postures)
     assert replace(PAPER, printed=True) == AS_PRINTED
     assert setting.driver == Simplex(PAPER.tolerance, PAPER.limit)
     assert not setting.binder.predict
     assert setting.binder.postures is None
     setting.binder.problem(None, None, None)
     assert asked["printed"]
-    clip_setting(face, OURS, None, None, None, Settings()).binder.problem(None, None, None)
+    clip_setting(face, OURS, None, None, Settings()).binder.problem(None, None, None)
     assert not asked["printed"]
 
 

@@ -70,7 +70,7 @@ def test_lost_frames_count_for_neither():
 def test_frames_that_were_held_to_the_landmarks():
     held = [k < 10 for k in range(40)]
     (line,) = doubts(TALK, TALK, held, GOOD)
-    assert line.startswith("in 25% of the frames colours led off the lips")
+    assert line.startswith("in 25% of the frames what is drawn led off the lips")
     assert doubts(TALK, TALK, [k < 4 for k in range(40)], GOOD) == []
 
 

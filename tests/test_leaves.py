@@ -105,8 +105,6 @@ def test_what_goes_together_fits(model, term, driver, prepared):
     made = prepared[model]
     leaves = Leaves.of(TrackOptions(terms=(term,), driver=driver))
     binder = replace(made.setting.binder, kinds=leaves.kinds)
-    if hasattr(binder, "forces"):
-        binder = replace(binder, forces=leaves.forces)
     setting = replace(made.setting, binder=binder, driver=leaves.driver.minimiser())
     found = [result for _, result in replace(made, setting=setting).results()]
     assert [one.found for one in found] == [True] * len(OPEN)

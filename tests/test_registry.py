@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from abs_engine.assets import shipped
 from abs_engine.cli import main
-from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError, PluginError
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    ParameterError,
+    PluginError,
+    TermError,
+)
 from abs_engine.core.registry import (
     DRIVERS,
     MODELS,
@@ -20,7 +27,10 @@ from abs_engine.core.registry import (
     load_plugin,
     nearest,
 )
+from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.modal import load_physics
+from abs_engine.fit.problem import valued
+from abs_engine.fit.terms import term_kinds
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.run import check_options
@@ -111,9 +121,10 @@ def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
     [
         ({"preset": "basu1998", "face": 2}, "--face needs a start from landmarks, which --preset"),
         ({"preset": "basu1998", "pupil_distance": 58.0}, "which --preset basu1998 replaces"),
-        ({"model": "shell", "evidence": "landmarks"}, "--evidence is for a head"),
+        ({"model": "talking", "evidence": "landmarks"}, "--evidence does nothing for the model"),
+        ({"model": "talking", "physics": Path("lips.npz")}, "--physics does nothing for the model"),
         ({"model": "talking", "face": 2}, "which --model replaces"),
-        ({"preset": "odisio2004", "start": "landmarks"}, "found by its own head"),
+        ({"preset": "odisio2004", "start": "landmarks"}, "is not found from landmarks"),
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(options, said):
@@ -167,3 +178,40 @@ def test_a_command_or_choice_misspelt(words, said, capsys):
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
     assert said in lines[0]
+
+
+def test_a_name_that_is_there_already_is_refused():
+    with pytest.raises(PluginError, match="there is a term 'colour' already"):
+        TERMS.add("colour", TERMS.get("colour"))
+
+
+def test_evidence_that_is_named_twice_is_refused():
+    with pytest.raises(ParameterError, match="'colour' is named twice"):
+        term_kinds(("colour", "colour"))
+
+
+class Odd:
+    """Somebody's term."""
+
+    def __init__(self, values) -> None:
+        self.values = values
+
+    def negative_log(self, _candidates):
+        if isinstance(self.values, Exception):
+            raise self.values
+        return self.values
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (np.full(2, np.nan), "'odd' is not a finite number for each of the 2"),
+        (np.zeros((2, 2)), "shape (2, 2)"),
+        (ValueError("boom"), "'odd' fails (ValueError: boom)"),
+    ],
+)
+def test_evidence_that_fails_or_is_not_finite_is_named(values, said):
+    two = Candidates(np.zeros((2, 0)), np.tile(np.eye(3), (2, 1, 1)), np.zeros((2, 3)))
+    with pytest.raises(TermError) as caught:
+        valued("odd", Odd(values), two)
+    assert said in str(caught.value)

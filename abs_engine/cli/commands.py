@@ -228,6 +228,8 @@ def _print_hints(renderer: OpenRenderer) -> None:
 
 _DOUBTFUL = 0.78
 """Mean score below which a run is most likely wrong; those that were right had 0.86 and more."""
+_OTHERS = 0.8
+"""The same of a talking face: its own speaker's have 0.94, another's 0.64 to 0.88."""
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
@@ -237,11 +239,14 @@ def _print_summary(summary: dict[str, Any]) -> None:
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{summary['seconds_per_frame']:.3f} s a frame"
     )
-    if summary.get("score_of", "colour") == "colour" and summary["mean_score"] < _DOUBTFUL:
+    kind, score = summary.get("score_of", "colour"), summary["mean_score"]
+    if kind == "colour" and score is not None and score < _DOUBTFUL:
         print(
-            f"warning: the drawn mouth explains only {summary['mean_score']:.0%} of the picture "
-            "around it: look at the overlay"
+            f"warning: the drawn mouth explains only {score:.0%} of the picture around it: look at "
+            "the overlay"
         )
+    if kind in ("texture", "local") and score is not None and score < _OTHERS:
+        print(f"warning: the face explains only {score:.0%} of the picture: is it this speaker's?")
     for line in summary.get("warnings", ()):
         print(f"warning: {line}")
 

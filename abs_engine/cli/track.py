@@ -19,11 +19,15 @@ taken as they are with --person, else as a first guess; frames without one are n
 """
 
 
+NEEDS = """\
+The driver forces, fixed-step and newton need colour; axes and levenberg, texture or local."""
+
+
 def leaves() -> str:
     """What can be chosen by name, lines."""
     kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
     lines = [f"{title + ':':<10}{', '.join(registry.names())}" for title, registry in kinds]
-    return "\n" + "\n".join(lines) + "\n"
+    return "\n" + "\n".join(lines) + f"\n{NEEDS}\n"
 
 
 def add_track(command: argparse.ArgumentParser) -> None:
@@ -91,7 +95,6 @@ def _add_parts(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--terms",
-        type=named_terms,
         metavar="NAME+NAME",
         help="evidence that is rendered and compared, names joined by + (default: colour)",
     )
@@ -103,11 +106,6 @@ def _add_parts(command: argparse.ArgumentParser) -> None:
         help="Python file that adds models, terms, drivers or renderers of your own; may be "
         "repeated",
     )  # fmt: skip
-
-
-def named_terms(text: str) -> tuple[str, ...]:
-    """The names in a text that are joined by +."""
-    return tuple(part.strip() for part in text.split("+") if part.strip())
 
 
 def count(text: str) -> int:

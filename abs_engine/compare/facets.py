@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare.borders import Borders, Groups
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
 from abs_engine.compare.sums import buffer_sums, pixel_sums
@@ -65,8 +67,11 @@ class FacetLikelihood:
     compared : (H, W) bool, optional
         Which drawn pixels are compared; by default all. Maps are to be 0 elsewhere, so that the
         exact sum needs it not; one sample must not stand for pixels that are not compared.
-    pull : Pull, optional
-        What its forces come from; without it it has none.
+    pull : Pull or callable, optional
+        What its forces come from, or what makes it once it is asked for; without it it has none.
+    seam : tuple
+        Classes of the upper and the lower lip, and of what shows where they part: ((1, 2), 3);
+        empty where nothing parts.
 
     Raises
     ------
@@ -92,7 +97,8 @@ class FacetLikelihood:
     outside: NDArray[np.float32] | None = None
     rule: Rule = "exact"
     compared: NDArray[np.bool_] | None = None
-    pull: Pull | None = None
+    pull: Pull | Callable[[], Pull] | None = None
+    seam: tuple[tuple[int, int], int] | tuple[()] = ()
 
     def __post_init__(self) -> None:
         check_rule(self.rule)
@@ -112,6 +118,46 @@ class FacetLikelihood:
         mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
 
+    def borders(self, candidate: Candidates, reach: int, local: bool) -> tuple[float, Borders]:
+        """-log f(O|p) of one candidate, and how it falls as the drawn borders move.
+
+        Parameters
+        ----------
+        candidate : Candidates
+        reach : int
+            Drawn pixels to either side of a border that are looked at.
+        local : bool
+            Whether only the slope where it is counts, not where it would gain most.
+
+        Returns
+        -------
+        float
+        Borders
+            Gains in nats.
+
+        Raises
+        ------
+        ParameterError
+            If one sample stands for a facet: then borders are not what counts.
+        """
+        if self.rule != "exact":
+            raise ParameterError("one sample for a facet has no borders", "choose the exact sum")
+        drawn = self.renderer.draw(self.scene, candidate, self.camera, self.window)[0]
+        terms, free = self._terms
+        total = buffer_sums([drawn], terms).total[0]
+        if free is not None:
+            total = total - np.count_nonzero(drawn.facet_id) + free
+        found = Borders.of(drawn, self.groups, reach, local)
+        mean = max(total / self.pixels, 1e-6)
+        return float(-self.observations * np.log(mean)), found.times(
+            self.observations / (mean * self.pixels)
+        )
+
+    @cached_property
+    def groups(self) -> Groups:
+        """Facet classes by what they show."""
+        return Groups.by(self._terms[0].maps, *self.seam)
+
     def forces(self, candidate: Candidates) -> FloatArray:
         """Forces (V, 3) on one candidate's vertices, camera frame: log f(O|p) per mm.
 
@@ -120,10 +166,14 @@ class FacetLikelihood:
         ParameterError
             If there is nothing that pulls.
         """
-        if self.pull is None:
+        if self._pulling is None:
             raise ParameterError("nothing pulls on the facets", "make the likelihood with a pull")
         given = self.renderer, self.scene, candidate, self.camera, self.window
-        return self._gain(candidate) * self.pull.forces(*given)
+        return self._gain(candidate) * self._pulling.forces(*given)
+
+    @cached_property
+    def _pulling(self) -> Pull | None:
+        return self.pull() if callable(self.pull) else self.pull
 
     def _gain(self, candidate: Candidates) -> float:
         """Derivative of log f(O|p) by the summed score."""

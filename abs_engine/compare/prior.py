@@ -13,6 +13,7 @@ from abs_engine.face.penalty import Penalty
 
 FloatArray = NDArray[np.float64]
 _SMALL = 1e-4  # step of differences, standard deviations
+_AHEAD = 0.15  # mm: contact so far ahead stiffens a step already
 
 
 class Prior(ABC):
@@ -35,6 +36,16 @@ class Prior(ABC):
             If it is not known.
         """
         raise ParameterError(f"{type(self).__name__} has no slope", "choose another driver")
+
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """Second derivative (N, N) at `x` (N,), or what stands for it in a Newton step.
+
+        Raises
+        ------
+        ParameterError
+            If it is not known.
+        """
+        raise ParameterError(f"{type(self).__name__} has no curvature", "choose another driver")
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Terms (B, M) whose squares add up to the values at vectors (B, N).
@@ -71,6 +82,10 @@ class GaussianPrior(Prior):
     def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         return np.asarray((x - self.mean) / self.deviation**2)
+
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """The inverse of the covariance, (N, N)."""
+        return np.diag(self.deviation**-2.0)
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Distances from the mean in standard deviations, times the root of a half."""
@@ -147,6 +162,10 @@ class MixturePrior(Prior):
         first = len(x) - away.shape[1]
         return np.asarray(np.r_[scaled[:first], pulled] / self.gaussian.deviation)
 
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """That of the Gaussian (N, N): between the centres the mixture bends as much or less."""
+        return self.gaussian.curvature(x)
+
     def _scaled(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Standard deviations (N,) from the mean, and the last ones (K, P) from each centre."""
         scaled = (x - self.gaussian.mean) / self.gaussian.deviation
@@ -176,6 +195,10 @@ class InformationPrior(Prior):
     def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         return np.asarray(self.information @ (x - self.mean))
+
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """The information, (N, N)."""
+        return self.information
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Distances from the mean along the information's axes, times their roots."""
@@ -210,6 +233,12 @@ class ContactPrior(Prior):
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         depth = np.minimum(self.gap + self.slope_of_gaps @ x, 0.0) / self.softness**2
         return np.asarray(depth @ self.slope_of_gaps)
+
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """Of the gaps that are negative, or so small that a step may close them, (N, N)."""
+        near = self.gap + self.slope_of_gaps @ x < _AHEAD
+        walls = self.slope_of_gaps[near] / self.softness
+        return np.asarray(walls.T @ walls)
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Depths (B, G) of the gaps that are negative, times the root of a half."""

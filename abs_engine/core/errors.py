@@ -91,5 +91,9 @@ class PluginError(AbsEngineError):
     """An entry of a registry cannot be imported, or is not what such an entry must be."""
 
 
+class TermError(AbsEngineError):
+    """Evidence that cannot be computed, or is not finite."""
+
+
 class OutOfPictureError(ParameterError):
     """What is to be compared lies outside of the picture."""

@@ -51,7 +51,15 @@ class Registry:
         return f"abs_engine.{self.kind}s"
 
     def add(self, name: str, entry: Any) -> None:
-        """Add an entry for the rest of the process; it replaces one of the same name."""
+        """Add an entry for the rest of the process; it replaces one that was added before.
+
+        Raises
+        ------
+        PluginError
+            If an installed package brings one of the same name.
+        """
+        if name in self._installed:
+            raise PluginError(f"there is a {self.kind} '{name}' already", "give another name")
         self._added[name] = entry
 
     def names(self) -> tuple[str, ...]:
@@ -88,6 +96,10 @@ class Registry:
         return {point.name: point for point in metadata.entry_points(group=self.group)}
 
 
+PLUGINS: list[Path] = []
+"""Files that were run, in their order."""
+
+
 def load_plugin(path: Path) -> None:
     """Run a Python file that adds entries to the registries.
 
@@ -106,6 +118,7 @@ def load_plugin(path: Path) -> None:
         raise
     except Exception as error:
         raise PluginError(f"{path} cannot be run ({_why(error)})", "mend it") from error
+    PLUGINS.append(path)
 
 
 def _why(error: Exception) -> str:

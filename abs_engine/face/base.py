@@ -81,8 +81,6 @@ class Face:
     appearance : mapping of str to Any
         What was learned, by the name of the evidence that needs it: "colour" colour classes,
         "texture" a texture model, "local" local appearance.
-    mobility : (P,) float64, optional
-        How far each parameter gives way to a unit force on it.
     own_terms : mapping of str to callable
         How evidence is bound to this face, where not in the usual way: see `fit.terms.TermKind`.
     """
@@ -98,7 +96,6 @@ class Face:
     body: Body
     identity: FloatArray = field(default_factory=lambda: np.zeros(0))
     appearance: Mapping[str, Any] = field(default_factory=dict)
-    mobility: FloatArray | None = None
     own_terms: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
 
     @cached_property

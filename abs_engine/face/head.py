@@ -12,6 +12,7 @@ from abs_engine.assets import Speaker
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
+from abs_engine.face.contact import lip_gaps, lip_heights
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 
@@ -128,53 +129,16 @@ class MouthModel:
         return np.array([deviations.get(n, 0.0) * PERSON_TARGETS[n][2] for n in names])
 
     def gaps(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gaps between the lips as a linear function of the expression.
-
-        Returns
-        -------
-        (G,) float64, mm
-            Height of upper above lower inner lip at the mean expression, from corner to corner.
-        (G, P) float64, mm per standard deviation
-        """
-        scene = self.held(person)
-        upper, lower = self.rings["upper"], self.rings["lower"]
-        at = scene.mean[lower, 0]
-        order = np.argsort(scene.mean[upper, 0])
-        x = scene.mean[upper, 0][order]
-        picked = np.linspace(0.1, 0.9, 9) * np.ptp(x) + x[0]
-        up = upper[order][np.searchsorted(x, picked).clip(0, len(x) - 1)]
-        down = lower[np.abs(at[:, None] - picked).argmin(axis=0)]
-        gap = scene.mean[up, 1] - scene.mean[down, 1]
-        slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
-        return gap.astype(np.float64), slope.T.astype(np.float64)
+        """Gaps between the lips of a person (Q,), see `face.contact.lip_gaps`."""
+        return lip_gaps(self.held(person), self.rings)
 
     def aperture(self, person: FloatArray, posture: FloatArray) -> float:
         """Height, mm, between the inner lips' middles of a person (Q,) in a posture (P,), or 0."""
         return lip_aperture(self.held(person).vertices(posture)[self.rings["points"]])
 
     def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Heights of the lips as a linear function of the expression.
-
-        Returns
-        -------
-        (H,) float64, mm
-            From the inner to the outer contour at the mean expression, upper lip, then lower.
-        (H, P) float64, mm per standard deviation
-        """
-        scene, outer = self.held(person), self.rings["outer"]
-        x, y = scene.mean[outer, 0], scene.mean[outer, 1]
-        middle = scene.mean[self.rings["corners"], 1].mean()
-        reach = 0.6 * float(np.ptp(x)) / 2
-        stations = np.linspace(-reach, reach, 7) + float(x.max() + x.min()) / 2
-        height, change = [], []
-        for ring, sign in (("upper", 1.0), ("lower", -1.0)):
-            edge = outer[sign * (y - middle) > 0]
-            inner = self.rings[ring]
-            out = edge[np.abs(scene.mean[edge, 0][:, None] - stations).argmin(axis=0)]
-            into = inner[np.abs(scene.mean[inner, 0][:, None] - stations).argmin(axis=0)]
-            height.append(sign * (scene.mean[out, 1] - scene.mean[into, 1]))
-            change.append(sign * (scene.modes[:, out, 1] - scene.modes[:, into, 1]).T)
-        return np.concatenate(height).astype(np.float64), np.vstack(change).astype(np.float64)
+        """Heights of the lips of a person (Q,), see `face.contact.lip_heights`."""
+        return lip_heights(self.held(person), self.rings)
 
     def border(self, person: FloatArray | None = None) -> FloatArray:
         """The lips' outer contour (R, 3), mm, head frame, of a person (Q,) at rest."""

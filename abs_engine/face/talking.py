@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -73,11 +73,6 @@ class TalkingFace:
     def dressed(self) -> dict[str, Scene]:
         """S with each texture, made once for all frames."""
         return {name: self.texture(name).dress(self.shape.surface) for name in TEXTURES}
-
-
-def learned_from(face: TalkingFace, **models: TextureModel | LocalModel) -> TalkingFace:
-    """The same face with other appearance models, such as ``tex_cst`` of a single picture."""
-    return replace(face, **models)  # type: ignore[arg-type]
 
 
 def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") -> Face:

@@ -13,10 +13,11 @@ from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import ContactPrior, Prior
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import PoseFrame, free_blocks, mode_block, pose_and
+from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
+from abs_engine.face.contact import Rings, lip_gaps, lip_heights
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.problem import Problem
 
@@ -24,6 +25,7 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
 SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
+PULL = 0.06  # likewise of the maps that pull on the facets: how far a boundary is felt
 IN_SHADE = 0.15  # share of the probability of teeth and dark that lips get: they throw shade
 IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
 LINE = 0.03  # height of such a line, in mouth widths,
@@ -130,7 +132,6 @@ def head_problem(
     frame: PoseFrame,
     priors: tuple[Prior, ...],
     modes: int,
-    pose_held: bool = False,
 ) -> Problem:
     """A frame of a head as a problem over its pose and the posture of so many modes.
 
@@ -143,11 +144,9 @@ def head_problem(
         Over pose and posture (6 + P).
     modes : int
         P.
-    pose_held : bool
-        Whether only the posture is fitted.
     """
     terms = {COLOUR: likelihood}
-    return Problem(frame, pose_and(mode_block(modes)), terms, priors, free_blocks(pose_held))
+    return Problem(frame, pose_and(mode_block(modes)), terms, priors)
 
 
 def likelihood_of(
@@ -179,18 +178,31 @@ def best_start(problem: Problem, starts: FloatArray) -> FloatArray:
 
 
 def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) -> ContactPrior:
+    """Contact of a person's lips (Q,) as a prior over (6 + P), see `contact_of`."""
+    return contact_of(model.held(person), model.rings, model.prototypes[0], thick)
+
+
+def contact_of(scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False) -> ContactPrior:
     """Contact of the lips as a prior over (6 + P).
 
-    The head's lips overlap a little at rest, so that no light falls between them; only what they
+    A head's lips overlap a little at rest, so that no light falls between them; only what they
     overlap beyond that is pressing. With `thick` each lip also keeps `LEAST_THICKNESS` of its
     height at rest, so that its outline cannot turn inside out.
+
+    Parameters
+    ----------
+    scene : Scene
+    rings : mapping of str to int arrays
+        The lips' contours, see `face.base.Face`.
+    rest : (P,) float64
+        The posture at rest.
+    thick : bool
     """
-    gap, slope = model.gaps(person)
-    rest = gap + slope @ model.prototypes[0]
-    gap = gap - np.minimum(rest, 0.0)
+    gap, slope = lip_gaps(scene, rings)
+    gap = gap - np.minimum(gap + slope @ rest, 0.0)
     if thick:
-        height, change = model.lip_heights(person)
-        least = LEAST_THICKNESS * (height + change @ model.prototypes[0])
+        height, change = lip_heights(scene, rings)
+        least = LEAST_THICKNESS * (height + change @ rest)
         gap, slope = np.r_[gap, height - least], np.vstack([slope, change])
-    slope = np.hstack([np.zeros((len(gap), 6)), slope])
+    slope = joined(np.zeros((len(gap), len(POSE_NAMES))), slope)
     return ContactPrior(gap, slope)

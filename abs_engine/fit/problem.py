@@ -14,15 +14,18 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare.borders import Borders
 from abs_engine.compare.prior import Prior
 from abs_engine.compare.rows import Rows
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import AbsEngineError, ParameterError, TermError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, Scene
+from abs_engine.fit.moved import moved_along
 
 FloatArray = NDArray[np.float64]
 FIRST_STRIDE = 2.0
@@ -48,6 +51,35 @@ class Pushing(Term, Protocol):
 
     def forces(self, candidate: Candidates) -> FloatArray:
         """Forces (V, 3), camera frame, on the vertices of one candidate: nats per mm."""
+        ...
+
+
+@runtime_checkable
+class Bordered(Term, Protocol):
+    """A term that knows what it gains as the drawn borders move."""
+
+    @property
+    def scene(self) -> Scene:
+        """What it draws."""
+        ...
+
+    @property
+    def camera(self) -> Camera:
+        """What it is seen by."""
+        ...
+
+    @property
+    def window(self) -> Window:
+        """What is drawn of the picture."""
+        ...
+
+    @property
+    def observations(self) -> float:
+        """How many independent observations it holds."""
+        ...
+
+    def borders(self, candidate: Candidates, reach: int, local: bool) -> tuple[float, Borders]:
+        """Value of one candidate, and its borders with gains in nats."""
         ...
 
 
@@ -126,14 +158,14 @@ class Problem:
     def __call__(self, x: FloatArray) -> Evaluation:
         """Value and terms at free parameters (N,)."""
         one, full = self.candidates(x[None]), self.whole(x)[None]
-        values = {name: float(term.negative_log(one)[0]) for name, term in self.terms.items()}
+        values = {name: float(valued(name, term, one)[0]) for name, term in self.terms.items()}
         prior = float(self._prior(full)[0])
         return Evaluation(sum(values.values()) + prior, {**values, "prior": prior})
 
     def values(self, vectors: FloatArray) -> FloatArray:
         """Values (B,) at free parameters (B, N), drawn in one call for each term."""
         many = self.candidates(vectors)
-        data = sum((term.negative_log(many) for term in self.terms.values()), 0.0)
+        data = sum((valued(name, term, many) for name, term in self.terms.items()), 0.0)
         return np.asarray(data + self._prior(self.whole(vectors)), np.float64)
 
     def _prior(self, full: FloatArray) -> FloatArray:
@@ -181,6 +213,37 @@ class Problem:
             matrix = matrix + np.asarray(moved @ moved.T, np.float64)
             gradient = gradient + np.asarray(moved @ first.mixed(first.rows)[0], np.float64)
         return value, matrix, gradient
+
+    def newton(
+        self, x: FloatArray, reach: int, local: bool = False
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, gradient (N,) and second derivative (N, N) at `x` (N,), for a Newton step.
+
+        Terms give what they gain as the borders between drawn classes move, looked for `reach`
+        drawn pixels to either side; `local`, the slopes where they are.
+
+        Raises
+        ------
+        ParameterError
+            If a term knows no borders, or a prior no curvature.
+        """
+        candidate, full = self.candidates(x[None]), self.whole(x)
+        value = float(self._prior(full[None])[0])
+        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
+        curve = sum((p.curvature(full) for p in self.priors), np.zeros((len(full), len(full))))
+        for name, term in self.terms.items():
+            if not isinstance(term, Bordered):
+                raise ParameterError(
+                    f"the evidence '{name}' has no borders", "choose another driver, as simplex"
+                )
+            cost, found = term.borders(candidate, reach, local)
+            rows = moved_along(term.scene, term.camera, term.window, candidate, self.frame, found)
+            fall = rows.T @ found.gain
+            value, slope = value + cost, slope - fall
+            curve = curve + (rows.T * found.curve) @ rows
+            curve = curve + np.outer(fall, fall) / max(term.observations, 1.0)
+        own = self._places
+        return value, slope[own], curve[np.ix_(own, own)]
 
     def push(self, x: FloatArray) -> FloatArray:
         """Where forces at `x` (N,) push the parameters (Basu et al., eq. 13), and the pose's work.
@@ -248,6 +311,30 @@ class Problem:
         turned = np.cross(pose[:3], self._arms(scene, candidate)) + pose[3:]
         pose = pose * min(1.0, FIRST_STRIDE / max(_farthest(turned), 1e-9))
         return np.asarray(np.r_[pose, weights])
+
+
+def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
+    """What the drawing of each candidate is worth, (B,), nats.
+
+    Raises
+    ------
+    TermError
+        If that is not a finite number for each; or if a term that is not the engine's own fails.
+    """
+    try:
+        values = np.asarray(term.negative_log(candidates), np.float64)
+    except Exception as error:
+        if isinstance(error, AbsEngineError) or type(term).__module__.startswith("abs_engine."):
+            raise
+        said = " ".join(f"{type(error).__name__}: {error}".split())
+        raise TermError(f"the evidence '{name}' fails ({said})", "mend its plugin") from error
+    if values.shape != (len(candidates),) or not np.isfinite(values).all():
+        raise TermError(
+            f"the evidence '{name}' is not a finite number for each of the {len(candidates)} "
+            f"candidates (shape {values.shape})",
+            "let negative_log return them, in nats",
+        )
+    return values
 
 
 def _farthest(moved: FloatArray) -> float:

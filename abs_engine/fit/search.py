@@ -9,6 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.params import ParamSpec
 from abs_engine.fit.problem import Problem
 from abs_engine.optimise.base import Solution
@@ -31,6 +32,11 @@ class Phased(Protocol):
     @property
     def limit(self) -> int:
         """Largest number of evaluations."""
+        ...
+
+    @property
+    def starts(self) -> int:
+        """Of several starts, how many of the best are descended from."""
         ...
 
     def descend(
@@ -129,9 +135,10 @@ def search(
     -------
     Found
     """
-    start, spent, spec = starts[0], 0, problem.spec
+    spent, spec = 0, problem.spec
     if len(starts) > 1:
-        start, spent = starts[int(np.argmin(problem.values(starts)))], len(starts)
+        starts, spent = starts[np.argsort(problem.values(starts), kind="stable")], len(starts)
+    start = starts[0]
     if not isinstance(driver, Phased):
         own = _with_limit(driver, spent) if charged else driver
         found = own.minimise(problem, start, spec)
@@ -139,13 +146,18 @@ def search(
     used = spent if charged else 0
     found = driver.descend(problem, start, spec, driver.limit - used)
     used += found.n_evaluations
+    for beside in starts[1 : driver.starts]:
+        other = driver.descend(problem, beside, spec, driver.limit - used)
+        used += other.n_evaluations
+        found = other if other.value < found.value else found
     restarted = False
     if again is not None and again.worse(found.value):
         room = driver.limit - used - len(again.postures)
         restarted = room > len(start)
         if restarted:
-            rows = np.tile(found.x, (len(again.postures), 1))
-            rows[:, -again.postures.shape[1] :] = again.postures
+            whole = np.tile(problem.whole(found.x), (len(again.postures), 1))
+            whole[:, problem.blocks.places[POSTURE]] = again.postures
+            rows = problem.chosen(whole)
             first = rows[int(np.argmin(problem.values(rows)))]
             other = driver.descend(problem, first, spec, room, free=True)
             used += len(again.postures) + other.n_evaluations

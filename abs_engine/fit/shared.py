@@ -47,22 +47,20 @@ class SharedProblem:
     held : (K, 6 + P + Q) float64
         Where each frame stands; its identity is that which is sought.
     blocks : Blocks
-        Pose and identity, see `shared_blocks`; the scale of each is `_STEP` of its deviation.
+        Pose and identity, see `shared_blocks`.
+    prior : GaussianPrior
+        Over both.
     """
 
     frames: Sequence[Problem]
     held: FloatArray
     blocks: Blocks
+    prior: GaussianPrior
 
     @property
     def spec(self) -> ParamSpec:
         """Names, units, scales and bounds of what is sought."""
         return self.blocks.spec
-
-    @property
-    def prior(self) -> GaussianPrior:
-        """Beforehand: no correction, and the average person."""
-        return GaussianPrior(np.zeros(len(self.blocks)), self.spec.upper / _REACH)
 
     def __call__(self, x: FloatArray) -> Evaluation:
         """Value and terms at a correction and an identity (6 + Q,)."""

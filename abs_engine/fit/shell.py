@@ -20,10 +20,9 @@ from abs_engine.core.pose import POSE_NAMES, PoseFrame, free_blocks, joined, mod
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, hamming
-from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
-from abs_engine.fit.head_frame import COLOUR, SMOOTHING, zone
+from abs_engine.fit.head_frame import COLOUR, PULL, SMOOTHING, zone
 from abs_engine.fit.problem import Problem, Term
 
 FloatArray = NDArray[np.float64]
@@ -33,7 +32,6 @@ FINEST = 2.0  # drawn pixels for one of the picture, at most
 SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two,
 SIDE_OF_MOUTH = 0.04  # or in mouth widths, if that is more: over so much the errors of a shell last
 WIDTH = 0.7  # of the prior about each shape that was seen, standard deviations
-PULL = 0.06  # likewise of the forces: how far a boundary is felt
 IN_SHADE = 0.25  # share of the probability of dark that lips get: they throw shade on each other
 MODE_LIMIT = 6.0
 """Standard deviations of a mode that a fit may go to."""
@@ -173,25 +171,3 @@ def _planes(probable: FloatArray) -> FloatArray:
     shown = {"skin": of["skin"], "lips": lips, "interior": of["teeth"] + of["dark"]}
     skin = of["skin"]
     return np.stack([np.zeros_like(skin) if c is None else shown[c] for c in COLOUR_OF])
-
-
-def bare_face(setting: ShellSetting) -> Face:
-    """The face of a shell alone, its contours by its own nodes."""
-    half, scene = COLUMNS // 2, setting.scene
-    around = np.rint(np.linspace(0, COLUMNS, 12, endpoint=False)).astype(np.int64)
-    within = np.rint(np.linspace(0, half - 1, 4)).astype(np.int64)
-    outer = np.arange(2 * COLUMNS, 3 * COLUMNS)
-    rings = {
-        "outer": outer,
-        "upper": np.arange(half),
-        "lower": np.arange(half, COLUMNS),
-        "points": np.concatenate([outer[around], within, half + within]),
-        "corners": outer[[0, half]],
-    }
-    lips = np.concatenate([rings[name] for name in RINGS]).astype(np.int32)
-    body = Body(scene.mean, scene.modes, scene.faces, scene.facet_class, COLOUR_OF, lips)
-    modes = setting.model.n_modes
-    return Face(
-        "shell", scene, mode_block(modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
-        setting.border, np.zeros((1, modes)), COLOUR_OF, body,
-    )  # fmt: skip

@@ -24,6 +24,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.looks import LocalLooks, TextureLooks
 from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
+    PULL,
     class_maps,
     independent_side,
     likelihood_of,
@@ -37,8 +38,6 @@ from abs_engine.optimise.drivers import Driver, Need
 
 FloatArray = NDArray[np.float64]
 Bind = Callable[[Face, View], Term]
-PULL = 0.06
-"""Width of the window that the maps which pull on the facets are smoothed by, in mouth widths."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class TermKind:
         Under which its values are reported, and what it needs of a face's appearance.
     bind : callable
         Binds it to a face and a view.
-    gives : tuple of {"values", "forces", "residuals"}
+    gives : tuple of {"values", "forces", "residuals", "borders"}
         What its terms can be asked for.
     learned : bool
         Whether it needs something that was learned of the face's appearance under its name.
@@ -105,11 +104,21 @@ def colour_term(face: Face, view: View) -> Term:
     maps = class_maps(classes, face.regions, window, view.image, view.place)
     drawn = view.renderer, face.scene, view.camera
     term = likelihood_of(*drawn, window, maps, classes.weight)
-    if not view.forces:
-        return term
-    patch = sampled(window, view.image)
-    wide = classes.probabilities(patch, PULL * DRAWN_MOUTH, view.place)
-    return replace(term, pull=Pull.within(plane_maps(wide, face.regions, window), zone(window)))
+
+    def pull() -> Pull:
+        patch = sampled(window, view.image)
+        wide = classes.probabilities(patch, PULL * DRAWN_MOUTH, view.place)
+        return Pull.within(plane_maps(wide, face.regions, window), zone(window))
+
+    return replace(term, seam=_seam(face.regions), pull=pull)
+
+
+def _seam(regions: Sequence[str | None]) -> tuple[tuple[int, int], int] | tuple[()]:
+    """Classes of the two lips and of what shows between them; none where lips are one class."""
+    lips = [k for k, shown in enumerate(regions) if shown == "lips"]
+    if len(lips) != 2 or "dark" not in regions:
+        return ()
+    return (lips[0], lips[1]), regions.index("dark")
 
 
 def texture_term(face: Face, view: View) -> Term:
@@ -135,7 +144,7 @@ def local_term(face: Face, view: View) -> Term:
     return Weighted(error, 0.5 * 8 * len(looks.model))
 
 
-COLOUR = TermKind("colour", colour_term, ("values", "forces"))
+COLOUR = TermKind("colour", colour_term, ("values", "forces", "borders"))
 TEXTURE = TermKind("texture", texture_term, ("values", "residuals"))
 LOCAL = TermKind("local", local_term, ("values", "residuals"))
 
@@ -150,6 +159,9 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
     """
     if not names:
         raise ParameterError("no evidence is named", f"choose of {', '.join(TERMS.names())}")
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ParameterError(f"the evidence '{twice}' is named twice", "name it once")
     return {name: TERMS.get(name) for name in names}
 
 

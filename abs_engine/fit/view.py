@@ -34,8 +34,6 @@ class View:
         Pose and posture that the face has, about.
     place : MouthPlace, optional
         Where in the window the mouth is known to be.
-    forces : bool
-        Whether the driver asks for forces.
     """
 
     image: Image
@@ -45,4 +43,3 @@ class View:
     window: Window
     start: FloatArray
     place: MouthPlace | None = None
-    forces: bool = False

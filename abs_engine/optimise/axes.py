@@ -6,6 +6,7 @@ Gauss-Newton matrix says so after one for each parameter.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,12 +43,15 @@ class AxesSimplex:
         Where the descent, and where the simplex, stops; in the objective's units.
     inertia : float
         See `held.Held`.
+    starts : int
+        Of several starts, how many of the best are descended from.
     """
 
     limit: int = 200
     coarse: float = 1e-4
     tolerance: float = 1e-4
     inertia: float = 0.0
+    starts: int = 1
 
     def minimise(
         self, objective: Quadratic, start: FloatArray, spec: ParamSpec, _step: float = 1.0
@@ -103,28 +107,56 @@ class AxesSimplex:
             Largest number of evaluations; none are made where it is too small for a simplex.
         """
         held = Held(objective, spec, centre, self.inertia)
-        size = len(found.x)
-        if limit <= size or found.information is None:
-            return found
-        curve, axes = np.linalg.eigh(found.information)
-        length = np.sqrt(_EDGE * held.unit / np.maximum(curve, 1e-12 * curve.max()))
-        turned = axes * np.minimum(length, _LONGEST) * held.spec.scale[:, None]
+        edge, tolerance = _EDGE * held.unit, self.tolerance * held.unit
+        return along_axes(held.values, found, spec, tolerance, limit, edge)
 
-        def place(y: FloatArray) -> FloatArray:
-            return held.spec.clip(found.x + turned @ y)
 
-        def along(x: FloatArray) -> Evaluation:
-            return Evaluation(float(held.values(place(x)[None])[0]), {})
+def along_axes(
+    values: Callable[[FloatArray], FloatArray],
+    found: Solution,
+    spec: ParamSpec,
+    tolerance: float,
+    limit: int,
+    edge: float,
+) -> Solution:
+    """Nelder-Mead along the axes of a descent's last matrix, from where it ended.
 
-        names = tuple(f"axis{k}" for k in range(size))
-        far = np.full(size, 1e3)
-        plain = ParamSpec(names, ("",) * size, np.ones(size), -far, far)
-        best = Simplex(self.tolerance * held.unit, limit).minimise(along, np.zeros(size), plain)
-        spent = found.n_evaluations + best.n_evaluations
-        trace = np.r_[found.trace, best.trace]
-        if best.value >= found.value:
-            return replace(found, status=best.status, n_evaluations=spent, trace=trace)
-        better = place(best.x), best.value, best.status
-        return replace(
-            found, x=better[0], value=better[1], status=better[2], n_evaluations=spent, trace=trace
-        )
+    Parameters
+    ----------
+    values : callable
+        Values (B,) at vectors (B, n).
+    found : Solution
+        With its information.
+    spec : ParamSpec
+    tolerance : float
+        Where the simplex stops.
+    limit : int
+        Largest number of evaluations; none are made where it is too small for a simplex.
+    edge : float
+        By how much an edge of the first simplex raises the value.
+    """
+    size = len(found.x)
+    if limit <= size or found.information is None:
+        return found
+    curve, axes = np.linalg.eigh(found.information)
+    length = np.sqrt(edge / np.maximum(curve, 1e-12 * curve.max()))
+    turned = axes * np.minimum(length, _LONGEST) * spec.scale[:, None]
+
+    def place(y: FloatArray) -> FloatArray:
+        return spec.clip(found.x + turned @ y)
+
+    def along(x: FloatArray) -> Evaluation:
+        return Evaluation(float(values(place(x)[None])[0]), {})
+
+    names = tuple(f"axis{k}" for k in range(size))
+    far = np.full(size, 1e3)
+    plain = ParamSpec(names, ("",) * size, np.ones(size), -far, far)
+    best = Simplex(tolerance, limit).minimise(along, np.zeros(size), plain)
+    spent = found.n_evaluations + best.n_evaluations
+    trace = np.r_[found.trace, best.trace]
+    if best.value >= found.value:
+        return replace(found, status=best.status, n_evaluations=spent, trace=trace)
+    better = place(best.x), best.value, best.status
+    return replace(
+        found, x=better[0], value=better[1], status=better[2], n_evaluations=spent, trace=trace
+    )

@@ -10,11 +10,12 @@ from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 
-Need = Literal["values", "forces", "residuals"]
+Need = Literal["values", "forces", "residuals", "borders"]
 TOLERANCE, LIMIT = 0.03, 400
 """Nats that end a search, and evaluations of a frame at most."""
 
@@ -27,7 +28,7 @@ class Driver:
     ----------
     make : callable
         Makes the minimiser of a frame: see `fit.search.Minimiser`.
-    needs : {"values", "forces", "residuals"}
+    needs : {"values", "forces", "residuals", "borders"}
         What the evidence must give: values alone, forces on the drawn surface, or residuals.
     settings : dict
         What `make` was told, for the record of a run.
@@ -47,6 +48,7 @@ SIMPLEX = Driver(Simplex, settings=_USUAL)
 RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
 AXES = Driver(AxesSimplex, "residuals", {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE})
 LEVENBERG = Driver(LevenbergMarquardt, "residuals", {**_USUAL, "difference": 1.0})
+NEWTON = Driver(Newton, "borders", {"tolerance": TOLERANCE})
 FORCES = Driver(Forces, "forces")
 FIXED_STEP = Driver(FixedStep, "forces")
 GRADIENT = Driver(Gradient)

@@ -17,7 +17,7 @@ from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.mesh import RunMesh
-from abs_engine.tracking.options import ClipTracker, TrackOptions, named_terms
+from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.run import check_options, prepare, settings_of, track_video
@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 _PATHS = ("speaker", "colours", "physics", "poses")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Run:
     """What was found in a video of T frames.
 
@@ -56,8 +56,13 @@ class Run:
     mesh: RunMesh
     summary: dict[str, Any]
     settings: dict[str, Any]
-    names: tuple[str, ...] = field(repr=False, default=())
-    rows: list[list[Any]] = field(repr=False, default_factory=list)
+    names: tuple[str, ...] = ()
+    rows: list[list[Any]] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        """Return a line that names the video and counts the frames."""
+        video, found = self.settings.get("video"), int(self.found.sum())
+        return f"<Run of {video}: {len(self)} frames, {found} found>"
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -226,13 +231,11 @@ def _options(
         if name not in known:
             raise ParameterError(f"there is no option '{name}'", nearest(name, known))
     paths = {name: Path(given[name]) for name in _PATHS if given.get(name) is not None}
-    if isinstance(terms, str):
-        terms = named_terms(terms)
     own = camera if camera is None or isinstance(camera, Camera) else load_camera(Path(camera))
     model = given.get("model")
     named = {} if model is None else {"model": str(model)}
-    rest = {**given, **paths, **named}
-    return TrackOptions(**rest, camera=own, terms=None if terms is None else tuple(terms))
+    rest = {**given, **paths, **named, "terms": terms}
+    return TrackOptions(**rest, camera=own)
 
 
 @contextmanager

@@ -66,7 +66,7 @@ def doubts(
     share = float(np.mean(held)) if len(held) else 0.0
     if share > _MOST_HELD:
         lines.append(
-            f"in {share:.0%} of the frames colours led off the lips; there landmarks alone are "
-            "reported"
+            f"in {share:.0%} of the frames what is drawn led off the lips; there landmarks alone "
+            "are reported"
         )
     return lines

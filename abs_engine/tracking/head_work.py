@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
-from abs_engine.core.pose import PoseFrame, at_base, free_blocks
+from abs_engine.core.pose import PoseFrame, at_base, free_blocks, joined
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
@@ -48,14 +48,12 @@ class HeadBinder:
     renderer : Renderer
     rate : float
         Frames per second.
+    landmarks : MouthLandmarks
+        How landmarks are weighed, in frames that have them.
     kinds : mapping of str to TermKind
         The evidence.
     pose_held : bool
         Whether poses are taken as they are, and only the posture is fitted.
-    landmarks : MouthLandmarks, optional
-        How the network's landmarks count; by default the evidence of frames that have them.
-    forces : bool
-        Whether the driver asks for forces.
     """
 
     model: MouthModel
@@ -63,10 +61,9 @@ class HeadBinder:
     camera: Camera
     renderer: Renderer
     rate: float
+    landmarks: MouthLandmarks
     kinds: Mapping[str, TermKind] = field(default_factory=lambda: {COLOUR.name: COLOUR})
     pose_held: bool = False
-    landmarks: MouthLandmarks | None = None
-    forces: bool = False
 
     @property
     def classes(self) -> ColourClasses:
@@ -82,16 +79,14 @@ class HeadBinder:
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """What is minimised in a frame whose head is about a pose, and where it is started."""
         model, last = self.model, memory.vector
-        base, marks = PoseFrame(pose, model.pivot), self.marks
+        base, marks = PoseFrame(pose, model.pivot), self.landmarks
         window = mouth_window(model, base.base, self.camera, self.person)
         told, place = marks.told(frame), None
         priors = self._priors(last, thick=told is not None)
         if told is not None and marks.evidence != RENDERING:
             place = mouth_place(model, base, self.camera, window, self.person, told)
         start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
-        view = View(
-            frame.image, self.camera, self.renderer, base, window, start, place, self.forces
-        )
+        view = View(frame.image, self.camera, self.renderer, base, window, start, place)
         terms = bound(self.kinds, self.face, view)
         beside = marks.beside(frame, self.classes.outdoing)
         problem = self._problem(base, terms, (*priors, *beside))
@@ -100,23 +95,11 @@ class HeadBinder:
         said = marks.marked(frame, self._problem(base, {}, priors))
         return Work(problem, starts, partial(explained, terms), said)
 
-    @cached_property
-    def marks(self) -> MouthLandmarks:
-        """How landmarks count."""
-        return self.landmarks or MouthLandmarks(self.model.n_expression)
-
     def _problem(
         self, base: PoseFrame, terms: Mapping[str, Term], priors: tuple[Prior, ...]
     ) -> Problem:
-        free = free_blocks(self.pose_held)
-        return Problem(base, self.face.blocks, terms, priors, free, mobility=self._mobility)
-
-    @cached_property
-    def _mobility(self) -> FloatArray:
-        """How far each parameter gives way to a force: by its variance beforehand."""
-        deviation = at_base(np.ones(self.model.n_expression))
-        deviation[: len(POSE_DEVIATION)] = POSE_DEVIATION
-        return deviation**2
+        free, mobility = free_blocks(self.pose_held), mobility_of(self.model.n_expression)
+        return Problem(base, self.face.blocks, terms, priors, free, mobility=mobility)
 
     def _priors(self, last: FloatArray | None, thick: bool = False) -> tuple[Prior, ...]:
         p = self.model.n_expression
@@ -124,9 +107,18 @@ class HeadBinder:
         contact = contact_prior(self.model, self.person, thick)
         if last is None:
             return likely, contact
-        step = STEP_DEVIATION * np.sqrt(25.0 / self.rate)
-        near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step)])
+        near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step_deviation(self.rate))])
         return likely, contact, near
+
+
+def step_deviation(rate: float) -> float:
+    """How far a parameter of a posture moves from frame to frame, standard deviations."""
+    return float(STEP_DEVIATION * np.sqrt(25.0 / rate))
+
+
+def mobility_of(modes: int) -> FloatArray:
+    """How far each parameter (6 + P,) gives way to a force: by its variance beforehand."""
+    return np.asarray(joined(POSE_DEVIATION, np.ones(modes)) ** 2)
 
 
 def explained(terms: Mapping[str, Term], value: Evaluation) -> float:

@@ -159,10 +159,7 @@ def by_landmarks(
     classes = calibration.classes
     face = held_head(model, calibration.person, classes)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
-    binder = HeadBinder(
-        model, face, clip.camera, renderer, clip.info.rate, leaves.kinds, landmarks=marks,
-        forces=leaves.forces,
-    )  # fmt: skip
+    binder = HeadBinder(model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds)
     look = UsualLook.of([MouthLook.of(classes, i, s) for i, s in chosen])
     motion = ShiftedMotion(
         LandmarkMotion(shape, textured, choice), np.zeros(len(calibration.shift)), model.pivot
@@ -191,8 +188,8 @@ def by_blobs(
     shift = np.zeros(len(calibration.shift)) if held else calibration.shift
     face = held_head(model, calibration.person, calibration.classes)
     binder = HeadBinder(
-        model, face, clip.camera, renderer, clip.info.rate, leaves.kinds, held,
-        forces=leaves.forces,
+        model, face, clip.camera, renderer, clip.info.rate, MouthLandmarks(model.n_expression),
+        leaves.kinds, held,
     )  # fmt: skip
     sight = ByBlob(calibration.classes, model, clip.camera, calibration.person)
     usual = UsualMouth.of(

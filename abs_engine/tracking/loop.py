@@ -22,12 +22,12 @@ from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, Fram
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 NOTHING = Memory()
-HELD, AGAIN, UNLIKE = "held to the landmarks", "started again", "no lips where the face is"
-"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; of one
-that was begun again from postures that are known; and of one whose fit explains too little."""
+HELD, AGAIN = "held to the landmarks", "started again"
+"""Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
+one that was begun again from postures that are known."""
 MOST_OFF, ASTRAY = 1.75, 6.0
 """Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks, and from
-which on these are no mouth's."""
+which on the landmarks are taken to be wrong."""
 
 
 def track(
@@ -74,8 +74,9 @@ def _step(
     if found is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
     result = _result(setting, index, work, found)
-    if work.believed is not None and not work.believed(found.x, result.score):
-        return replace(lost(setting.face, index), status=UNLIKE), memory.lost()
+    doubted = "" if work.doubt is None else work.doubt(found.x, result.score)
+    if doubted:
+        return replace(lost(setting.face, index), status=doubted), memory.lost()
     move = found.x - work.starts[0]
     value = found.best.value / work.problem.unit
     return result, memory.after(work.problem.frame.pose(result.vector), result.vector, move, value)

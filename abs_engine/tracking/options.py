@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.registry import DRIVERS
+from abs_engine.core.registry import DRIVERS, MODELS
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.fit.terms import TermKind, check_leaves, term_kinds
@@ -92,12 +92,8 @@ class TrackOptions:
         """Take "colour+texture" for ("colour", "texture")."""
         given: Any = self.terms
         if isinstance(given, str):
-            object.__setattr__(self, "terms", named_terms(given))
-
-
-def named_terms(text: str) -> tuple[str, ...]:
-    """The names in a text that are joined by +."""
-    return tuple(part.strip() for part in text.split("+") if part.strip())
+            given = tuple(part.strip() for part in given.split("+") if part.strip())
+        object.__setattr__(self, "terms", None if given is None else tuple(given))
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +146,6 @@ class Leaves:
         driver: Driver = DRIVERS.get(name)
         return cls(term_kinds(options.terms or ()), driver, name)
 
-    @property
-    def forces(self) -> bool:
-        """Whether the driver asks for forces."""
-        return self.driver.needs == "forces"
-
     def check(self, model: str, has: tuple[str, ...]) -> None:
         """Refuse what does not go together; see `fit.terms.check_leaves`."""
         check_leaves(model, has, self.kinds, self.driver, self.name)
@@ -196,10 +187,49 @@ Tell = Callable[[str], None]
 
 
 class Prepare(Protocol):
-    """Makes a clip ready for one kind of face: an entry of `core.registry.MODELS`."""
+    """Makes a clip ready for one kind of face."""
 
     def __call__(
         self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
     ) -> ClipTracker:
         """Find the face, and learn what is to be learned of it."""
         ...
+
+
+@dataclass(frozen=True)
+class Model:
+    """What can be tracked: an entry of `core.registry.MODELS`.
+
+    Parameters
+    ----------
+    prepare : Prepare
+        How a clip is made ready.
+    starts : tuple of str
+        How its head may be found, of `STARTS`.
+    without : tuple of str
+        Options that do nothing for it.
+    """
+
+    prepare: Prepare
+    starts: tuple[str, ...] = STARTS
+    without: tuple[str, ...] = ()
+
+    def __call__(
+        self, clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+    ) -> ClipTracker:
+        """Make a clip ready."""
+        return self.prepare(clip, options, leaves, renderer, tell)
+
+
+def model_named(name: str) -> Model:
+    """The model of a name; one that is a function alone takes every start and option.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    PluginError
+        If it cannot be imported.
+    """
+    entry = MODELS.get(name)
+    return entry if isinstance(entry, Model) else Model(entry)

@@ -214,4 +214,5 @@ def person_problem(
         for frame, seen in zip(frames, terms, strict=True)
     ]
     held = np.hstack([vectors, np.zeros((len(vectors), model.n_person))])
-    return SharedProblem(problems, held, blocks)
+    prior = GaussianPrior(np.zeros(len(blocks)), np.r_[deviation, model.person_deviation])
+    return SharedProblem(problems, held, blocks, prior)

@@ -8,7 +8,7 @@ from pathlib import Path
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import MODELS, PRESETS, nearest
 from abs_engine.tracking.model_file import model_of_file
-from abs_engine.tracking.options import LANDMARKS, Prepare, TrackOptions
+from abs_engine.tracking.options import LANDMARKS, Prepare, TrackOptions, model_named
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
         start=options.start or preset.start,
         preset=options.preset if kind == preset.model else None,
     )
-    prepare: Prepare = own or MODELS.get(kind)
+    prepare: Prepare = own or model_named(kind)
     return chosen, prepare
 
 

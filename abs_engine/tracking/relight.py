@@ -82,7 +82,7 @@ def _lobes(normals: FloatArray) -> FloatArray:
     radius = np.sqrt(1 - away**2)
     centres = np.stack([radius * np.cos(turn), radius * np.sin(turn), away], axis=1)
     facing = centres[away < 0.25]  # z points away from the camera
-    near = (normals @ facing.T - 1) / LOBE_WIDTH**2
+    near = np.minimum(normals @ facing.T - 1, 0.0) / LOBE_WIDTH**2
     return np.asarray(np.exp(near.astype(np.float32)), np.float64)
 
 

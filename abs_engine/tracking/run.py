@@ -10,12 +10,22 @@ from typing import Any
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.registry import nearest
+from abs_engine.core.registry import PLUGINS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.files import NewFolder
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
-from abs_engine.tracking.options import BLOBS, STARTS, Clip, ClipTracker, Leaves, TrackOptions
+from abs_engine.tracking.options import (
+    BLOBS,
+    LANDMARKS,
+    STARTS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    TrackOptions,
+    model_named,
+)
 from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
@@ -183,20 +193,14 @@ def _check_start(options: TrackOptions) -> None:
     chosen = resolved(options)[0]
     Leaves.of(chosen)
     by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
+    model = model_named(chosen.model or "")
+    _check_taken(model, options, chosen.model or "")
     placed = {
         "--person": options.person is not None,
         "--poses": options.poses is not None,
-        "--model": chosen.model == "talking",
+        "--model": LANDMARKS not in model.starts,
         by: chosen.start == BLOBS,
     }
-    if chosen.model == "talking" and options.start == STARTS[0]:
-        raise ParameterError(
-            "a talking face is found by its own head, not from landmarks", "leave out --start"
-        )
-    if chosen.model in ("shell", "talking") and options.evidence != DEFAULTS.evidence:
-        raise ParameterError(
-            f"--evidence is for a head, not for the model '{chosen.model}'", "leave out --evidence"
-        )
     other = next((name for name, given in placed.items() if given), None)
     asked = {
         "--face": options.face is not None,
@@ -211,6 +215,19 @@ def _check_start(options: TrackOptions) -> None:
             )
     if options.face is not None and options.mouth is not None:
         raise ParameterError("--mouth says which face is meant", "leave out --face, or --mouth")
+
+
+def _check_taken(model: Model, options: TrackOptions, name: str) -> None:
+    """Raise `ParameterError` for an option that does nothing for a model."""
+    if options.start is not None and options.start not in model.starts:
+        raise ParameterError(
+            f"the model '{name}' is not found from {options.start}", "leave out --start"
+        )
+    for option in model.without:
+        if getattr(options, option) != getattr(DEFAULTS, option):
+            raise ParameterError(
+                f"--{option} does nothing for the model '{name}'", f"leave out --{option}"
+            )
 
 
 def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
@@ -230,5 +247,6 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "face": options.face,
         "faces": tracker.faces,
         "scale": asdict(tracker.scale),
+        "plugins": [{"file": path.name, "sha256": digest(path)} for path in PLUGINS],
         **tracker.facts,
     }

@@ -23,6 +23,9 @@ from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
 
 FloatArray = NDArray[np.float64]
 NO_FACE, NO_POSE = "face not found", "no pose given"
+UNLIKE, UNEXPLAINED = "no lips where the face is", "the picture is not explained"
+"""Status of a frame whose fit is not accepted: too little of what is drawn as lips is lips; too
+little of all that is compared is explained."""
 FRAME_SOLVER: Minimiser = SIMPLEX.minimiser()
 
 
@@ -64,7 +67,7 @@ class FrameResult:
     terms : mapping of str to float
         What `value` is the sum of: each kind of evidence, and the priors.
     highest : Solution or None
-        The highest maximum: what the search from the best start came to, over all parameters.
+        The least value of all searches, over all parameters.
     """
 
     index: int
@@ -102,8 +105,8 @@ class Work:
         Where a search starts again if it comes to little.
     tried : int
         How many of the starts are all gone on with; then the mean of where they lead is found.
-    believed : callable, optional
-        Whether what was found (6 + P,), that explains so much, can be a mouth; else it is lost.
+    doubt : callable, optional
+        Why what was found (6 + P,), that explains so much, is not accepted; empty where it is.
     """
 
     problem: Problem
@@ -112,7 +115,7 @@ class Work:
     landmarks: Landmarked | None = None
     again: Again | None = None
     tried: int = 1
-    believed: Callable[[FloatArray, float], bool] | None = None
+    doubt: Callable[[FloatArray, float], str] | None = None
 
 
 class Binder(Protocol):
@@ -159,7 +162,7 @@ class ClipSetting:
     pose_held : bool
         Whether the head's poses are taken as they are, and only postures are fitted.
     landmarks : MouthLandmarks or None
-        How the landmark network's say counts, where it is asked.
+        How landmarks are weighed, where the network is asked.
     """
 
     face: Face

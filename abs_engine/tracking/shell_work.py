@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import Prior
 from abs_engine.core.camera import Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, joined, parted
@@ -17,18 +18,20 @@ from abs_engine.core.scene import Candidates
 from abs_engine.face.base import Face
 from abs_engine.face.shape.lip_model import LIPS
 from abs_engine.fit.centroid import centred
+from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shell import ShellSetting, problem_of, shell_window
 from abs_engine.fit.terms import TermKind, bound
 from abs_engine.fit.view import View
+from abs_engine.tracking.covered import OUTSIDE
 from abs_engine.tracking.frames import HeadFrame, Memory
 from abs_engine.tracking.head_work import explained
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
-from abs_engine.tracking.setting import Work
+from abs_engine.tracking.setting import UNEXPLAINED, UNLIKE, Work
 
 FloatArray = NDArray[np.float64]
 EXPLAINED, LIPS_SHOWN = 0.5, 0.3
-"""What is found explains at least so much, its lips by themselves too, or no mouth is there."""
+"""Least share explained, over all and over the lips; below it, no mouth is accepted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,30 +44,30 @@ class ShellBinder:
     face : Face
     kinds : mapping of str to TermKind
         The evidence.
+    landmarks : MouthLandmarks
+        How landmarks are weighed, in frames that have them.
     tried : int
         How many of the starts are all gone on with where there is no frame before.
     alone : bool
         Whether each frame is fitted by itself, as if there were none before.
-    landmarks : MouthLandmarks, optional
-        How the network's landmarks count, where it is asked.
+    priors : tuple of Prior
+        What else is likely beforehand, over (6 + P): that lips do not pass into each other.
     judged : bool
         Whether a mouth may not be there; else everything found is believed.
-    outdoing : float
-        By how much colours open the mouth farther than landmarks do, see `ColourClasses`.
     """
 
     setting: ShellSetting
     face: Face
     kinds: Mapping[str, TermKind]
+    landmarks: MouthLandmarks
     tried: int = 1
     alone: bool = False
-    landmarks: MouthLandmarks | None = None
+    priors: tuple[Prior, ...] = ()
     judged: bool = True
-    outdoing: float = 1.0
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """What is minimised in a frame whose head is about a pose, and where it is started."""
-        marks = self.landmarks or MouthLandmarks(self.setting.model.n_modes)
+        marks = self.landmarks
         last = None if self.alone else memory.vector
         postures = self.face.starts if last is None else parted(last)[1][None]
         starts = at_base(postures)
@@ -73,11 +76,12 @@ class ShellBinder:
         told = marks.told(frame)
         starts = starts if told is None else np.vstack([starts, told])
         problem = self._problem(frame, pose, starts[0], marks)
-        said = marks.marked(frame, problem_of(self.setting, pose, {}))
-        believed = partial(self._believed, problem) if self.judged else None
+        undrawn = problem_of(self.setting, pose, {})
+        said = marks.marked(frame, replace(undrawn, priors=(*undrawn.priors, *self.priors)))
+        doubt = partial(self._doubt, problem) if self.judged else None
         tried = self.tried if last is None else 1
         return Work(
-            problem, starts, partial(explained, problem.terms), said, tried=tried, believed=believed
+            problem, starts, partial(explained, problem.terms), said, tried=tried, doubt=doubt
         )
 
     def _problem(
@@ -87,7 +91,8 @@ class ShellBinder:
         base, window = PoseFrame(pose, self.face.pivot), shell_window(setting, pose)
         view = View(frame.image, setting.camera, setting.renderer, base, window, start)
         made = problem_of(setting, pose, bound(self.kinds, self.face, view))
-        return replace(made, priors=(*made.priors, *marks.beside(frame, self.outdoing)))
+        beside = marks.beside(frame, setting.classes.outdoing)
+        return replace(made, priors=(*made.priors, *self.priors, *beside))
 
     def _centred(
         self, pose: Pose, centre: FloatArray, postures: FloatArray
@@ -100,14 +105,18 @@ class ShellBinder:
             shifts[k, 3:] = moved.translation - pose.translation
         return pose, joined(shifts, postures)
 
-    def _believed(self, problem: Problem, x: FloatArray, score: float) -> bool:
-        """Whether half of the mouth lies in the picture, and enough is explained."""
-        colours = problem.terms.get("colour")
+    def _doubt(self, problem: Problem, x: FloatArray, score: float) -> str:
+        """Why this is no mouth; empty where half of it lies in the picture and it is explained."""
+        window = shell_window(self.setting, problem.frame.base)
+        if _share_inside(window, self.setting.camera.size) < 0.5:
+            return OUTSIDE
+        if score < EXPLAINED:
+            return UNEXPLAINED
+        colours = problem.terms.get(COLOUR)
         if not isinstance(colours, FacetLikelihood):
-            return True
+            return ""
         shown = lips_shown(colours, problem.frame.candidates(x[None]))
-        inside = _share_inside(colours.window, self.setting.camera.size)
-        return score >= EXPLAINED and shown >= LIPS_SHOWN and inside >= 0.5
+        return "" if shown >= LIPS_SHOWN else UNLIKE
 
 
 def lips_shown(like: FacetLikelihood, candidate: Candidates) -> float:

@@ -20,6 +20,7 @@ from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics, load_physics
 from abs_engine.face.shape.physics_head import physics_shape
+from abs_engine.fit.head_frame import contact_of
 from abs_engine.fit.shell import (
     MODE_LIMIT,
     ShellSetting,
@@ -29,6 +30,7 @@ from abs_engine.fit.view import View
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.blob_motion import BlobMotion
 from abs_engine.tracking.heads import prepare_head
+from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.options import (
     BLOBS,
     LANDMARKS,
@@ -93,7 +95,10 @@ def prepare_shell(
     scene = _with_marks(speaker, lips, rest)
     shell = ShellSetting(lips, scene, classes, clip.camera, renderer, free)
     face = shell_face(speaker, lips, scene, rest, shell, head.identity).looking(colour=classes)
-    binder = ShellBinder(shell, face, leaves.kinds, landmarks=marks, outdoing=classes.outdoing)
+    touching = contact_of(scene, face.rings, np.zeros(lips.n_modes))
+    binder = ShellBinder(
+        shell, face, leaves.kinds, marks or MouthLandmarks(lips.n_modes), priors=(touching,)
+    )
     setting = replace(base.setting, face=face, binder=binder, driver=leaves.driver.minimiser())
     if by_blobs:
         motion = BlobMotion(classes, clip.info.rate, clip.camera, face.pivot, base.setting.motion)

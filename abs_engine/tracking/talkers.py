@@ -16,6 +16,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.face.talking import TalkingFace, as_face
 from abs_engine.face.talking_file import load_talking
+from abs_engine.fit.head_frame import contact_of
 from abs_engine.fit.problem import Term
 from abs_engine.fit.talking import face_window
 from abs_engine.fit.terms import LOCAL, TEXTURE
@@ -23,7 +24,15 @@ from abs_engine.fit.view import View
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_work import FaceBinder
 from abs_engine.tracking.heads import by_blobs
-from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
+from abs_engine.tracking.options import (
+    BLOBS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    Tell,
+    TrackOptions,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +112,7 @@ def _path(path: Path | None) -> Path:
 def prepare_talker(
     clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
 ) -> ClipTracker:
-    """Make a clip ready for the talking face of its speaker: an entry of the registry of models.
+    """Make a clip ready for the talking face of its speaker.
 
     Poses are those of the head's motion, corrected in each frame; what is likely of a posture is
     that of the corpus.
@@ -126,9 +135,14 @@ def prepare_talker(
     base, shape, face = talker.base, talker.talking.shape, talker.face
     likely = 0.5 * len(shape.spec) / shape.penalty.strength  # A(a) in nats: a Gaussian's at first
     prior = PenaltyPrior(shape.penalty, likely, shape.blocks.places[POSTURE])
+    touching = contact_of(face.scene, face.rings, shape.neutral)
     binder = FaceBinder(
-        face, clip.camera, renderer, clip.info.rate, leaves.kinds, (prior,), leaves.forces,
+        face, clip.camera, renderer, clip.info.rate, leaves.kinds, (prior, touching),
         base.setting.pose_held,
     )  # fmt: skip
     setting = replace(base.setting, face=face, binder=binder, driver=leaves.driver.minimiser())
     return replace(base, setting=setting)
+
+
+TALKING = Model(prepare_talker, starts=(BLOBS,), without=("physics", "evidence"))
+"""Found by the texture of its speaker's head."""

@@ -23,7 +23,7 @@ from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_mo
 from abs_engine.papers.basu1998.single_frames import (
     AS_PRINTED,
     ITERATIONS,
-    BlobMotion,
+    BlobPlaces,
     ShellFit,
     fit_frames,
     seen_shapes,
@@ -115,11 +115,11 @@ class FrameError:
     ) -> FrameError:
         """How a fit of a view's frame came out, by the view's truth."""
         truth = lips.model.shell.nodes(view.vertices(fit.frame))
-        rms, highest = (lip_error(lips.model, nodes, truth) for nodes in (fit.nodes, fit.highest))
+        rms, highest = (lip_error(nodes, truth) for nodes in (fit.nodes, fit.highest))
         return cls(lips.person, camera, driver, fit.frame, rms, highest, fit)
 
 
-def lip_error(model: LipModel, nodes: FloatArray, truth: FloatArray) -> float:
+def lip_error(nodes: FloatArray, truth: FloatArray) -> float:
     """RMS distance, mm, of the lips' nodes (three rings) from the truth; both (N, 3)."""
     away = (nodes - truth)[: 3 * COLUMNS]
     return float(np.sqrt((away**2).sum(axis=1).mean()))
@@ -206,7 +206,7 @@ def placed_by_blob(
     """
     for camera, view in views.items():
         setting = lips.setting(view.camera, renderer, BY_BLOB)
-        motion = BlobMotion(poses_of(view), lips.classes)
+        motion = BlobPlaces(poses_of(view), lips.classes)
         for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver):
             yield FrameError.of(lips, camera, driver, fit, view)
 

@@ -15,10 +15,10 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.fit.head_frame import PULL
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shell import (
     DRAWN_MOUTH,
-    PULL,
     shell_problem,
     shell_window,
 )
@@ -164,7 +164,7 @@ def _wired(
     truth: FloatArray | None,
 ) -> Image:
     """A tile with a shape over it, its name, and its error where that is known."""
-    told = "" if truth is None else f": {lip_error(lips.model, nodes, truth):.2f} mm"
+    told = "" if truth is None else f": {lip_error(nodes, truth):.2f} mm"
     return _told(close.wired(tile, renderer, lips.model.shell, nodes, pose), name + told)
 
 

@@ -15,22 +15,26 @@ from abs_engine.compare.pull import PullRule, pull_rule
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import mode_block
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.base import Face
+from abs_engine.face.base import RINGS, Body, Face
+from abs_engine.face.shape.lip_model import COLOUR_OF
+from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Minimiser
-from abs_engine.fit.shell import Image, ShellSetting, bare_face, shell_colours
+from abs_engine.fit.shell import MODE_LIMIT, Image, ShellSetting, shell_colours
 from abs_engine.fit.terms import term_kinds
 from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.blobs import find_lips
-from abs_engine.tracking.frames import HeadFrame, Memory, Motion
+from abs_engine.tracking.frames import Follower, HeadFrame, Memory, Motion
 from abs_engine.tracking.given import GivenMotion
 from abs_engine.tracking.loop import track
+from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.tracking.shell_work import ShellBinder
 
@@ -119,7 +123,7 @@ def typical_shapes(
 
 
 @dataclass(frozen=True, eq=False)
-class BlobMotion:
+class BlobPlaces:
     """Depth and rotation are given, the place in the picture is that of the lips' blob (5.3).
 
     Parameters
@@ -132,20 +136,20 @@ class BlobMotion:
     given: tuple[Pose | None, ...]
     classes: ColourClasses
 
-    def follower(self) -> BlobFollower:
+    def follower(self) -> BlobPlacer:
         """What finds the blobs."""
-        return BlobFollower(self)
+        return BlobPlacer(self)
 
 
-class BlobFollower:
+class BlobPlacer:
     """Finds the lips' blob in each frame by itself.
 
     Parameters
     ----------
-    motion : BlobMotion
+    motion : BlobPlaces
     """
 
-    def __init__(self, motion: BlobMotion) -> None:
+    def __init__(self, motion: BlobPlaces) -> None:
         self._classes, self._poses = motion.classes, GivenMotion(motion.given).follower()
 
     def step(self, image: Image, memory: Memory) -> HeadFrame:
@@ -191,17 +195,37 @@ def fit_frames(
     """
     _check_driver(driver)
     clip = _clip(setting, motion, starts, driver, pull_rule(rule), judged)
-    begun = time.perf_counter()
-
-    def timed() -> Iterator[Image]:
-        nonlocal begun
-        for picture in pictures:
-            begun = time.perf_counter()
-            yield picture
-
-    for _, found in track(clip, timed()):
+    clock = _Clock(motion.follower())
+    for _, found in track(replace(clip, motion=clock), pictures):
         if found.highest is not None and found.pose is not None:
-            yield _fit_of(setting, found, found.highest, found.pose, time.perf_counter() - begun)
+            seconds = time.perf_counter() - clock.begun
+            yield _fit_of(setting, found, found.highest, found.pose, seconds)
+
+
+class _Clock:
+    """Follows as another does, and remembers when it was done: then the fit begins.
+
+    Parameters
+    ----------
+    own : Follower
+    """
+
+    def __init__(self, own: Follower) -> None:
+        self._own, self.begun = own, 0.0
+
+    def follower(self) -> _Clock:
+        """What follows: this."""
+        return self
+
+    def step(self, image: Image, memory: Memory) -> HeadFrame:
+        """The next frame with the head's pose."""
+        frame = self._own.step(image, memory)
+        self.begun = time.perf_counter()
+        return frame
+
+    def finish(self) -> None:
+        """Say that there are no more frames."""
+        self._own.finish()
 
 
 def fit_frame(
@@ -242,9 +266,32 @@ def _clip(
 
     face = replace(bare_face(setting), starts=starts, own_terms={COLOUR: colours})
     kinds = term_kinds((COLOUR,))
-    binder = ShellBinder(setting, face, kinds, TRIED, alone=True, judged=judged)
+    marks = MouthLandmarks(setting.model.n_modes)
+    binder = ShellBinder(setting, face, kinds, marks, TRIED, alone=True, judged=judged)
     rate = 25.0  # of no consequence: no frame knows of another
     return ClipSetting(face, setting.camera, setting.renderer, rate, motion, binder, _EVERY[driver])
+
+
+def bare_face(setting: ShellSetting) -> Face:
+    """The face of a shell alone, its contours by its own nodes."""
+    half, scene = COLUMNS // 2, setting.scene
+    around = np.rint(np.linspace(0, COLUMNS, 12, endpoint=False)).astype(np.int64)
+    within = np.rint(np.linspace(0, half - 1, 4)).astype(np.int64)
+    outer = np.arange(2 * COLUMNS, 3 * COLUMNS)
+    rings = {
+        "outer": outer,
+        "upper": np.arange(half),
+        "lower": np.arange(half, COLUMNS),
+        "points": np.concatenate([outer[around], within, half + within]),
+        "corners": outer[[0, half]],
+    }
+    lips = np.concatenate([rings[name] for name in RINGS]).astype(np.int32)
+    body = Body(scene.mean, scene.modes, scene.faces, scene.facet_class, COLOUR_OF, lips)
+    modes = setting.model.n_modes
+    return Face(
+        "shell", scene, mode_block(modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
+        setting.border, np.zeros((1, modes)), COLOUR_OF, body,
+    )  # fmt: skip
 
 
 def colours_of(problem: Problem) -> FacetLikelihood:

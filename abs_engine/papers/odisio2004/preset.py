@@ -6,19 +6,16 @@ from dataclasses import asdict, replace
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
+from abs_engine.papers.odisio2004.frame_before import FrameBefore
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
+from abs_engine.tracking.face_work import LEAST
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.presets import Preset
-from abs_engine.tracking.talk_work import FrameBefore
 from abs_engine.tracking.talkers import found_talker
 
 APPEARANCE = {"texture": "tex_lin", "local": "la_lin"}
 SEARCHES = {"simplex": AS_PRINTED, "axes": Settings()}
 """The paper's search and comparison, and those that the sentences are tracked with."""
-
-LEAST = 0.5
-"""How much a fit explains of a face: 0.9 usually, 0.65 in a blink, 0.1 to 0.2 of a bare wall. What
-it explains of another face, 0.7 to 0.9, does not tell it apart."""
 
 
 def prepare(

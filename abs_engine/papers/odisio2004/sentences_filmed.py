@@ -59,10 +59,6 @@ class Filmed:
         """Return the number of frames, T."""
         return len(self.pictures)
 
-    def without_pictures(self) -> Filmed:
-        """The same, with black pictures of a pixel, to be kept."""
-        return replace(self, pictures=np.zeros((len(self), 1, 1, 3), np.uint8))
-
     @property
     def closed(self) -> NDArray[np.bool_]:
         """Frames (T,) in which the lips touch all along."""

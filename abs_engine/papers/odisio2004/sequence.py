@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import OutOfPictureError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import TalkingFace, as_face
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.talking import explained_share, talking_problem
+from abs_engine.fit.talking import talking_problem
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.simplex import Simplex
+from abs_engine.papers.odisio2004.frame_before import FrameBefore, TalkBinder
 from abs_engine.tracking.loop import AGAIN, at_rest
 from abs_engine.tracking.loop import track as track_frames
 from abs_engine.tracking.setting import ClipSetting, FrameResult
-from abs_engine.tracking.talk_work import FrameBefore, TalkBinder
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -50,7 +50,7 @@ class Settings:
     unusual : float
         Times the median epsilon of the last frames.
     pose_known : bool
-        Whether the head stands still before the camera, as before one that it wears: only the
+        Whether the head stands still before the camera, as with a head-mounted one: only the
         articulation is sought.
     printed : bool
         Whether local appearance is compared by epsilon as printed; see `talking_problem`.
@@ -147,8 +147,10 @@ def track(
 
     Raises
     ------
+    OutOfPictureError
+        If the face leaves the picture.
     ParameterError
-        If there is no such model, no picture, or the face leaves the picture.
+        If there is no such model, or no picture.
     PictureError
         If a pixel is not finite.
     """
@@ -157,6 +159,10 @@ def track(
     rows: list[FrameResult] = []
     start = at_rest(pose, np.asarray(alpha, np.float64))
     for _, result in track_frames(setting, pictures, start):
+        if not result.found:
+            raise OutOfPictureError(
+                f"frame {result.index}: {result.status}", "start where the face is"
+            )
         rows.append(result)
         if progress is not None:
             progress(len(rows))
@@ -188,7 +194,7 @@ def clip_setting(
         return talking_problem(face, name, *given, pose_known=how.pose_known, printed=how.printed)
 
     binder = TalkBinder(
-        problem, face.shape.neutral, explained_share, how.predict,
+        problem, face.shape.neutral, how.predict,
         postures if how.method == "axes" else None, how.unusual, how.least,
     )  # fmt: skip
     driver: Any = Simplex(how.tolerance, how.limit)

@@ -21,15 +21,6 @@ Faces = Mapping[str, FloatArray]
 """Points (K, N, 3), mm, of the K faces with which each phoneme was said."""
 
 VOWELS, CONSONANTS = "vowels", "consonants"
-PAPER_GROUPS = {
-    VOWELS: (("i", "e", "ɛ"), ("a",)),
-    CONSONANTS: (
-        ("p", "b", "m"), ("f", "v"), ("t", "d", "n"), ("ʁ", "l"),
-        ("s", "z", "k", "\u0261"), ("ʃ", "ʒ"),
-    ),
-}  # fmt: skip
-"""What section 5.1 names: unrounded vowels in two, consonants in six. It prints the uvular and the
-rounded postalveolar as other letters, by a fault of its scan."""
 _LEAST = 2
 """Groups, of which a tree is made."""
 

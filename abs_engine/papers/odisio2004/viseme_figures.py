@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer
-from abs_engine.face.talking import MODELS, TalkingFace
+from abs_engine.face.talking import TalkingFace
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED, Speech, VisemeError
-from abs_engine.systems.inspect.layout import Image, beside, captioned, label, stacked
+from abs_engine.systems.inspect.layout import Image, beside, captioned, stacked
 
 FloatArray = NDArray[np.float64]
 DEVIATIONS = (-2.0, 0.0, 2.0)
@@ -127,13 +127,3 @@ def points_figure(speech: Speech, face: TalkingFace, which: Sequence[int]) -> Im
             cv2.circle(picture, (round(float(x)), round(float(y))), 4, _MARK, 1, cv2.LINE_AA)
         tiles.append(captioned(np.asarray(picture, np.uint8), f"/{seen.visemes[k]}/"))
     return beside(tiles)
-
-
-def worst_figure(speech: Speech, errors: Sequence[VisemeError]) -> Image:
-    """Pictures of the visemes that the first model misses most, named with their errors."""
-    own = sorted((e for e in errors if e.model == MODELS[0]), key=lambda e: -e.rms)[:_NAMED]
-    tiles = []
-    for e in own:
-        k = speech.pictures.visemes.index(e.viseme)
-        tiles.append(captioned(speech.pictures.pictures[k], f"/{e.viseme}/ {e.rms:.2f} mm"))
-    return beside(tiles) if tiles else label("nothing was fitted", (200, 24))

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.geometry import Pose
-from abs_engine.core.objective import Evaluation
 from abs_engine.core.pose import at_base, parted
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again
-from abs_engine.tracking.frames import HeadFrame, Memory, Motion
-from abs_engine.tracking.setting import Work
+from abs_engine.fit.talking import explained_share
+from abs_engine.tracking.frames import Follower, HeadFrame, Memory, Motion
+from abs_engine.tracking.setting import UNEXPLAINED, Work
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -37,8 +37,6 @@ class TalkBinder:
     problem : callable
     neutral : (P,) float64
         The posture to begin with where there is no frame before.
-    explained : callable
-        How much of the picture is explained, 0 to 1, by the terms of a value.
     predict : bool
     postures : (K, P) float64, optional
         From which a search may start again.
@@ -50,7 +48,6 @@ class TalkBinder:
 
     problem: MakeProblem
     neutral: FloatArray
-    explained: Callable[[Problem, Evaluation], float]
     predict: bool = True
     postures: FloatArray | None = None
     unusual: float = 1.25
@@ -70,8 +67,8 @@ class TalkBinder:
             limit = self.unusual * usual * made.unit
             again = Again(self.postures, lambda value: value > limit)
         return Work(
-            made, starts, lambda value: self.explained(made, value), again=again,
-            believed=lambda _x, score: score >= self.least,
+            made, starts, lambda value: explained_share(made, value), again=again,
+            doubt=lambda _x, score: "" if score >= self.least else UNEXPLAINED,
         )  # fmt: skip
 
 
@@ -87,14 +84,26 @@ class FrameBefore:
 
     finding: Motion | None = None
 
-    def follower(self) -> FrameBefore:
-        """What follows the head from the first frame on: nothing but memory."""
-        return self
+    def follower(self) -> FrameBeforeFollower:
+        """What follows the head from the first frame on."""
+        return FrameBeforeFollower(None if self.finding is None else self.finding.follower())
+
+
+class FrameBeforeFollower:
+    """Follows by memory alone, and looks for the head where there is none.
+
+    Parameters
+    ----------
+    finding : Follower or None
+    """
+
+    def __init__(self, finding: Follower | None) -> None:
+        self._finding = finding
 
     def step(self, image: Image, memory: Memory) -> HeadFrame:
         """The next frame with the pose of the one before."""
-        if self.finding is not None and memory.vector is None:
-            return self.finding.follower().step(image, memory)
+        if self._finding is not None and memory.vector is None:
+            return self._finding.step(image, memory)
         return HeadFrame(image, memory.pose)
 
     def finish(self) -> None:

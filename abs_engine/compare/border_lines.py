@@ -1,0 +1,214 @@
+"""Lines across the borders between drawn classes, compiled: see `compare.borders`."""
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+MOST = 16  # longest line to either side, drawn pixels
+_REACH = 2.55  # pixels around a border's middle that tell its normal
+_PARTED = 0.15  # what each pixel must gain on the average for lips to be parted there
+_compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+
+
+@_compiled
+def normal_of(group, y, x, mx, my, first, second):
+    """Unit normal from group `first` to `second` about a border; 0, 0 where there is none."""
+    height, width = group.shape
+    nx = ny = 0.0
+    for j in range(max(y - 2, 0), min(y + 4, height)):
+        for i in range(max(x - 2, 0), min(x + 4, width)):
+            ex, ey = i - mx, j - my
+            if ex * ex + ey * ey > _REACH * _REACH:
+                continue
+            here = group[j, i]
+            sign = 1.0 if here == second else (-1.0 if here == first else 0.0)
+            nx += sign * ex
+            ny += sign * ey
+    size = np.sqrt(nx * nx + ny * ny)
+    if size < 1e-6:
+        return 0.0, 0.0
+    return nx / size, ny / size
+
+
+@_compiled
+def free_length(group, mx, my, nx, ny, own, reach):
+    """Steps along (nx, ny) that stay in the group `own`, at most `reach`."""
+    height, width = group.shape
+    for s in range(1, reach + 1):
+        i, j = int(np.floor(mx + nx * s + 0.5)), int(np.floor(my + ny * s + 0.5))
+        if i < 1 or j < 1 or i >= width - 1 or j >= height - 1:
+            return s - 1
+        if s > 1 and group[j, i] != own:
+            return s - 1
+    return reach
+
+
+@_compiled
+def sampled_at(plane, x, y):
+    """A plane (H, W) between its pixels."""
+    height, width = plane.shape
+    i, j = int(x), int(y)
+    if x < 0 or y < 0 or i >= width - 1 or j >= height - 1:
+        return 0.0
+    a, b = x - i, y - j
+    above = (1 - a) * plane[j, i] + a * plane[j, i + 1]
+    below = (1 - a) * plane[j + 1, i] + a * plane[j + 1, i + 1]
+    return (1 - b) * above + b * below
+
+
+@_compiled
+def gain_along(profile, low, high):
+    """Where on a line the border gains most by moving, whole steps, and how much."""
+    best, at, total = 0.0, 0, 0.0
+    for s in range(1, high + 1):
+        total += 0.5 * (profile[MOST + s - 1] + profile[MOST + s])
+        if total > best:
+            best, at = total, s
+    total = 0.0
+    for s in range(1, low + 1):
+        total -= 0.5 * (profile[MOST - s + 1] + profile[MOST - s])
+        if total > best:
+            best, at = total, -s
+    return best, at
+
+
+@_compiled
+def crossing(profile, at, low, high):
+    """Where the profile crosses 0 next to the step `at`."""
+    for s in (at - 1, at):
+        if s < -low or s + 1 > high:
+            continue
+        one, other = profile[MOST + s], profile[MOST + s + 1]
+        if one > 0 and other <= 0:
+            return s + one / (one - other)
+    return float(at)
+
+
+@_compiled
+def model_of(profile, low, high, floor):
+    """Gain per pixel of a border's motion and its curvature, of the profile's integral.
+
+    Where the best place is steps away the parabola through it and here (a secant) takes the place
+    of the local slope.
+    """
+    best, at = gain_along(profile, low, high)
+    if at == 0 or best < 0.02:
+        up, down = min(high, 2), min(low, 2)
+        curve = floor
+        if up + down > 0:
+            curve = max((profile[MOST - down] - profile[MOST + up]) / (up + down), floor)
+        most = 2.0 * curve
+        return min(max(profile[MOST], -most), most), curve
+    away = crossing(profile, at, low, high)
+    if away == 0.0:
+        return 0.0, floor
+    curve = min(max(2.0 * best / (away * away), floor), 1.0)
+    return curve * away, curve
+
+
+@_compiled
+def slope_of(profile, low, high, floor):
+    """Gain per pixel where the border is, and its curvature over two pixels to either side."""
+    up, down = min(high, 2), min(low, 2)
+    curve = floor
+    if up + down > 0:
+        curve = max((profile[MOST - down] - profile[MOST + up]) / (up + down), floor)
+    gain = profile[MOST]
+    if low > 0 and high > 0:
+        gain = 0.25 * (profile[MOST - 1] + 2 * profile[MOST] + profile[MOST + 1])
+    return gain, curve
+
+
+@_compiled
+def profile_of(maps, first, second, mx, my, nx, ny, low, high, profile):
+    """What a pixel gains as it turns from group `second` to `first`, at whole steps of the line."""
+    for s in range(-low, high + 1):
+        px, py = mx + nx * s, my + ny * s
+        profile[MOST + s] = sampled_at(maps[first], px, py) - sampled_at(maps[second], px, py)
+
+
+@_compiled
+def put(out, places, count, nx, ny, gain, curve, y, x):
+    """One border more."""
+    if count < len(out):
+        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = nx, ny, gain, curve
+        places[count, 0], places[count, 1] = y, x
+        count += 1
+    return count
+
+
+@_compiled
+def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, places, count):
+    """The border between two neighbouring pixels of different groups."""
+    first, second = group[y, x], group[y2, x2]
+    mx, my = 0.5 * (x + x2), 0.5 * (y + y2)
+    nx, ny = normal_of(group, y, x, mx, my, first, second)
+    length = abs(nx) if y == y2 else abs(ny)
+    if length < 0.05:
+        return count
+    high = free_length(group, mx, my, nx, ny, second, reach)
+    low = free_length(group, mx, my, -nx, -ny, first, reach)
+    profile_of(maps, first, second, mx, my, nx, ny, low, high, profile)
+    if local:
+        gain, curve = slope_of(profile, low, high, floor)
+    else:
+        gain, curve = model_of(profile, low, high, floor)
+    if depth[y, x] > depth[y2, x2]:
+        y, x = y2, x2
+    return put(out, places, count, nx, ny, gain * length, curve * length, y, x)
+
+
+@_compiled
+def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places, count):
+    """Where two parts of the lips meet: each may draw back and show what is behind."""
+    one, other = part[y, x], part[y2, x2]
+    mx, my = 0.5 * (x + x2), 0.5 * (y + y2)
+    nx, ny = normal_of(part, y, x, mx, my, one, other)
+    length = abs(nx) if y == y2 else abs(ny)
+    if length < 0.05:
+        return count
+    high = free_length(part, mx, my, nx, ny, other, reach)
+    low = free_length(part, mx, my, -nx, -ny, one, reach)
+    profile_of(maps, inside, lip, mx, my, nx, ny, 0, high, profile)
+    best, at = gain_along(profile, 0, high)
+    if best > _PARTED * at > 0:
+        gain, curve = model_of(profile, 0, high, floor)
+        count = put(out, places, count, nx, ny, gain * length, curve * length, y2, x2)
+    profile_of(maps, lip, inside, mx, my, nx, ny, low, 0, profile)
+    best, at = gain_along(profile, low, 0)
+    if best > -_PARTED * at > 0:
+        gain, curve = model_of(profile, low, 0, floor)
+        count = put(out, places, count, nx, ny, gain * length, curve * length, y, x)
+    return count
+
+
+@_compiled
+def lines(group, part, maps, depth, lip, inside, reach, floor, local, out, places):
+    """Every border of a drawing, in `out` and `places`; how many there are.
+
+    `group` and `part` are (H, W), 0 where nothing is drawn, or nothing that may part. `out` (K, 4)
+    holds normal x, y, and gain and curvature times the border's length; `places` (K, 2) row and
+    column of the pixel whose surface is in front, whose outline the border is.
+    """
+    height, width = group.shape
+    profile = np.zeros(2 * MOST + 1)
+    count = 0
+    for y in range(1, height - 2):
+        for x in range(1, width - 2):
+            for axis in range(2):
+                y2, x2 = (y, x + 1) if axis == 0 else (y + 1, x)
+                if group[y, x] == 0 or group[y2, x2] == 0:
+                    continue
+                if group[y, x] != group[y2, x2]:
+                    count = border(
+                        group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out,
+                        places, count,
+                    )  # fmt: skip
+                elif part[y, x] > 0 and part[y2, x2] > 0 and part[y, x] != part[y2, x2]:
+                    count = seam(
+                        part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places,
+                        count,
+                    )  # fmt: skip
+    return count

@@ -1,0 +1,116 @@
+"""Where drawn borders lie, and what the facet likelihood gains as they move.
+
+The sum of eq. 9 changes only where a pixel turns from one class to another: at the borders between
+drawn classes. Across a border the gain of moving it is the integral of the difference of the two
+classes' maps along its normal, exactly; its slope is a force, and its curvature a stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare import border_lines
+from abs_engine.core.buffers import Buffers
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.integer]
+FLOOR = 0.02
+"""Least curvature of a border, of probability per pixel, so that none goes too far."""
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Facet classes by what they show.
+
+    Parameters
+    ----------
+    of : (C,) int32
+        Group of each class, from 1 on; 0 for the background. Classes with the same map are one.
+    maps : (G, H, W) float32
+        What a pixel gives to each group.
+    parts : (C,) int32
+        1 and 2 for the two lips, whose facets may part where they touch; 0 for all others.
+    lip, inside : int
+        The lips' group, and that of what shows between them; 0 where none parts.
+    """
+
+    of: NDArray[np.int32]
+    maps: NDArray[np.float32]
+    parts: NDArray[np.int32]
+    lip: int = 0
+    inside: int = 0
+
+    @classmethod
+    def by(
+        cls, maps: NDArray[np.float32], lips: tuple[int, int] | None = None, inside: int = 0
+    ) -> Groups:
+        """Of maps (C, H, W), with the classes of the two lips and of what is between them."""
+        of, kept = np.zeros(len(maps), np.int32), [np.zeros_like(maps[0])]
+        for k in range(1, len(maps)):
+            same = (g for g in range(1, len(kept)) if np.array_equal(kept[g], maps[k]))
+            of[k] = next(same, len(kept))
+            if of[k] == len(kept):
+                kept.append(maps[k])
+        parts = np.zeros(len(maps), np.int32)
+        if lips is None:
+            return cls(of, np.ascontiguousarray(kept, np.float32), parts)
+        parts[list(lips)] = 1, 2
+        shown = int(of[lips[0]]), int(of[inside])
+        return cls(of, np.ascontiguousarray(kept, np.float32), parts, *shown)
+
+
+@dataclass(frozen=True, eq=False)
+class Borders:
+    """The borders of a drawing, K of them, each with what the sum gains as it moves.
+
+    Parameters
+    ----------
+    facet : (K,) int32
+        The facet whose outline each is.
+    weights : (K, 3) float64
+        Barycentrics of the place in that facet.
+    normal : (K, 2) float64, drawn pixels
+    gain : (K,) float64
+        Of the sum for a pixel of motion along the normal.
+    curve : (K,) float64
+        By how much the gain falls with each pixel.
+    """
+
+    facet: NDArray[np.int32]
+    weights: FloatArray
+    normal: FloatArray
+    gain: FloatArray
+    curve: FloatArray
+
+    def times(self, factor: float) -> Borders:
+        """The same with gains in other units."""
+        return replace(self, gain=factor * self.gain, curve=factor * self.curve)
+
+    @classmethod
+    def of(cls, drawn: Buffers, groups: Groups, reach: int, local: bool) -> Borders:
+        """The borders of a drawing.
+
+        Parameters
+        ----------
+        drawn : Buffers
+        groups : Groups
+        reach : int
+            Drawn pixels to either side that are looked at.
+        local : bool
+            Whether only the slope where the border is counts, not where it would gain most.
+        """
+        shape = drawn.class_id.shape
+        out, places = np.empty((2 * sum(shape) * 8, 4)), np.empty((2 * sum(shape) * 8, 2), np.int64)
+        count = border_lines.lines(
+            groups.of[drawn.class_id], groups.parts[drawn.class_id], groups.maps, drawn.depth,
+            groups.lip, groups.inside, min(reach, border_lines.MOST), FLOOR, local, out, places,
+        )  # fmt: skip
+        row, column = places[:count].T
+        return cls(
+            drawn.facet_id[row, column] - 1,
+            drawn.barycentrics[row, column].astype(np.float64),
+            out[:count, :2], out[:count, 2], out[:count, 3],
+        )  # fmt: skip

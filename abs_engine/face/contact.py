@@ -1,0 +1,65 @@
+"""Where lips touch, and how thick each is, as linear functions of a posture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.scene import Scene
+
+FloatArray = NDArray[np.float64]
+Rings = Mapping[str, NDArray[np.integer]]
+
+
+def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
+    """Gaps between the lips.
+
+    Parameters
+    ----------
+    scene : Scene
+    rings : mapping of str to int arrays
+        The lips' contours, see `face.base.Face`.
+
+    Returns
+    -------
+    (G,) float64, mm
+        Height of upper above lower inner lip at the mean posture, from corner to corner.
+    (G, P) float64, mm per unit of a posture's parameter
+    """
+    upper, lower = rings["upper"], rings["lower"]
+    at = scene.mean[lower, 0]
+    order = np.argsort(scene.mean[upper, 0])
+    x = scene.mean[upper, 0][order]
+    picked = np.linspace(0.1, 0.9, 9) * np.ptp(x) + x[0]
+    up = upper[order][np.searchsorted(x, picked).clip(0, len(x) - 1)]
+    down = lower[np.abs(at[:, None] - picked).argmin(axis=0)]
+    gap = scene.mean[up, 1] - scene.mean[down, 1]
+    slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
+    return gap.astype(np.float64), slope.T.astype(np.float64)
+
+
+def lip_heights(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
+    """Heights of the lips; parameters as of `lip_gaps`.
+
+    Returns
+    -------
+    (H,) float64, mm
+        From the inner to the outer contour at the mean posture, upper lip, then lower.
+    (H, P) float64, mm per unit of a posture's parameter
+    """
+    outer = rings["outer"]
+    x, y = scene.mean[outer, 0], scene.mean[outer, 1]
+    middle = scene.mean[rings["corners"], 1].mean()
+    reach = 0.6 * float(np.ptp(x)) / 2
+    stations = np.linspace(-reach, reach, 7) + float(x.max() + x.min()) / 2
+    height, change = [], []
+    for ring, sign in (("upper", 1.0), ("lower", -1.0)):
+        edge = outer[sign * (y - middle) > 0]
+        inner = rings[ring]
+        out = edge[np.abs(scene.mean[edge, 0][:, None] - stations).argmin(axis=0)]
+        into = inner[np.abs(scene.mean[inner, 0][:, None] - stations).argmin(axis=0)]
+        height.append(sign * (scene.mean[out, 1] - scene.mean[into, 1]))
+        change.append(sign * (scene.modes[:, out, 1] - scene.modes[:, into, 1]).T)
+    return np.concatenate(height).astype(np.float64), np.vstack(change).astype(np.float64)

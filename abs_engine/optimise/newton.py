@@ -1,0 +1,143 @@
+"""Newton steps on what borders gain, then a simplex along the axes of what is left.
+
+A step knows where every drawn border would rather be, so that a few drawings do what a simplex
+needs hundreds for. Long lines first: they see past a wrong border; short ones last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.axes import along_axes
+from abs_engine.optimise.base import Solution, unit_of
+from abs_engine.optimise.history import checked_start
+
+FloatArray = NDArray[np.float64]
+REACHES = (8, 6, 4, 3, 2, 2)
+"""Drawn pixels to either side of a border that are looked at, step after step; the last one takes
+the slopes where borders are."""
+_BACK, _TRIES = 0.4, 3  # a step that leads up is shortened so much, so often
+_DAMPED = 0.3  # share of the curvature that is added after one that led nowhere
+
+
+class Curved(Protocol):
+    """An objective that knows its slope and curvature."""
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Evaluate at `x` (N,)."""
+        ...
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at vectors (B, N)."""
+        ...
+
+    def newton(
+        self, x: FloatArray, reach: int, local: bool = False
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, gradient (N,) and second derivative (N, N) at `x` (N,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Minimise by Newton steps, and Nelder-Mead along their axes.
+
+    Parameters
+    ----------
+    gain : float
+        Steps end where one gains less, in the objective's units.
+    tolerance : float
+        Where the simplex stops, in the objective's units.
+    limit : int
+        Largest number of evaluations.
+    polish : int
+        Of these, for the simplex; 0 leaves it out.
+    starts : int
+        Of several starts, how many of the best are descended from.
+    """
+
+    gain: float = 0.05
+    tolerance: float = 0.03
+    limit: int = 100
+    polished: int = 0
+    starts: int = 2
+
+    def minimise(
+        self, objective: Curved, start: FloatArray, spec: ParamSpec, _step: float = 1.0
+    ) -> Solution:
+        """Minimise from `start`; parameters and errors as `simplex.Simplex.minimise`.
+
+        Raises
+        ------
+        ParameterError
+            Also if the objective knows no borders.
+        """
+        first = checked_start(start, spec)
+        found = self.descend(objective, first, spec, self.limit)
+        return self.polish(objective, found, spec, first, self.limit - found.n_evaluations)
+
+    def descend(
+        self,
+        objective: Curved,
+        start: FloatArray,
+        spec: ParamSpec,
+        limit: int,
+        *,
+        free: bool = False,
+    ) -> Solution:
+        """The Newton steps from `start` (N,) within so many evaluations."""
+        if not hasattr(objective, "newton"):
+            raise ParameterError("the objective knows no borders", "choose another driver")
+        x, damping = spec.clip(start), 0.0
+        made = objective.newton(x, REACHES[0])
+        trace, status = [made[0]], "converged"
+        for k in range(1, len(REACHES) + 1):
+            last = k >= len(REACHES) - 1
+            reach = REACHES[min(k, len(REACHES) - 1)]
+            value, slope, curve = made
+            held = curve + damping * np.diag(np.diag(curve))
+            step, share, moved = -np.linalg.solve(held, slope), 1.0, False
+            for _ in range(_TRIES):
+                if len(trace) >= limit:
+                    status = "evaluation limit"
+                    break
+                there = spec.clip(x + share * step)
+                tried = objective.newton(there, reach, last)
+                trace.append(tried[0])
+                if tried[0] < value:
+                    x, made, moved = there, tried, True
+                    break
+                share *= _BACK
+            if status != "converged" or (moved and last and value - made[0] < self.gain):
+                break
+            if not moved:
+                if last:
+                    break
+                damping = max(4 * damping, _DAMPED)
+                made = objective.newton(x, reach, last)
+                trace.append(made[0])
+        scaled = 0.5 * made[2] * np.outer(spec.scale, spec.scale)
+        return Solution(
+            x, status, made[0], {}, len(trace), np.array(trace), len(trace), information=scaled
+        )
+
+    def polish(
+        self,
+        objective: Curved,
+        found: Solution,
+        spec: ParamSpec,
+        centre: FloatArray,
+        limit: int,
+    ) -> Solution:
+        """Nelder-Mead along the axes of the curvature, from where a descent ended."""
+        most = min(limit, self.polished)
+        return along_axes(
+            objective.values, found, spec, self.tolerance * unit_of(objective), most, edge=0.25
+        )
