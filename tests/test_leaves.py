@@ -34,14 +34,15 @@ from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import prepare
+from abs_engine.tracking.setting import UNLIKE
 
 PERSON = "amara"
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 RENDERER = CpuRenderer()
 FITS = {
-    ("head", "colour"): {"simplex", "forces"},
-    ("shell", "colour"): {"simplex", "forces"},
-    ("talking", "colour"): {"simplex", "forces"},
+    ("head", "colour"): {"simplex", "forces", "newton"},
+    ("shell", "colour"): {"simplex", "forces", "newton"},
+    ("talking", "colour"): {"simplex", "forces", "newton"},
     ("talking", "texture"): {"simplex", "axes"},
     ("talking", "local"): {"simplex", "axes"},
 }
@@ -50,7 +51,7 @@ CELLS = [
     (model, term, driver)
     for model in ("head", "shell", "talking")
     for term in ("colour", "texture", "local")
-    for driver in ("simplex", "forces", "axes")
+    for driver in ("simplex", "forces", "newton", "axes")
 ]
 
 
@@ -200,7 +201,7 @@ def test_skin_alone_is_no_mouth_of_a_shell(prepared):
     setting = replace(made.setting, motion=motion, visibility=None)
     ((_, found),) = loop.track(setting, [np.broadcast_to(skin, image.shape).copy()])
     assert not found.found
-    assert found.status == loop.UNLIKE
+    assert found.status == UNLIKE
 
 
 def _below_the_lips(made, result) -> tuple[int, int]:
@@ -243,4 +244,4 @@ def test_a_talking_face_is_a_speakers_own():
 def test_every_leaf_is_in_the_registry():
     assert {"head", "shell", "talking"} <= set(MODELS.names())
     assert {"colour", "texture", "local"} <= set(TERMS.names())
-    assert {"simplex", "forces", "axes", "gradient"} <= set(DRIVERS.names())
+    assert {"simplex", "forces", "newton", "axes", "gradient"} <= set(DRIVERS.names())

@@ -185,6 +185,18 @@ def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, plac
 
 
 @_compiled
+def total(shown, maps):
+    """Sum over an image of classes (H, W) of each pixel's map (C, H, W); and how many are drawn."""
+    score, count = 0.0, 0
+    for y in range(shown.shape[0]):
+        for x in range(shown.shape[1]):
+            if shown[y, x] > 0:
+                score += maps[shown[y, x], y, x]
+                count += 1
+    return score, count
+
+
+@_compiled
 def lines(group, part, maps, depth, lip, inside, reach, floor, local, out, places):
     """Every border of a drawing, in `out` and `places`; how many there are.
 
@@ -206,7 +218,7 @@ def lines(group, part, maps, depth, lip, inside, reach, floor, local, out, place
                         group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out,
                         places, count,
                     )  # fmt: skip
-                elif part[y, x] > 0 and part[y2, x2] > 0 and part[y, x] != part[y2, x2]:
+                elif not local and 0 < part[y, x] != part[y2, x2] > 0:
                     count = seam(
                         part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places,
                         count,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare import border_lines
-from abs_engine.core.buffers import Buffers
+from abs_engine.core.buffers import Outlines
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
@@ -90,12 +90,12 @@ class Borders:
         return replace(self, gain=factor * self.gain, curve=factor * self.curve)
 
     @classmethod
-    def of(cls, drawn: Buffers, groups: Groups, reach: int, local: bool) -> Borders:
+    def of(cls, drawn: Outlines, groups: Groups, reach: int, local: bool) -> Borders:
         """The borders of a drawing.
 
         Parameters
         ----------
-        drawn : Buffers
+        drawn : Outlines
         groups : Groups
         reach : int
             Drawn pixels to either side that are looked at.

@@ -9,10 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare import border_lines
 from abs_engine.compare.borders import Borders, Groups
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
-from abs_engine.compare.sums import buffer_sums, pixel_sums
+from abs_engine.compare.sums import buffer_sums, outlined, pixel_sums
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
@@ -142,11 +143,10 @@ class FacetLikelihood:
         """
         if self.rule != "exact":
             raise ParameterError("one sample for a facet has no borders", "choose the exact sum")
-        drawn = self.renderer.draw(self.scene, candidate, self.camera, self.window)[0]
-        terms, free = self._terms
-        total = buffer_sums([drawn], terms).total[0]
-        if free is not None:
-            total = total - np.count_nonzero(drawn.facet_id) + free
+        given = self.renderer, self.scene, candidate, self.camera, self.window
+        drawn, (terms, free) = outlined(*given)[0], self._terms
+        total, pixels = border_lines.total(drawn.class_id, terms.maps)
+        total = total if free is None else total - pixels + free
         found = Borders.of(drawn, self.groups, reach, local)
         mean = max(total / self.pixels, 1e-6)
         return float(-self.observations * np.log(mean)), found.times(

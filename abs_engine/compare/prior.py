@@ -278,6 +278,12 @@ class PenaltyPrior(Prior):
         out[own] = self.negative_logs(x + steps) - self.negative_logs(x - steps)
         return out / (2 * _SMALL)
 
+    def curvature(self, x: FloatArray) -> FloatArray:
+        """Gauss-Newton's, (N, N), by differences of `roots`."""
+        steps = _SMALL * np.eye(len(x))
+        slopes = (self.roots(x + steps) - self.roots(x - steps)) / (2 * _SMALL)
+        return np.asarray(2 * slopes @ slopes.T)
+
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Terms (B, P) whose squares add up to the values."""
         return np.asarray(np.sqrt(self.strength) * self.penalty.roots(self._own(vectors)))

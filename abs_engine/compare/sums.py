@@ -10,13 +10,14 @@ from typing import cast
 
 import numpy as np
 
-from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import (
     Candidates,
     ClassMaps,
     ColourError,
     FusedRenderer,
+    OutliningRenderer,
     PixelTerm,
     Renderer,
     Scene,
@@ -35,6 +36,16 @@ def pixel_sums(
     if hasattr(renderer, "measure"):  # far quicker than isinstance of a protocol
         return cast("FusedRenderer", renderer).measure(scene, candidates, camera, window, term)
     return buffer_sums(renderer.draw(scene, candidates, camera, window), term)
+
+
+def outlined(
+    renderer: Renderer, scene: Scene, candidates: Candidates, camera: Camera, window: Window
+) -> list[Outlines]:
+    """Draw every candidate for what shows where classes meet."""
+    if hasattr(renderer, "outlines"):
+        return cast("OutliningRenderer", renderer).outlines(scene, candidates, camera, window)
+    drawn = renderer.draw(scene, candidates, camera, window)
+    return [Outlines(b.facet_id, b.class_id, b.depth, b.barycentrics) for b in drawn]
 
 
 def buffer_sums(drawn: Sequence[Buffers], term: PixelTerm) -> Sums:

@@ -44,6 +44,25 @@ class Buffers:
 
 
 @dataclass(frozen=True, eq=False)
+class Outlines:
+    """What a drawing shows where its classes meet, row 0 at the top. H, W are drawn pixels.
+
+    Parameters
+    ----------
+    facet_id, class_id : (H, W) int32
+        As of `Buffers`.
+    depth : (H, W) float32
+    barycentrics : (H, W, 3) float32
+        As of `Buffers`, wherever a neighbouring pixel is of another class; elsewhere anything.
+    """
+
+    facet_id: NDArray[np.int32]
+    class_id: NDArray[np.int32]
+    depth: NDArray[np.float32]
+    barycentrics: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
 class Sums:
     """What the fused comparison returns for a batch of B candidates: numbers and no image.
 

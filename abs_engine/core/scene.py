@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import MeshError, ParameterError
 from abs_engine.core.geometry import Pose, check_mesh, rotations
@@ -230,4 +230,15 @@ class FusedRenderer(Renderer, Protocol):
         term: PixelTerm,
     ) -> Sums:
         """Draw every candidate and sum `term` over its drawn pixels; only numbers come back."""
+        ...
+
+
+@runtime_checkable
+class OutliningRenderer(Renderer, Protocol):
+    """A renderer that can leave out what only colours need, see `compare.sums.outlined`."""
+
+    def outlines(
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
+    ) -> list[Outlines]:
+        """Draw every candidate; only what shows where classes meet comes back."""
         ...

@@ -1,13 +1,15 @@
 """How places on a drawn surface move in the picture with each parameter."""
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.borders import Borders
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.pose import PoseFrame
+from abs_engine.core.pose import POSE_NAMES, PoseFrame
 from abs_engine.core.scene import Candidates, Scene
 
 FloatArray = NDArray[np.float64]
@@ -25,16 +27,41 @@ def moved_along(
 
     Of the surface; the lens's distortion is left out.
     """
-    rotation, translation = candidate.rotations[0], candidate.translations[0]
-    corners = scene.faces[borders.facet]
-    vertices = scene.vertices(candidate.weights[0])
-    at = np.einsum("kc,kcd->kd", borders.weights, vertices[corners])
-    seen = at @ rotation.T + translation
+    rows = np.empty((len(borders.facet), len(POSE_NAMES) + scene.n_modes))
     focal = window.scale * np.array([camera.matrix[0, 0], camera.matrix[1, 1]])
-    across = borders.normal * focal / seen[:, 2:]
-    away = -(across * seen[:, :2]).sum(axis=1) / seen[:, 2]
-    pull = np.column_stack([across, away])
-    arms = (at - frame.pivot) @ rotation.T
-    modes = scene.modes[:, corners].astype(np.float64)
-    moves = np.einsum("pkcd,kc,kd->kp", modes, borders.weights, pull @ rotation, optimize=True)
-    return np.hstack([np.cross(arms, pull), pull, moves])
+    _fill(
+        scene.mean, scene.modes, scene.faces, candidate.weights[0], candidate.rotations[0],
+        candidate.translations[0], frame.pivot, focal, borders.facet, borders.weights,
+        borders.normal, rows,
+    )  # fmt: skip
+    return rows
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _fill(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weights, normal, rows):
+    """Rows of `moved_along`, border after border."""
+    at, moves = np.empty(3), np.empty((len(modes), 3))
+    for k in range(len(facet)):
+        at[:], moves[:] = 0.0, 0.0
+        for c in range(3):
+            vertex, share = faces[facet[k], c], weights[k, c]
+            for axis in range(3):
+                at[axis] += share * mean[vertex, axis]
+                for p in range(len(modes)):
+                    moves[p, axis] += share * modes[p, vertex, axis]
+        for p in range(len(modes)):
+            for axis in range(3):
+                at[axis] += posture[p] * moves[p, axis]
+        arm, seen = rotation @ (at - pivot), rotation @ at + shift
+        px, py = normal[k, 0] * focal[0] / seen[2], normal[k, 1] * focal[1] / seen[2]
+        pz = -(px * seen[0] + py * seen[1]) / seen[2]
+        rows[k, 0] = arm[1] * pz - arm[2] * py
+        rows[k, 1] = arm[2] * px - arm[0] * pz
+        rows[k, 2] = arm[0] * py - arm[1] * px
+        rows[k, 3], rows[k, 4], rows[k, 5] = px, py, pz
+        for p in range(len(modes)):
+            total = 0.0
+            for axis in range(3):
+                turned = rotation[0, axis] * px + rotation[1, axis] * py + rotation[2, axis] * pz
+                total += moves[p, axis] * turned
+            rows[k, 6 + p] = total

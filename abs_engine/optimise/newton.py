@@ -45,6 +45,12 @@ class Curved(Protocol):
         ...
 
 
+def check_curved(objective: object) -> None:
+    """Raise `ParameterError` unless an objective knows its slope and curvature."""
+    if not hasattr(objective, "newton"):
+        raise ParameterError("the objective knows no borders", "choose another driver")
+
+
 @dataclass(frozen=True)
 class Newton:
     """Minimise by Newton steps, and Nelder-Mead along their axes.
@@ -79,6 +85,7 @@ class Newton:
         ParameterError
             Also if the objective knows no borders.
         """
+        check_curved(objective)
         first = checked_start(start, spec)
         found = self.descend(objective, first, spec, self.limit)
         return self.polish(objective, found, spec, first, self.limit - found.n_evaluations)
@@ -93,8 +100,7 @@ class Newton:
         free: bool = False,
     ) -> Solution:
         """The Newton steps from `start` (N,) within so many evaluations."""
-        if not hasattr(objective, "newton"):
-            raise ParameterError("the objective knows no borders", "choose another driver")
+        check_curved(objective)
         x, damping = spec.clip(start), 0.0
         made = objective.newton(x, REACHES[0])
         trace, status = [made[0]], "converged"

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
@@ -51,6 +51,22 @@ class CpuRenderer:
             self._buffers(scene, candidates, i, clip, camera, window)
             for i in range(len(candidates))
         ]
+
+    def outlines(
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
+    ) -> list[Outlines]:
+        """Draw every candidate; see `OutliningRenderer.outlines`."""
+        clip, found = camera.clip_matrix(window), []
+        for i in range(len(candidates)):
+            positions = clip_positions(scene, candidates, i, camera, clip)
+            facet = self._rasterise(scene, positions, camera, window).facet.copy()
+            shown = np.empty(facet.shape, np.int32)
+            depth = np.empty(facet.shape, np.float32)
+            bary = np.empty((*facet.shape, 3), np.float32)
+            given = positions, scene.faces, facet, scene.facet_class
+            kernels.outlines(*given, shown, depth, bary)
+            found.append(Outlines(facet, shown, depth, bary))
+        return found
 
     def measure(
         self,

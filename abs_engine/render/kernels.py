@@ -223,6 +223,28 @@ def shade(clip, faces, uv, texture, facet, depth, bary, rgb):
 
 
 @numba.njit(cache=True, nogil=True)
+def outlines(clip, faces, facet, facet_class, shown, depth, bary):
+    """Fill the class `shown` (H, W); depth and barycentrics where a neighbour is of another."""
+    height, width = facet.shape
+    for y in range(height):
+        for x in range(width):
+            f = facet[y, x] - 1
+            shown[y, x] = facet_class[f] if f >= 0 else 0
+    for y in range(height):
+        for x in range(width):
+            f, own = facet[y, x] - 1, shown[y, x]
+            if f < 0:
+                continue
+            left, right = shown[y, max(x - 1, 0)], shown[y, min(x + 1, width - 1)]
+            above, below = shown[max(y - 1, 0), x], shown[min(y + 1, height - 1), x]
+            if left == own and right == own and above == own and below == own:
+                continue
+            b0, b1, b2, z = _weights(clip, faces, f, x, y, width, height)
+            depth[y, x] = z
+            bary[y, x, 0], bary[y, x, 1], bary[y, x, 2] = b0, b1, b2
+
+
+@numba.njit(cache=True, nogil=True)
 def sum_class_maps(facet, facet_class, maps):
     """Sum over drawn pixels of the map of their class, and how many there are."""
     total, pixels = 0.0, 0

@@ -1,0 +1,151 @@
+"""Newton steps on drawn borders: their slopes, what they come to, and what a renderer must give."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_track_fit import ALL, BASE, CAMERA, CPU, MODEL, POSE, SCENE, N, posterior, start, truth
+
+from abs_engine.compare.borders import Borders, Groups
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, InformationPrior
+from abs_engine.core.errors import ParameterError
+from abs_engine.fit.head_frame import COLOUR, contact_prior, mouth_window
+from abs_engine.fit.search import search
+from abs_engine.optimise.newton import Newton
+from abs_engine.optimise.simplex import Simplex
+
+LIPS, DARK = (2, 3), 6
+NONE = np.zeros(MODEL.n_person)
+
+
+def problem(case: int, priors=None, renderer=CPU):
+    """A drawn frame, whose lips may part."""
+    made = posterior(renderer, case, priors)
+    return replace(made, terms={COLOUR: replace(made.terms[COLOUR], seam=(LIPS, DARK))})
+
+
+def slope_by_differences(made, x: np.ndarray) -> np.ndarray:
+    """Of the value, for a first step of each parameter; over steps of several lengths."""
+    scale, several = made.spec.scale, []
+    for share in (0.3, 0.5, 0.8):
+        moves = share * np.diag(scale)
+        ahead, back = made.values(x + moves), made.values(x - moves)
+        several.append((ahead - back) / (2 * share))
+    return np.mean(several, axis=0)
+
+
+@pytest.mark.parametrize("case", range(6))
+def test_the_slope_is_that_of_the_value(case):
+    made, x = problem(case, priors=()), start(case, ALL)
+    value, slope, curve = made.newton(x, 2, local=True)
+    assert value == pytest.approx(made.values(x[None])[0])
+    ours, by_differences = slope * made.spec.scale, slope_by_differences(made, x)
+    cosine = ours @ by_differences / np.linalg.norm(ours) / np.linalg.norm(by_differences)
+    assert cosine > 0.8  # pixels are few, and where lips close the value jumps
+    np.testing.assert_allclose(curve, curve.T, atol=1e-9)
+    assert np.linalg.eigvalsh(curve).min() > -1e-6
+
+
+@pytest.mark.parametrize("case", range(8))
+def test_a_few_drawings_come_to_what_a_simplex_needs_hundreds_for(case):
+    made, x = problem(case), start(case, ALL)
+    long, few = (
+        search(made, x[None], driver).best for driver in (Simplex(0.03, 400), Newton(starts=1))
+    )
+    assert few.n_evaluations < 0.2 * long.n_evaluations
+    assert few.value < long.value + 1.0  # nats
+    assert few.value == pytest.approx(made(few.x).value)
+    assert few.information.shape == (N, N)
+
+
+def test_closed_lips_part_where_the_picture_shows_what_is_behind():
+    """Drawn closed there is no border of lips and opening that could move: only the seam."""
+    opened = next(k for k in range(8) if aperture(truth(k)) > 4)
+    closed = np.r_[np.zeros(6), MODEL.prototypes[0]]
+    assert aperture(closed) < 0.5
+    made = problem(opened)
+    found = Newton().minimise(made, closed, made.spec)
+    assert aperture(found.x) == pytest.approx(aperture(truth(opened)), abs=1.5)
+    likelihood = made.terms[COLOUR]
+    candidate = BASE.candidates(closed[None])
+    seen = len(likelihood.borders(candidate, 8, False)[1].facet)
+    unparted = len(replace(likelihood, seam=()).borders(candidate, 8, False)[1].facet)
+    assert seen > unparted + 10
+
+
+def aperture(x: np.ndarray) -> float:
+    return MODEL.aperture(NONE, x[6:])
+
+
+def test_a_simplex_has_the_last_word_where_it_is_asked():
+    made, x = problem(3), start(3, ALL)
+    plain, polished = (search(made, x[None], Newton(starts=1, polished=p)).best for p in (0, 60))
+    assert polished.n_evaluations > plain.n_evaluations
+    assert polished.value <= plain.value
+
+
+def test_of_several_starts_the_better_end_counts():
+    made = problem(1)
+    starts = np.stack([start(1, ALL), np.r_[np.zeros(6), MODEL.prototypes[2]]])
+    one, two = (search(made, starts, Newton(starts=k)).best for k in (1, 2))
+    assert two.value <= one.value
+    assert two.n_evaluations > one.n_evaluations
+
+
+class Plain:
+    """A renderer that can only draw."""
+
+    def draw(self, *given):
+        return CPU.draw(*given)
+
+
+def test_outlines_are_those_of_the_buffers():
+    window = mouth_window(MODEL, POSE, CAMERA)
+    given = SCENE, BASE.candidates(truth(2)[None]), CAMERA, window
+    drawn, outlined = CPU.draw(*given)[0], CPU.outlines(*given)[0]
+    np.testing.assert_array_equal(outlined.facet_id, drawn.facet_id)
+    np.testing.assert_array_equal(outlined.class_id, drawn.class_id)
+    groups = Groups.by(problem(2).terms[COLOUR].maps.maps, LIPS, DARK)
+    one, two = (Borders.of(b, groups, 4, False) for b in (outlined, drawn))
+    for name in ("facet", "weights", "normal", "gain", "curve"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+    x = start(2, ALL)
+    for ours, theirs in zip(
+        problem(2).newton(x, 4), problem(2, renderer=Plain()).newton(x, 4), strict=True
+    ):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "prior",
+    [
+        GaussianPrior(np.zeros(3), np.array([1.0, 2.0, 4.0])),
+        InformationPrior(np.ones(3), np.diag([1.0, 2.0, 3.0]) + 0.2),
+        ContactPrior(np.array([-1.0, 2.0]), np.array([[1.0, 0.5, 0], [0, 1.0, 0]])),
+    ],
+)
+def test_the_curvature_of_a_prior_is_that_of_its_slope(prior):
+    x = np.array([0.2, -0.3, 0.1])
+    steps = 1e-4 * np.eye(3)
+    by_differences = [(prior.slope(x + s) - prior.slope(x - s)) / 2e-4 for s in steps]
+    np.testing.assert_allclose(prior.curvature(x), by_differences, atol=1e-6)
+
+
+def test_contact_ahead_is_felt_before_lips_touch():
+    contact = contact_prior(MODEL, NONE)
+    closed = np.r_[np.zeros(6), MODEL.prototypes[0]]
+    assert contact.curvature(closed).any()
+
+
+def test_evidence_without_borders_is_named():
+    class Flat:
+        def negative_log(self, candidates):
+            return np.zeros(len(candidates))
+
+    made = replace(problem(0), terms={"flat": Flat()})
+    with pytest.raises(ParameterError, match="'flat' has no borders"):
+        made.newton(start(0, ALL), 4)
+    with pytest.raises(ParameterError, match="knows no borders"):
+        Newton().minimise(lambda x: 0.0, np.zeros(2), made.spec)
