@@ -20,9 +20,6 @@ from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import checked_start
 
 FloatArray = NDArray[np.float64]
-REACHES = (8, 6, 4, 3, 2, 2)
-"""Drawn pixels to either side of a border that are looked at, step after step; the last one takes
-the slopes where borders are."""
 _BACK, _TRIES = 0.4, 3  # a step that leads up is shortened so much, so often
 _DAMPED = 0.3  # share of the curvature that is added after one that led nowhere
 
@@ -63,17 +60,21 @@ class Newton:
         Where the simplex stops, in the objective's units.
     limit : int
         Largest number of evaluations.
-    polish : int
-        Of these, for the simplex; 0 leaves it out.
+    polished : int
+        Of these, for the simplex, which has the last word; 0 leaves it out.
     starts : int
         Of several starts, how many of the best are descended from.
+    reaches : tuple of int
+        Drawn pixels to either side of a border that are looked at, step after step; the last step
+        takes the slopes where borders are.
     """
 
     gain: float = 0.05
     tolerance: float = 0.03
     limit: int = 100
-    polished: int = 0
-    starts: int = 2
+    polished: int = 20
+    starts: int = 1
+    reaches: tuple[int, ...] = (8, 6, 4, 3, 2, 2)
 
     def minimise(
         self, objective: Curved, start: FloatArray, spec: ParamSpec, _step: float = 1.0
@@ -102,11 +103,11 @@ class Newton:
         """The Newton steps from `start` (N,) within so many evaluations."""
         check_curved(objective)
         x, damping = spec.clip(start), 0.0
-        made = objective.newton(x, REACHES[0])
+        made = objective.newton(x, self.reaches[0])
         trace, status = [made[0]], "converged"
-        for k in range(1, len(REACHES) + 1):
-            last = k >= len(REACHES) - 1
-            reach = REACHES[min(k, len(REACHES) - 1)]
+        end = len(self.reaches) - 1
+        for k in range(1, end + 2):
+            last, reach = k >= end, self.reaches[min(k, end)]
             value, slope, curve = made
             held = curve + damping * np.diag(np.diag(curve))
             step, share, moved = -np.linalg.solve(held, slope), 1.0, False
