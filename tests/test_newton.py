@@ -94,6 +94,15 @@ def test_of_several_starts_the_better_end_counts():
     assert two.n_evaluations > one.n_evaluations
 
 
+@pytest.mark.parametrize("limit", [1, 5, 100])
+def test_no_more_is_drawn_than_allowed(limit):
+    made, x = problem(3), start(3, ALL)
+    found = Newton(limit=limit).minimise(made, x, made.spec)
+    assert found.n_evaluations <= limit
+    assert found.status == ("evaluation limit" if limit < 100 else "converged")
+    assert found.value <= made(x).value
+
+
 class Plain:
     """A renderer that can only draw."""
 

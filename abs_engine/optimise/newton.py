@@ -6,7 +6,7 @@ needs hundreds for. Long lines first: they see past a wrong border; short ones l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +22,8 @@ from abs_engine.optimise.history import checked_start
 FloatArray = NDArray[np.float64]
 _BACK, _TRIES = 0.4, 3  # a step that leads up is shortened so much, so often
 _DAMPED = 0.3  # share of the curvature that is added after one that led nowhere
+_EDGE = 0.25  # by how much an edge of the first simplex raises the value
+_RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 
 class Curved(Protocol):
@@ -102,34 +104,27 @@ class Newton:
     ) -> Solution:
         """The Newton steps from `start` (N,) within so many evaluations."""
         check_curved(objective)
-        x, damping = spec.clip(start), 0.0
+        x, damping, end = spec.clip(start), 0.0, len(self.reaches) - 1
         made = objective.newton(x, self.reaches[0])
-        trace, status = [made[0]], "converged"
-        end = len(self.reaches) - 1
+        trace = [made[0]]
         for k in range(1, end + 2):
             last, reach = k >= end, self.reaches[min(k, end)]
-            value, slope, curve = made
-            held = curve + damping * np.diag(np.diag(curve))
-            step, share, moved = -np.linalg.solve(held, slope), 1.0, False
-            for _ in range(_TRIES):
-                if len(trace) >= limit:
-                    status = "evaluation limit"
-                    break
-                there = spec.clip(x + share * step)
+            before = made[0]
+            for there in _ahead(x, made, damping, spec)[: limit - len(trace)]:
                 tried = objective.newton(there, reach, last)
                 trace.append(tried[0])
-                if tried[0] < value:
-                    x, made, moved = there, tried, True
+                if tried[0] < before:
+                    x, made = there, tried
                     break
-                share *= _BACK
-            if status != "converged" or (moved and last and value - made[0] < self.gain):
+            moved = made[0] < before
+            done = last and before - made[0] < self.gain * unit_of(objective)
+            if done or len(trace) >= limit:
                 break
             if not moved:
-                if last:
-                    break
                 damping = max(4 * damping, _DAMPED)
                 made = objective.newton(x, reach, last)
                 trace.append(made[0])
+        status = "evaluation limit" if len(trace) >= limit else "converged"
         scaled = 0.5 * made[2] * np.outer(spec.scale, spec.scale)
         return Solution(
             x, status, made[0], {}, len(trace), np.array(trace), len(trace), information=scaled
@@ -143,8 +138,24 @@ class Newton:
         centre: FloatArray,
         limit: int,
     ) -> Solution:
-        """Nelder-Mead along the axes of the curvature, from where a descent ended."""
-        most = min(limit, self.polished)
-        return along_axes(
-            objective.values, found, spec, self.tolerance * unit_of(objective), most, edge=0.25
-        )
+        """Nelder-Mead along the axes of the curvature, from where a descent ended.
+
+        It has so few evaluations that it seldom ends by itself; the status is the descent's.
+        """
+        most, tolerance = min(limit, self.polished), self.tolerance * unit_of(objective)
+        best = along_axes(objective.values, found, spec, tolerance, most, edge=_EDGE)
+        return replace(best, status=found.status)
+
+
+def _ahead(
+    x: FloatArray,
+    made: tuple[float, FloatArray, FloatArray],
+    damping: float,
+    spec: ParamSpec,
+) -> list[FloatArray]:
+    """Where a Newton step from `x` (N,) leads, and shorter ones for where that leads up."""
+    _, slope, curve = made
+    diagonal = np.diag(curve)
+    ridge = damping * diagonal + _RIDGE * diagonal.max()
+    step = -np.linalg.solve(curve + np.diag(ridge), slope)
+    return [spec.clip(x + _BACK**k * step) for k in range(_TRIES)]
