@@ -69,6 +69,8 @@ class Newton:
     reaches : tuple of int
         Drawn pixels to either side of a border that are looked at, step after step; the last step
         takes the slopes where borders are.
+    more : float
+        A step that gains so much is followed by another as long, in the objective's units.
     """
 
     gain: float = 0.05
@@ -77,6 +79,7 @@ class Newton:
     polished: int = 20
     starts: int = 1
     reaches: tuple[int, ...] = (8, 6, 4, 3, 2, 2)
+    more: float = 0.2
 
     def minimise(
         self, objective: Curved, start: FloatArray, spec: ParamSpec, _step: float = 1.0
@@ -104,11 +107,11 @@ class Newton:
     ) -> Solution:
         """The Newton steps from `start` (N,) within so many evaluations."""
         check_curved(objective)
-        x, damping, end = spec.clip(start), 0.0, len(self.reaches) - 1
+        x, damping, k, unit = spec.clip(start), 0.0, 0, unit_of(objective)
         made = objective.newton(x, self.reaches[0])
-        trace = [made[0]]
-        for k in range(1, end + 2):
-            last, reach = k >= end, self.reaches[min(k, end)]
+        trace, end = [made[0]], len(self.reaches) - 1
+        while len(trace) < limit:
+            last, reach = k >= end, self.reaches[min(k + 1, end)]
             before = made[0]
             for there in _ahead(x, made, damping, spec)[: limit - len(trace)]:
                 tried = objective.newton(there, reach, last)
@@ -116,13 +119,14 @@ class Newton:
                 if tried[0] < before:
                     x, made = there, tried
                     break
-            moved = made[0] < before
-            done = last and before - made[0] < self.gain * unit_of(objective)
-            if done or len(trace) >= limit:
+            gain = before - made[0]
+            if last and gain < self.gain * unit:
                 break
-            if not moved:
+            if gain < self.more * unit:
+                k += 1
+            if gain == 0 and len(trace) < limit:
                 damping = max(4 * damping, _DAMPED)
-                made = objective.newton(x, reach, last)
+                made = objective.newton(x, self.reaches[min(k, end)], k >= end)
                 trace.append(made[0])
         status = "evaluation limit" if len(trace) >= limit else "converged"
         scaled = 0.5 * made[2] * np.outer(spec.scale, spec.scale)
