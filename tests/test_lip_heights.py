@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from runs import toy_model
 
+from abs_engine.face.contact import lip_heights
 from abs_engine.face.head import PROTOTYPES
 from abs_engine.fit.head_frame import LEAST_THICKNESS, contact_prior
 
@@ -16,13 +17,13 @@ P = MODEL.n_expression
 
 
 def heights(weights, person=NOBODY):
-    height, change = MODEL.lip_heights(person)
+    height, change = lip_heights(MODEL.held(person), MODEL.rings)
     return height + change @ weights
 
 
 def inside_out():
     """The smallest posture in which both lips' inner edges lie beyond the outer ones."""
-    height, change = MODEL.lip_heights(NOBODY)
+    height, change = lip_heights(MODEL.held(NOBODY), MODEL.rings)
     return np.linalg.lstsq(change, -3.0 - height, rcond=None)[0]
 
 

@@ -14,6 +14,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps
 from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.face.contact import lip_gaps
 from abs_engine.face.held_head import held_head
 from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
@@ -284,7 +285,7 @@ def test_class_maps_follow_the_facet_classes():
 
 
 def test_gaps_are_the_distance_between_the_lips():
-    gap, slope = MODEL.gaps(np.zeros(MODEL.n_person))
+    gap, slope = lip_gaps(MODEL.held(np.zeros(MODEL.n_person)), MODEL.rings)
     assert slope.shape == (len(gap), N - 6)
     closed, parted, wide = (gap + slope @ MODEL.prototypes[k] for k in (0, 3, 4))
     assert np.abs(closed).max() < 2

@@ -132,25 +132,35 @@ def profile_of(maps, first, second, mx, my, nx, ny, low, high, profile):
 @_compiled
 def put(out, places, count, nx, ny, gain, curve, y, x):
     """One border more."""
-    if count < len(out):
-        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = nx, ny, gain, curve
-        places[count, 0], places[count, 1] = y, x
-        count += 1
-    return count
+    out[count, 0], out[count, 1], out[count, 2], out[count, 3] = nx, ny, gain, curve
+    places[count, 0], places[count, 1] = y, x
+    return count + 1
+
+
+@_compiled
+def line_across(labels, y, x, y2, x2, reach):
+    """Middle and normal between two neighbours, the border's length, and how far either side goes.
+
+    The length is 0 where there is no normal.
+    """
+    first, second = labels[y, x], labels[y2, x2]
+    mx, my = 0.5 * (x + x2), 0.5 * (y + y2)
+    nx, ny = normal_of(labels, y, x, mx, my, first, second)
+    length = abs(nx) if y == y2 else abs(ny)
+    if length < 0.05:
+        return mx, my, nx, ny, 0.0, 0, 0
+    low = free_length(labels, mx, my, -nx, -ny, first, reach)
+    high = free_length(labels, mx, my, nx, ny, second, reach)
+    return mx, my, nx, ny, length, low, high
 
 
 @_compiled
 def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, places, count):
     """The border between two neighbouring pixels of different groups."""
-    first, second = group[y, x], group[y2, x2]
-    mx, my = 0.5 * (x + x2), 0.5 * (y + y2)
-    nx, ny = normal_of(group, y, x, mx, my, first, second)
-    length = abs(nx) if y == y2 else abs(ny)
-    if length < 0.05:
+    mx, my, nx, ny, length, low, high = line_across(group, y, x, y2, x2, reach)
+    if length == 0.0:
         return count
-    high = free_length(group, mx, my, nx, ny, second, reach)
-    low = free_length(group, mx, my, -nx, -ny, first, reach)
-    profile_of(maps, first, second, mx, my, nx, ny, low, high, profile)
+    profile_of(maps, group[y, x], group[y2, x2], mx, my, nx, ny, low, high, profile)
     if local:
         gain, curve = slope_of(profile, low, high, floor)
     else:
@@ -163,14 +173,9 @@ def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, 
 @_compiled
 def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places, count):
     """Where two parts of the lips meet: each may draw back and show what is behind."""
-    one, other = part[y, x], part[y2, x2]
-    mx, my = 0.5 * (x + x2), 0.5 * (y + y2)
-    nx, ny = normal_of(part, y, x, mx, my, one, other)
-    length = abs(nx) if y == y2 else abs(ny)
-    if length < 0.05:
+    mx, my, nx, ny, length, low, high = line_across(part, y, x, y2, x2, reach)
+    if length == 0.0:
         return count
-    high = free_length(part, mx, my, nx, ny, other, reach)
-    low = free_length(part, mx, my, -nx, -ny, one, reach)
     profile_of(maps, inside, lip, mx, my, nx, ny, 0, high, profile)
     best, at = gain_along(profile, 0, high)
     if best > _PARTED * at > 0:
@@ -182,18 +187,6 @@ def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, plac
         gain, curve = model_of(profile, low, 0, floor)
         count = put(out, places, count, nx, ny, gain * length, curve * length, y, x)
     return count
-
-
-@_compiled
-def total(shown, maps):
-    """Sum over an image of classes (H, W) of each pixel's map (C, H, W); and how many are drawn."""
-    score, count = 0.0, 0
-    for y in range(shown.shape[0]):
-        for x in range(shown.shape[1]):
-            if shown[y, x] > 0:
-                score += maps[shown[y, x], y, x]
-                count += 1
-    return score, count
 
 
 @_compiled

@@ -16,7 +16,6 @@ from abs_engine.compare import border_lines
 from abs_engine.core.buffers import Outlines
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.integer]
 FLOOR = 0.02
 """Least curvature of a border, of probability per pixel, so that none goes too far."""
 
@@ -42,6 +41,11 @@ class Groups:
     parts: NDArray[np.int32]
     lip: int = 0
     inside: int = 0
+
+    def total(self, shown: NDArray[np.int32]) -> float:
+        """The sum of eq. 9 over an image of classes (H, W)."""
+        planes = np.take_along_axis(self.maps, self.of[shown][None], axis=0)
+        return float(planes.sum(dtype=np.float64))
 
     @classmethod
     def by(
@@ -102,10 +106,11 @@ class Borders:
         local : bool
             Whether only the slope where the border is counts, not where it would gain most.
         """
-        shape = drawn.class_id.shape
-        out, places = np.empty((2 * sum(shape) * 8, 4)), np.empty((2 * sum(shape) * 8, 2), np.int64)
+        shown = drawn.class_id
+        pairs = sum(np.count_nonzero(np.diff(shown, axis=axis)) for axis in (0, 1))
+        out, places = np.empty((2 * pairs, 4)), np.empty((2 * pairs, 2), np.int64)
         count = border_lines.lines(
-            groups.of[drawn.class_id], groups.parts[drawn.class_id], groups.maps, drawn.depth,
+            groups.of[shown], groups.parts[shown], groups.maps, drawn.depth,
             groups.lip, groups.inside, min(reach, border_lines.MOST), FLOOR, local, out, places,
         )  # fmt: skip
         row, column = places[:count].T

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare import border_lines
 from abs_engine.compare.borders import Borders, Groups
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
@@ -144,9 +143,9 @@ class FacetLikelihood:
         if self.rule != "exact":
             raise ParameterError("one sample for a facet has no borders", "choose the exact sum")
         given = self.renderer, self.scene, candidate, self.camera, self.window
-        drawn, (terms, free) = outlined(*given)[0], self._terms
-        total, pixels = border_lines.total(drawn.class_id, terms.maps)
-        total = total if free is None else total - pixels + free
+        drawn, free = outlined(*given)[0], self._terms[1]
+        total = self.groups.total(drawn.class_id)
+        total = total if free is None else total - np.count_nonzero(drawn.class_id) + free
         found = Borders.of(drawn, self.groups, reach, local)
         mean = max(total / self.pixels, 1e-6)
         return float(-self.observations * np.log(mean)), found.times(

@@ -12,7 +12,6 @@ from abs_engine.assets import Speaker
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
-from abs_engine.face.contact import lip_gaps, lip_heights
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 
@@ -128,17 +127,9 @@ class MouthModel:
         names = list(PERSON_TARGETS)[: self.n_person]
         return np.array([deviations.get(n, 0.0) * PERSON_TARGETS[n][2] for n in names])
 
-    def gaps(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gaps between the lips of a person (Q,), see `face.contact.lip_gaps`."""
-        return lip_gaps(self.held(person), self.rings)
-
     def aperture(self, person: FloatArray, posture: FloatArray) -> float:
         """Height, mm, between the inner lips' middles of a person (Q,) in a posture (P,), or 0."""
         return lip_aperture(self.held(person).vertices(posture)[self.rings["points"]])
-
-    def lip_heights(self, person: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Heights of the lips of a person (Q,), see `face.contact.lip_heights`."""
-        return lip_heights(self.held(person), self.rings)
 
     def border(self, person: FloatArray | None = None) -> FloatArray:
         """The lips' outer contour (R, 3), mm, head frame, of a person (Q,) at rest."""

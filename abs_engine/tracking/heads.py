@@ -97,7 +97,7 @@ def prepare_head(
     """
     leaves.check("head", ("colour",))
     speaker = load_speaker(options.speaker) if speaker is None else speaker
-    if options.start == LANDMARKS and options.person is None and options.poses is None:
+    if options.from_landmarks:
         correspondence = correspondence_of(speaker, renderer)
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, tell)

@@ -95,6 +95,11 @@ class TrackOptions:
             given = tuple(part.strip() for part in given.split("+") if part.strip())
         object.__setattr__(self, "terms", None if given is None else tuple(given))
 
+    @property
+    def from_landmarks(self) -> bool:
+        """Whether landmarks place the head: none is known, and no poses are given."""
+        return self.start == LANDMARKS and self.person is None and self.poses is None
+
 
 @dataclass(frozen=True, eq=False)
 class Clip:

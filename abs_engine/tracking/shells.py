@@ -33,7 +33,6 @@ from abs_engine.tracking.heads import prepare_head
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.options import (
     BLOBS,
-    LANDMARKS,
     Clip,
     ClipTracker,
     Leaves,
@@ -83,8 +82,7 @@ def prepare_shell(
     check_speaker(physics, speaker)
     plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
     by_blobs = options.start == BLOBS and options.poses is None
-    seen = options.start == LANDMARKS and options.poses is None and options.person is None
-    own = replace(options, physics=_path(options) if seen else None)
+    own = replace(options, physics=_path(options) if options.from_landmarks else None)
     base = prepare_head(clip, own, plain, renderer, tell)
     head, marks = base.setting.face, base.setting.landmarks
     classes: ColourClasses = head.learned("colour")
