@@ -29,7 +29,7 @@ from abs_engine.core.registry import (
 )
 from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.modal import load_physics
-from abs_engine.fit.problem import valued
+from abs_engine.fit.evidence import valued
 from abs_engine.fit.terms import term_kinds
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved

@@ -9,86 +9,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, cast, runtime_checkable
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.borders import Borders
 from abs_engine.compare.prior import Prior
-from abs_engine.compare.rows import Rows
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
-from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import AbsEngineError, ParameterError, TermError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, Scene
+from abs_engine.fit.evidence import Bordered, Pushing, Squared, Term, valued
 from abs_engine.fit.moved import moved_along
 
 FloatArray = NDArray[np.float64]
 FIRST_STRIDE = 2.0
 """mm that the node which moves most is first pushed by."""
-
-
-class Term(Protocol):
-    """One kind of evidence, bound to a face and a view."""
-
-    def negative_log(self, candidates: Candidates) -> FloatArray:
-        """What the drawing of each candidate is worth, (B,), nats; less is more probable."""
-        ...
-
-
-@runtime_checkable
-class Pushing(Term, Protocol):
-    """A term that knows which way its scene's vertices should move."""
-
-    @property
-    def scene(self) -> Scene:
-        """What it draws."""
-        ...
-
-    def forces(self, candidate: Candidates) -> FloatArray:
-        """Forces (V, 3), camera frame, on the vertices of one candidate: nats per mm."""
-        ...
-
-
-class Bordered(Term, Protocol):
-    """A term that knows what it gains as the drawn borders move."""
-
-    @property
-    def scene(self) -> Scene:
-        """What it draws."""
-        ...
-
-    @property
-    def camera(self) -> Camera:
-        """What it is seen by."""
-        ...
-
-    @property
-    def window(self) -> Window:
-        """What is drawn of the picture."""
-        ...
-
-    @property
-    def observations(self) -> float:
-        """How many independent observations it holds."""
-        ...
-
-    def borders(self, candidate: Candidates, reach: int, local: bool) -> tuple[float, Borders]:
-        """Value of one candidate, and its borders with gains in nats."""
-        ...
-
-
-@runtime_checkable
-class Squared(Term, Protocol):
-    """A term that is a sum of squares."""
-
-    def rows(self, candidates: Candidates) -> Rows:
-        """What is squared and summed of a batch, and what is compared in which."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,30 +252,6 @@ class Problem:
         turned = np.cross(pose[:3], self._arms(scene, candidate)) + pose[3:]
         pose = pose * min(1.0, FIRST_STRIDE / max(_farthest(turned), 1e-9))
         return np.asarray(np.r_[pose, weights])
-
-
-def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
-    """What the drawing of each candidate is worth, (B,), nats.
-
-    Raises
-    ------
-    TermError
-        If that is not a finite number for each; or if a term that is not the engine's own fails.
-    """
-    try:
-        values = np.asarray(term.negative_log(candidates), np.float64)
-    except Exception as error:
-        if isinstance(error, AbsEngineError) or type(term).__module__.startswith("abs_engine."):
-            raise
-        said = " ".join(f"{type(error).__name__}: {error}".split())
-        raise TermError(f"the evidence '{name}' fails ({said})", "mend its plugin") from error
-    if values.shape != (len(candidates),) or not np.isfinite(values).all():
-        raise TermError(
-            f"the evidence '{name}' is not a finite number for each of the {len(candidates)} "
-            f"candidates (shape {values.shape})",
-            "let negative_log return them, in nats",
-        )
-    return values
 
 
 def _farthest(moved: FloatArray) -> float:

@@ -22,8 +22,9 @@ from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, PULL, SMOOTHING, zone
-from abs_engine.fit.problem import Problem, Term
+from abs_engine.fit.problem import Problem
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -22,6 +22,7 @@ from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.base import Face
 from abs_engine.face.looks import LocalLooks, TextureLooks
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
     PULL,
@@ -32,7 +33,6 @@ from abs_engine.fit.head_frame import (
     plane_maps,
     zone,
 )
-from abs_engine.fit.problem import Term
 from abs_engine.fit.view import View
 from abs_engine.optimise.drivers import Driver, Need
 

@@ -19,8 +19,9 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import contact_prior, mouth_window
-from abs_engine.fit.problem import Problem, Term
+from abs_engine.fit.problem import Problem
 from abs_engine.fit.terms import COLOUR, TermKind, Weighted, bound
 from abs_engine.fit.view import View
 from abs_engine.tracking.frames import HeadFrame, Memory

@@ -16,8 +16,9 @@ from abs_engine.core.pose import PoseFrame, at_base, mode_block, no_correction, 
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_problem
-from abs_engine.fit.problem import Problem, Term
+from abs_engine.fit.problem import Problem
 from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex

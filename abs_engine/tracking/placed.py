@@ -25,8 +25,8 @@ from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.placed import PLACES, learn_placed
 from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, class_maps, likelihood_of, mouth_window
-from abs_engine.fit.problem import Term
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.correspondence import Correspondence
 from abs_engine.tracking.frames import SeenFace

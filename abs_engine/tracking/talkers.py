@@ -16,8 +16,8 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.face.talking import TalkingFace, as_face
 from abs_engine.face.talking_file import load_talking
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import contact_of
-from abs_engine.fit.problem import Term
 from abs_engine.fit.talking import face_window
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.fit.view import View

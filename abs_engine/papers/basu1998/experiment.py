@@ -20,10 +20,10 @@ from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.shell import POSE_FREE, ShellSetting
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
+from abs_engine.papers.basu1998.placing import BlobPlaces
 from abs_engine.papers.basu1998.single_frames import (
     AS_PRINTED,
     ITERATIONS,
-    BlobPlaces,
     ShellFit,
     fit_frames,
     seen_shapes,

@@ -16,7 +16,6 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import mode_block
-from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.shape.lip_model import COLOUR_OF
 from abs_engine.face.shape.lip_shell import COLUMNS
@@ -30,8 +29,8 @@ from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
-from abs_engine.tracking.blobs import find_lips
-from abs_engine.tracking.frames import Follower, HeadFrame, Memory, Motion
+from abs_engine.papers.basu1998.placing import Clock
+from abs_engine.tracking.frames import Motion
 from abs_engine.tracking.given import GivenMotion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
@@ -122,46 +121,6 @@ def typical_shapes(
     return np.vstack([np.zeros((1, seen.shape[1])), centres])
 
 
-@dataclass(frozen=True, eq=False)
-class BlobPlaces:
-    """Depth and rotation are given, the place in the picture is that of the lips' blob (5.3).
-
-    Parameters
-    ----------
-    given : tuple of (Pose or None)
-        Head to camera in each frame.
-    classes : ColourClasses
-    """
-
-    given: tuple[Pose | None, ...]
-    classes: ColourClasses
-
-    def follower(self) -> BlobPlacer:
-        """What finds the blobs."""
-        return BlobPlacer(self)
-
-
-class BlobPlacer:
-    """Finds the lips' blob in each frame by itself.
-
-    Parameters
-    ----------
-    motion : BlobPlaces
-    """
-
-    def __init__(self, motion: BlobPlaces) -> None:
-        self._classes, self._poses = motion.classes, GivenMotion(motion.given).follower()
-
-    def step(self, image: Image, memory: Memory) -> HeadFrame:
-        """The next frame with its blob; without one, no pose."""
-        frame, blob = self._poses.step(image, memory), find_lips(self._classes, image)
-        return frame._replace(pose=None if blob is None else frame.pose, blob=blob)
-
-    def finish(self) -> None:
-        """Say that there are no more frames."""
-        self._poses.finish()
-
-
 def fit_frames(
     setting: ShellSetting,
     pictures: Iterable[Image],
@@ -195,37 +154,11 @@ def fit_frames(
     """
     _check_driver(driver)
     clip = _clip(setting, motion, starts, driver, pull_rule(rule), judged)
-    clock = _Clock(motion.follower())
+    clock = Clock(motion.follower())
     for _, found in track(replace(clip, motion=clock), pictures):
         if found.highest is not None and found.pose is not None:
             seconds = time.perf_counter() - clock.begun
             yield _fit_of(setting, found, found.highest, found.pose, seconds)
-
-
-class _Clock:
-    """Follows as another does, and remembers when it was done: then the fit begins.
-
-    Parameters
-    ----------
-    own : Follower
-    """
-
-    def __init__(self, own: Follower) -> None:
-        self._own, self.begun = own, 0.0
-
-    def follower(self) -> _Clock:
-        """What follows: this."""
-        return self
-
-    def step(self, image: Image, memory: Memory) -> HeadFrame:
-        """The next frame with the head's pose."""
-        frame = self._own.step(image, memory)
-        self.begun = time.perf_counter()
-        return frame
-
-    def finish(self) -> None:
-        """Say that there are no more frames."""
-        self._own.finish()
 
 
 def fit_frame(

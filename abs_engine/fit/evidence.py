@@ -1,0 +1,99 @@
+"""One kind of evidence bound to a face and a view, and what it may be asked for."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.borders import Borders
+from abs_engine.compare.rows import Rows
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import AbsEngineError, TermError
+from abs_engine.core.scene import Candidates, Scene
+
+FloatArray = NDArray[np.float64]
+
+
+class Term(Protocol):
+    """One kind of evidence, bound to a face and a view."""
+
+    def negative_log(self, candidates: Candidates) -> FloatArray:
+        """What the drawing of each candidate is worth, (B,), nats; less is more probable."""
+        ...
+
+
+@runtime_checkable
+class Pushing(Term, Protocol):
+    """A term that knows which way its scene's vertices should move."""
+
+    @property
+    def scene(self) -> Scene:
+        """What it draws."""
+        ...
+
+    def forces(self, candidate: Candidates) -> FloatArray:
+        """Forces (V, 3), camera frame, on the vertices of one candidate: nats per mm."""
+        ...
+
+
+class Bordered(Term, Protocol):
+    """A term that knows what it gains as the drawn borders move."""
+
+    @property
+    def scene(self) -> Scene:
+        """What it draws."""
+        ...
+
+    @property
+    def camera(self) -> Camera:
+        """What it is seen by."""
+        ...
+
+    @property
+    def window(self) -> Window:
+        """What is drawn of the picture."""
+        ...
+
+    @property
+    def observations(self) -> float:
+        """How many independent observations it holds."""
+        ...
+
+    def borders(self, candidate: Candidates, reach: int, local: bool) -> tuple[float, Borders]:
+        """Value of one candidate, and its borders with gains in nats."""
+        ...
+
+
+@runtime_checkable
+class Squared(Term, Protocol):
+    """A term that is a sum of squares."""
+
+    def rows(self, candidates: Candidates) -> Rows:
+        """What is squared and summed of a batch, and what is compared in which."""
+        ...
+
+
+def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
+    """What the drawing of each candidate is worth, (B,), nats.
+
+    Raises
+    ------
+    TermError
+        If that is not a finite number for each; or if a term that is not the engine's own fails.
+    """
+    try:
+        values = np.asarray(term.negative_log(candidates), np.float64)
+    except Exception as error:
+        if isinstance(error, AbsEngineError) or type(term).__module__.startswith("abs_engine."):
+            raise
+        said = " ".join(f"{type(error).__name__}: {error}".split())
+        raise TermError(f"the evidence '{name}' fails ({said})", "mend its plugin") from error
+    if values.shape != (len(candidates),) or not np.isfinite(values).all():
+        raise TermError(
+            f"the evidence '{name}' is not a finite number for each of the {len(candidates)} "
+            f"candidates (shape {values.shape})",
+            "let negative_log return them, in nats",
+        )
+    return values
