@@ -13,6 +13,30 @@ _compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=Tru
 
 
 @_compiled
+def total(of, shown, maps):
+    """The sum of the maps (G, H, W) of the groups that an image of classes (H, W) shows."""
+    out = 0.0
+    for y in range(shown.shape[0]):
+        for x in range(shown.shape[1]):
+            out += maps[of[shown[y, x]], y, x]
+    return out
+
+
+@_compiled
+def pairs(shown):
+    """How many neighbouring pixels of an image (H, W) differ."""
+    height, width = shown.shape
+    count = 0
+    for y in range(height):
+        for x in range(width):
+            if x + 1 < width and shown[y, x] != shown[y, x + 1]:
+                count += 1
+            if y + 1 < height and shown[y, x] != shown[y + 1, x]:
+                count += 1
+    return count
+
+
+@_compiled
 def normal_of(group, y, x, mx, my, first, second):
     """Unit normal from group `first` to `second` about a border; 0, 0 where there is none."""
     height, width = group.shape

@@ -44,8 +44,7 @@ class Groups:
 
     def total(self, shown: NDArray[np.int32]) -> float:
         """The sum of eq. 9 over an image of classes (H, W)."""
-        planes = np.take_along_axis(self.maps, self.of[shown][None], axis=0)
-        return float(planes.sum(dtype=np.float64))
+        return float(border_lines.total(self.of, shown, self.maps))
 
     @classmethod
     def by(
@@ -107,7 +106,7 @@ class Borders:
             Whether only the slope where the border is counts, not where it would gain most.
         """
         shown = drawn.class_id
-        pairs = sum(np.count_nonzero(np.diff(shown, axis=axis)) for axis in (0, 1))
+        pairs = border_lines.pairs(shown)
         out, places = np.empty((2 * pairs, 4)), np.empty((2 * pairs, 2), np.int64)
         count = border_lines.lines(
             groups.of[shown], groups.parts[shown], groups.maps, drawn.depth,

@@ -218,6 +218,16 @@ class Renderer(Protocol):
 
 
 @runtime_checkable
+class ConcurrentRenderer(Renderer, Protocol):
+    """A renderer that several threads may draw with at once."""
+
+    @property
+    def concurrent(self) -> bool:
+        """Whether they may."""
+        ...
+
+
+@runtime_checkable
 class FusedRenderer(Renderer, Protocol):
     """A renderer that can also compare while it draws: an optimisation, see `compare.sums`."""
 

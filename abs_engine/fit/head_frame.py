@@ -156,6 +156,7 @@ def likelihood_of(
     window: Window,
     maps: ClassMaps,
     weight: float = 1.0,
+    seam: tuple[tuple[int, int], int] | tuple[()] = (),
 ) -> FacetLikelihood:
     """The facet likelihood over the window's zone.
 
@@ -164,7 +165,16 @@ def likelihood_of(
     """
     side = independent_side(window)
     pixels = int(zone(window).sum())
-    return FacetLikelihood(renderer, scene, camera, window, maps, pixels, weight * pixels / side**2)
+    count = weight * pixels / side**2
+    return FacetLikelihood(renderer, scene, camera, window, maps, pixels, count, seam=seam)
+
+
+def seam_of(regions: Sequence[str | None]) -> tuple[tuple[int, int], int] | tuple[()]:
+    """Classes of the two lips and of what shows between them; none where lips are one class."""
+    lips = [k for k, shown in enumerate(regions) if shown == "lips"]
+    if len(lips) != 2 or "dark" not in regions:
+        return ()
+    return (lips[0], lips[1]), regions.index("dark")
 
 
 def independent_side(window: Window) -> float:

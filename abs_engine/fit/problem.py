@@ -142,15 +142,25 @@ class Problem:
         walls = self.roots(several)
         slopes, here = (walls[1:] - walls[0]) / difference, walls[0]
         value, matrix, gradient = float((here**2).sum()), slopes @ slopes.T, slopes @ here
-        one, many = self.candidates(x[None]), self.candidates(several[1:])
         for term in self._squared().values():
-            first, beside = term.rows(one), term.rows(many)
-            both = first.there & beside.there
-            moved = first.mixed(np.where(both, beside.rows - first.rows, 0) / difference)
-            value += float(first.value[0])
-            matrix = matrix + np.asarray(moved @ moved.T, np.float64)
-            gradient = gradient + np.asarray(moved @ first.mixed(first.rows)[0], np.float64)
+            cost, curve, fall = self._linearised(term, several, difference)
+            value, matrix, gradient = value + cost, matrix + curve, gradient + fall
         return value, matrix, gradient
+
+    def _linearised(
+        self, term: Squared, several: FloatArray, difference: float
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, Gauss-Newton matrix (N, N) and half the gradient (N,) of a sum of squares.
+
+        At the first of some vectors (1 + N, N); in each of the others one parameter has moved by
+        `difference`.
+        """
+        one, many = self.candidates(several[:1]), self.candidates(several[1:])
+        first, beside = term.rows(one), term.rows(many)
+        both = first.there & beside.there
+        moved = first.mixed(np.where(both, beside.rows - first.rows, 0) / difference)
+        fall = moved @ first.mixed(first.rows)[0]
+        return float(first.value[0]), np.asarray(moved @ moved.T), np.asarray(fall)
 
     def newton(
         self, x: FloatArray, reach: int, local: bool = False
@@ -158,33 +168,51 @@ class Problem:
         """Value, gradient (N,) and second derivative (N, N) at `x` (N,), for a Newton step.
 
         Terms give what they gain as the borders between drawn classes move, looked for `reach`
-        drawn pixels to either side; `local`, the slopes where they are.
+        drawn pixels to either side; `local`, the slopes where they are. Those without borders that
+        are sums of squares give Gauss-Newton's.
 
         Raises
         ------
         ParameterError
-            If a term knows no borders, or a prior no curvature.
+                If a term knows no borders and is no sum of squares, or a prior has no curvature.
         """
-        candidate, full = self.candidates(x[None]), self.whole(x)
+        full = self.whole(x)
         value = float(self._prior(full[None])[0])
-        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
+        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))[self._places]
         curve = sum((p.curvature(full) for p in self.priors), np.zeros((len(full), len(full))))
+        curve = curve[np.ix_(self._places, self._places)]
         for name, term in self.terms.items():
-            if not hasattr(term, "borders"):  # far quicker than isinstance of a protocol
+            if hasattr(term, "borders"):  # far quicker than isinstance of a protocol
+                cost, fall, bend = self._bordered(cast("Bordered", term), x, reach, local)
+            elif isinstance(term, Squared):
+                cost, fall, bend = self._bent(term, x)
+            else:
                 raise ParameterError(
-                    f"the evidence '{name}' has no borders",
+                    f"the evidence '{name}' has no borders and is no sum of squares",
                     "choose another driver, such as simplex",
                 )
-            lined = cast("Bordered", term)
-            cost, found = lined.borders(candidate, reach, local)
-            drawn = lined.scene, lined.camera, lined.window
-            rows = moved_along(*drawn, candidate, self.frame, found)
-            fall = rows.T @ found.gain
-            value, slope = value + cost, slope - fall
-            curve = curve + (rows.T * found.curve) @ rows
-            curve = curve + np.outer(fall, fall) / max(lined.observations, 1.0)
-        own = self._places
-        return value, slope[own], curve[np.ix_(own, own)]
+            value, slope, curve = value + cost, slope + fall, curve + bend
+        return value, slope, curve
+
+    def _bordered(
+        self, term: Bordered, x: FloatArray, reach: int, local: bool
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, gradient (N,) and second derivative (N, N) of a term by its borders."""
+        candidate = self.candidates(x[None])
+        cost, found = term.borders(candidate, reach, local)
+        drawn = term.scene, term.camera, term.window
+        rows = moved_along(*drawn, candidate, self.frame, found)
+        fall = rows.T @ found.gain
+        bend = (rows.T * found.curve) @ rows
+        bend = bend + np.outer(fall, fall) / max(term.observations, 1.0)
+        return cost, -fall[self._places], bend[np.ix_(self._places, self._places)]
+
+    def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """The same of a sum of squares, by differences of a first step of each parameter."""
+        scale = self.spec.scale
+        several = np.vstack([x, x + np.diag(scale)])
+        cost, curve, fall = self._linearised(term, several, 1.0)
+        return cost, 2 * fall / scale, 2 * curve / np.outer(scale, scale)
 
     def push(self, x: FloatArray) -> FloatArray:
         """Where forces at `x` (N,) push the parameters (Basu et al., eq. 13), and the pose's work.

@@ -67,16 +67,45 @@ class SharedProblem:
         values: dict[str, float] = {}
         data = 0.0
         for problem, held in zip(self.frames, self.held, strict=True):
-            found = self._at(problem, held, x).terms
+            moved, vector = self._moved(problem, held, x)
+            found = moved(vector).terms
             for name in problem.terms:
                 values[name] = values.get(name, 0.0) + found[name]
                 data += found[name]
         prior = self.prior.negative_log(x)
         return Evaluation(data + prior, {**values, "prior": prior})
 
-    def _at(self, problem: Problem, held: FloatArray, x: FloatArray) -> Evaluation:
-        """A frame's evaluation with its base pose corrected."""
+    def newton(
+        self, x: FloatArray, reach: int, local: bool = False
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, gradient (6 + Q,) and second derivative for a Newton step.
+
+        A correction moves a frame as a step of its own pose does, but for their turns' order.
+
+        Raises
+        ------
+        ParameterError
+            As `Problem.newton`.
+        """
+        value, slope = self.prior.negative_log(x), self.prior.slope(x)
+        curve = self.prior.curvature(x)
+        for problem, held in zip(self.frames, self.held, strict=True):
+            moved, vector = self._moved(problem, held, x)
+            cost, fall, bend = moved.newton(vector, reach, local)
+            own = problem.blocks.indices((POSE, IDENTITY))
+            value, slope = value + cost, slope + fall[own]
+            curve = curve + bend[np.ix_(own, own)]
+        return value, slope, curve
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at corrections and identities (B, 6 + Q)."""
+        return np.array([self(x).value for x in vectors])
+
+    def _moved(
+        self, problem: Problem, held: FloatArray, x: FloatArray
+    ) -> tuple[Problem, FloatArray]:
+        """A frame with its base pose corrected, and where it stands."""
         base = problem.frame.pose(self.blocks.part(x, POSE))
         vector = held.copy()
         vector[problem.blocks.places[IDENTITY]] = self.blocks.part(x, IDENTITY)
-        return replace(problem, frame=replace(problem.frame, base=base))(vector)
+        return replace(problem, frame=replace(problem.frame, base=base)), vector

@@ -31,6 +31,7 @@ from abs_engine.fit.head_frame import (
     likelihood_of,
     lip_window,
     plane_maps,
+    seam_of,
     zone,
 )
 from abs_engine.fit.view import View
@@ -103,22 +104,14 @@ def colour_term(face: Face, view: View) -> Term:
     window = view.window
     maps = class_maps(classes, face.regions, window, view.image, view.place)
     drawn = view.renderer, face.scene, view.camera
-    term = likelihood_of(*drawn, window, maps, classes.weight)
+    term = likelihood_of(*drawn, window, maps, classes.weight, seam_of(face.regions))
 
     def pull() -> Pull:
         patch = sampled(window, view.image)
         wide = classes.probabilities(patch, PULL * DRAWN_MOUTH, view.place)
         return Pull.within(plane_maps(wide, face.regions, window), zone(window))
 
-    return replace(term, seam=_seam(face.regions), pull=pull)
-
-
-def _seam(regions: Sequence[str | None]) -> tuple[tuple[int, int], int] | tuple[()]:
-    """Classes of the two lips and of what shows between them; none where lips are one class."""
-    lips = [k for k, shown in enumerate(regions) if shown == "lips"]
-    if len(lips) != 2 or "dark" not in regions:
-        return ()
-    return (lips[0], lips[1]), regions.index("dark")
+    return replace(term, pull=pull)
 
 
 def texture_term(face: Face, view: View) -> Term:

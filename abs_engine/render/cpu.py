@@ -42,6 +42,11 @@ class CpuRenderer:
         """What draws."""
         return "cpu: numba rasteriser, no OpenGL"
 
+    @property
+    def concurrent(self) -> bool:
+        """Whether several threads may draw with it at once."""
+        return True
+
     def draw(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Buffers]:

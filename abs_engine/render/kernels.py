@@ -110,6 +110,8 @@ def rasterise(clip, faces, near, far, cull, keys, facet):
     height, width = facet.shape
     n = clip.shape[0]
     x, y, q = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.float64)
+    beside = np.empty(n, np.uint8)  # of which edges of the picture a vertex lies outside
+    last_x, last_y = (width - 1) * SUBPIXEL, (height - 1) * SUBPIXEL
     for i in range(n):
         w = np.float64(clip[i, 3])
         cut = not w >= near
@@ -117,11 +119,15 @@ def rasterise(clip, faces, near, far, cull, keys, facet):
         x[i] = _to_pixel(np.float64(clip[i, 0]), inverse, width)
         y[i] = _to_pixel(np.float64(clip[i, 1]), inverse, height)
         q[i] = -1.0 if cut else NEARNESS * near * inverse
+        across = 1 if x[i] < 0 else (2 if x[i] > last_x else 0)
+        beside[i] = across + (4 if y[i] < 0 else (8 if y[i] > last_y else 0))
     empty = (np.int64(NEARNESS * near / far) << FACET_BITS) | LAST_FACET
     keys[:] = empty
     for f in range(faces.shape[0]):
         a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
         if q[a] > 0 and q[b] > 0 and q[c] > 0:
+            if beside[a] & beside[b] & beside[c]:
+                continue
             _fill(
                 x[a], y[a], q[a], x[b], y[b], q[b], x[c], y[c], q[c],
                 f, cull, width, height, keys,

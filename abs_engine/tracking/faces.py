@@ -24,6 +24,7 @@ _DOUBTFUL, _WRONG = 0.03, 0.05
 is none. The network is as sure of points beside a face that has moved fast; but in the mirror image
 it puts these elsewhere. On faces it is at most 0.027 (p01 to p08 of the strangers' clips; 0.045 in
 a near profile), on points beside one 0.03 to 0.11."""
+_KEPT = 500  # frames whose landmarks are remembered
 _PATIENCE = 50  # frames without the face that is followed, after which any face is taken
 
 
@@ -94,17 +95,31 @@ class FaceFollower:
     Parameters
     ----------
     choice : FaceChoice
+    known : sequence of Landmarks or None
+        What it found in the first frames, when they were looked at before.
+
+    Attributes
+    ----------
+    faces : list of Face
+        All that the first frame with a face shows, the largest first.
+    found : list of Landmarks or None
+        What was found in the first frames, as many as a first look at a clip may take.
     """
 
-    def __init__(self, choice: FaceChoice) -> None:
-        self._choice = choice
+    def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
+        self._choice, self._known = choice, known
         self._last: Landmarks | None = None
-        self._lost = 0
+        self._lost = self._count = 0
+        self.found: list[Landmarks | None] = []
         self.faces: list[Face] = []
 
     def step(self, image: Image) -> Landmarks | None:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
-        found = self._next(image)
+        again = self._count < len(self._known)
+        found = self._known[self._count] if again else self._next(image)
+        self._count += 1
+        if len(self.found) < _KEPT:
+            self.found.append(found)
         self._lost = 0 if found is not None else self._lost + 1
         self._last = found or self._last
         return found

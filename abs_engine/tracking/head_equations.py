@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
-from abs_engine.tracking.landmark_fit import STRAY, motions, shown
+from abs_engine.tracking.landmark_fit import STRAY, shown
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.seen_motion import seen_motion
 from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
@@ -64,11 +65,10 @@ def landmark_equations(
     deep = seen.depth * float(z.mean()) - z
     off = np.column_stack([(seen.rays - ray) * reach @ seen.axes.T, deep - deep.mean()])
     off = off - noise.bias - np.tensordot(guess.error, noise.between, 1)
-    moved = motions(shape, guess.pose, there, modes)
-    across = (moved[..., :2] - ray * moved[..., 2:]) * (reach / z)[:, None] @ seen.axes.T
-    sunk = moved[..., 2] - seen.depth * moved[..., 2].mean(axis=1, keepdims=True)
-    sunk = sunk - sunk.mean(axis=1, keepdims=True)
-    slope = np.concatenate([across, sunk[..., None]], axis=-1)
+    turn, pivot = guess.pose.rotation, guess.pose.apply(shape.pivot)
+    slope = seen_motion(there, pivot, modes, turn, reach / z, seen.axes)
+    slope[..., 2] -= seen.depth * slope[..., 2].mean(axis=1, keepdims=True)
+    slope[..., 2] -= slope[..., 2].mean(axis=1, keepdims=True)
     parts = [slope[: 6 + k], noise.between, slope[6 + k :], noise.within]
     flat = np.concatenate(parts).reshape(-1, off.size)
     weighed = flat * _weights(shape, noise, guess.pose, there, off).ravel()

@@ -16,11 +16,11 @@ from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.upper_face import upper_face_modes
+from abs_engine.threads import one_thread
 from abs_engine.tracking.correspondence import Correspondence
 from abs_engine.tracking.head_joint import HeadFrameSeen, HeadProblem, fit_jointly, views_of
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, gray_of
-from abs_engine.tracking.landmark_fit import one_thread
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.pupils import pupils_of

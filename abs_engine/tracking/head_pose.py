@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
+from abs_engine.threads import one_thread
 from abs_engine.tracking.head_equations import HeadGuess, landmark_equations
 from abs_engine.tracking.head_texture import (
     Gray,
@@ -28,7 +29,6 @@ from abs_engine.tracking.landmark_fit import (
     FrameLandmarks,
     HeldPose,
     fit_frame,
-    one_thread,
     sound_fit,
     turned,
 )
@@ -80,8 +80,8 @@ class TexturedHead:
         if self.shift is not None:
             pose = shifted(pose, -self.shift, self.shape.pivot)
         vertices = self.body.vertices(np.zeros(0), posture)
-        view = HeadView.of(gray, pose, vertices, self.body)
         nearest = min(self.views, key=lambda v: v.pose.angle_to(pose))
+        view = HeadView(gray, pose, vertices, nearest.normals)
         matches = match(self.body, nearest, view, self.camera, self.renderer)
         for _ in range(_STEPS):
             information, gradient, posture = self._told(seen, pose, posture)

@@ -19,6 +19,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer, Scene
+from abs_engine.tracking.carried_picture import at_pixels
 from abs_engine.tracking.rigid import flow
 
 FloatArray = NDArray[np.float64]
@@ -154,14 +155,13 @@ def match(
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), second.pose), camera, window)[0]
     facet, weights = np.maximum(drawn.facet_id - 1, 0), drawn.barycentrics.astype(np.float64)
     corners = one.faces[facet]
-    at = first.pose.apply(
-        np.einsum("hwk,hwkd->hwd", weights, first.vertices[corners]).reshape(-1, 3)
-    )
+    # Facets are so small that what is straight in space is straight in the picture, too
+    at = first.pose.apply(first.vertices)
     sight = at / np.linalg.norm(at, axis=1, keepdims=True)
-    normal = np.einsum("hwk,hwkd->hwd", weights, first.normals[corners]).reshape(-1, 3)
-    facing = -(normal @ first.pose.rotation.T * sight).sum(axis=1).reshape(facet.shape)
-    shown = drawn.covered & (facing > _FACING)
-    there = camera.project(at).reshape(*facet.shape, 2)
+    facing = -(first.normals @ first.pose.rotation.T * sight).sum(axis=1)
+    known = np.column_stack([camera.project(at), facing])
+    carried_to = at_pixels(drawn.facet_id, weights, one.faces, known)
+    there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > _FACING)
     height, width = facet.shape
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
     seen = _sampled(second.gray, window.to_image(grid), window.scale)

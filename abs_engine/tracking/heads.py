@@ -161,9 +161,8 @@ def by_landmarks(
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     binder = HeadBinder(model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds)
     look = UsualLook.of([MouthLook.of(classes, i, s) for i, s in chosen])
-    motion = ShiftedMotion(
-        LandmarkMotion(shape, textured, choice), np.zeros(len(calibration.shift)), model.pivot
-    )
+    own = LandmarkMotion(shape, textured, choice, tuple(follower.found))
+    motion = ShiftedMotion(own, np.zeros(len(calibration.shift)), model.pivot)
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         None if look is None else ByLook(classes, look), clip.info.times, landmarks=marks,

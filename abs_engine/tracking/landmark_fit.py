@@ -6,20 +6,19 @@ a Gaussian over its pose and posture (`FrameLandmarks`), which costs nothing to 
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import ThreadpoolController
 
 from abs_engine.compare.prior import InformationPrior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
-from abs_engine.core.pose import at_base, pose_moves
+from abs_engine.core.pose import at_base
+from abs_engine.threads import one_thread
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, LIPS, Landmarks
+from abs_engine.tracking.seen_motion import seen_motion
 from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
@@ -188,17 +187,6 @@ def sound_fit(
     return None
 
 
-def one_thread() -> AbstractContextManager[object]:
-    """Keep BLAS to one thread: on matrices as small as these its threads wait for each other."""
-    context: AbstractContextManager[object] = _threads().limit(limits=1)
-    return context
-
-
-@cache
-def _threads() -> ThreadpoolController:
-    return ThreadpoolController()
-
-
 def looking_ahead(shape: LandmarkShape, seen: SeenRays) -> Pose:
     """A head that looks ahead, as large as the eyes are apart, or the face is high."""
     right, left = (seen.rays[pair].mean(axis=0) for pair in EYES)
@@ -227,22 +215,17 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
     off = (ray - seen.rays) * depth @ seen.axes.T + shape.bias
     sunk = seen.depth * depth - z
     residual = np.column_stack([off, sunk.mean() - sunk]) / shape.deviation
-    motion = motions(shape, pose, there, shape.posture)  # (6 + M, 468, 3), camera frame
-    across = (motion[..., :2] - ray * motion[..., 2:]) * (depth / z)[:, None] @ seen.axes.T
-    deep = motion[..., 2] - motion[..., 2].mean(axis=1, keepdims=True)
-    slope = np.concatenate([across, deep[..., None]], axis=-1) / shape.deviation
+    slope = seen_motion(  # (6 + M, 468, 3)
+        there, pose.apply(shape.pivot), shape.posture, pose.rotation, depth / z, seen.axes
+    )
+    slope[..., 2] -= slope[..., 2].mean(axis=1, keepdims=True)
+    slope /= shape.deviation
     residual[LIPS, 2], slope[:, LIPS, 2] = 0.0, 0.0  # depths of lips say nothing of their opening
     trust = _trust(shape, pose, there, residual) / _TOGETHER
     flat = (slope * trust[:, None]).reshape(len(slope), -1)
     information = flat @ slope.reshape(len(slope), -1).T
     misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))
     return _Normal(information, flat @ residual.ravel(), misfit)
-
-
-def motions(shape: LandmarkShape, pose: Pose, there: FloatArray, modes: FloatArray) -> FloatArray:
-    """How points (468, 3), camera frame, move for a step of pose and modes (D), (6 + D, 468, 3)."""
-    moves = pose_moves(there - pose.apply(shape.pivot))
-    return np.concatenate([moves, modes @ pose.rotation.T])
 
 
 def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatArray) -> FloatArray:

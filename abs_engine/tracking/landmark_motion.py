@@ -12,6 +12,7 @@ from abs_engine.tracking.frames import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import Landmarks
 
 Image = NDArray[np.uint8]
 
@@ -26,11 +27,19 @@ class LandmarkMotion:
         Of the person.
     textured : TexturedHead
     choice : FaceChoice
+    known : tuple of Landmarks or None
+        Those of the first frames, which were looked at before.
     """
 
     shape: LandmarkShape
     textured: TexturedHead
     choice: FaceChoice = field(default_factory=FaceChoice)
+    known: tuple[Landmarks | None, ...] = ()
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is followed without what was found in the frames before."""
+        return True
 
     def follower(self) -> LandmarkFollower:
         """What follows the head from the first frame on."""
@@ -46,7 +55,7 @@ class LandmarkFollower:
     """
 
     def __init__(self, motion: LandmarkMotion) -> None:
-        self._motion, self._faces = motion, FaceFollower(motion.choice)
+        self._motion, self._faces = motion, FaceFollower(motion.choice, motion.known)
         self._last: FrameLandmarks | None = None
 
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare.rows import Rows
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates
@@ -57,11 +58,18 @@ class LipLandmarks:
         mm, deviations : float
             Across the line of sight; and in standard deviations of the network.
         """
-        there = pose.apply(self.mean + np.tensordot(posture, self.modes, 1))
-        off = self.camera.project(there) - seen.pixels[LIPS]
-        mm = off @ np.stack(seen.axes).T * there[:, 2:] / self.camera.matrix[0, 0] + self.bias
+        mm = self.off(seen, Candidates.one(posture, pose))[0]
         off_mm = float(np.sqrt((mm**2).sum(axis=1).mean()))
         return off_mm, float(np.sqrt(((mm / self.deviation) ** 2).mean()))
+
+    def off(self, seen: Landmarks, candidates: Candidates) -> FloatArray:
+        """By how much the lips of candidates lie off those seen, (B, 40, 2), mm."""
+        points = self.mean + np.tensordot(candidates.weights, self.modes, 1)
+        turned = points @ candidates.rotations.transpose(0, 2, 1)
+        there = turned + candidates.translations[:, None]
+        off = self.camera.project(there) - seen.pixels[LIPS]
+        mm = off @ np.stack(seen.axes).T * there[..., 2:] / self.camera.matrix[0, 0] + self.bias
+        return np.asarray(mm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +90,11 @@ class LipOutline:
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log likelihood of each candidate, (B,), nats."""
-        each = zip(candidates.rotations, candidates.translations, candidates.weights, strict=True)
-        off = [self.lips.apart(self.seen, Pose(r, t), w)[1] for r, t, w in each]
-        return np.asarray(self.strength * np.square(off))
+        return self.rows(candidates).value
+
+    def rows(self, candidates: Candidates) -> Rows:
+        """What is squared and summed: how far each point is seen off."""
+        off = self.lips.off(self.seen, candidates).reshape(len(candidates), -1)
+        size = self.strength / self.lips.deviation.size
+        rows = np.sqrt(size) * off / self.lips.deviation.ravel()
+        return Rows(rows, np.ones(rows.shape, bool), (rows**2).sum(axis=1))

@@ -15,6 +15,7 @@ from abs_engine.core.pose import at_base
 from abs_engine.face.base import Face
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found, averaged, search
+from abs_engine.threads import ahead, one_thread
 from abs_engine.tracking.covered import OUTSIDE
 from abs_engine.tracking.frames import HeadFrame, Memory
 from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
@@ -47,12 +48,23 @@ def track(
     image, FrameResult
         Each frame with what was found in it.
     """
-    head = setting.motion.follower()
-    for index, image in enumerate(images):
-        frame = head.step(image, memory)
-        result, memory = _step(setting, index, frame, memory)
-        yield image, result
-    head.finish()
+    with one_thread():
+        head = setting.motion.follower()
+        if _followed_apart(setting):
+            frames = ahead(head.step(image, NOTHING) for image in images)
+        else:
+            frames = (head.step(image, memory) for image in images)  # each with what is then known
+        for index, frame in enumerate(frames):
+            result, memory = _step(setting, index, frame, memory)
+            yield frame.image, result
+        head.finish()
+
+
+def _followed_apart(setting: ClipSetting) -> bool:
+    """Whether the head may be followed in a thread of its own, ahead of the fits."""
+    return getattr(setting.motion, "alone", False) and getattr(
+        setting.renderer, "concurrent", False
+    )
 
 
 def _step(

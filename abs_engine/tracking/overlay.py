@@ -11,6 +11,7 @@ import numpy as np
 
 from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.camera import Window
+from abs_engine.threads import Behind
 from abs_engine.tracking.contours import (
     GREY,
     LEGEND,
@@ -32,6 +33,7 @@ ACROSS = 2.2  # mouth widths in the panel
 STRIP_HEIGHT = 96
 STRIP_SECONDS = 4.0
 STRIP_MM = 25.0  # aperture at the strip's top
+_CODING = 20, "superfast"  # x264's quality and preset: half of the time for a like size
 
 
 class Overlay:
@@ -45,10 +47,14 @@ class Overlay:
 
     def __init__(self, path: Path, setting: ClipSetting) -> None:
         self._painter = Painter(setting)
-        self._writer = VideoWriter(path, self._painter.size, setting.rate)
+        self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING)
+        self._behind = Behind()
 
     def add(self, image: Image, result: FrameResult) -> None:
-        """Append a frame."""
+        """Append a frame; it is drawn and written beside other work."""
+        self._behind.call(self._append, image, result)
+
+    def _append(self, image: Image, result: FrameResult) -> None:
         self._writer.write(self._painter.paint(image, result))
 
     def __enter__(self) -> Overlay:
@@ -60,7 +66,10 @@ class Overlay:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._writer.__exit__(kind, error, trace)
+        try:
+            self._behind.__exit__(kind, error, trace)
+        finally:
+            self._writer.__exit__(kind, error, trace)
 
 
 class Painter:

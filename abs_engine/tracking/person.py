@@ -21,6 +21,7 @@ from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_pr
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
+from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.place import SEARCHED, CalibrationFrame, place_mouth, shifted
 from abs_engine.tracking.stand import ROUNDS, Stand
@@ -183,7 +184,7 @@ def fit_posture(
     problem = head_problem(held, frame, (prior, contact, *more), p)
     starts = at_base(model.prototypes)
     start = best_start(problem, np.vstack([starts, last]))
-    return Simplex(tolerance=0.1, limit=limit).minimise(problem, start, problem.spec)
+    return Newton(limit=limit).minimise(problem, start, problem.spec)
 
 
 def person_problem(

@@ -26,8 +26,8 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.placed import PLACES, learn_placed
 from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
 from abs_engine.fit.evidence import Term
-from abs_engine.fit.head_frame import COLOUR, class_maps, likelihood_of, mouth_window
-from abs_engine.optimise.simplex import Simplex
+from abs_engine.fit.head_frame import COLOUR, class_maps, likelihood_of, mouth_window, seam_of
+from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.correspondence import Correspondence
 from abs_engine.tracking.frames import SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
@@ -49,7 +49,7 @@ ROUNDS = (3.0, 2.0)
 OPENING = 2.5  # mm from where lips meet, how far a mouth may be open that is drawn closed
 INSIDE = 0.6  # of where lips are drawn: how much may be the mouth's inside, as the posture may err
 LEAST_MOTION = 0.7  # mm, standard deviation of apertures from which on colours are judged by them
-_PERSON_LIMIT, _POSTURE_LIMIT = 250, 150  # evaluations of the person's fit, and of a posture's
+_PERSON_LIMIT, _POSTURE_LIMIT = 80, 60  # evaluations of the person's fit, and of a posture's
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,11 +211,8 @@ def _round(
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]
     joint = person_problem(model, [f.calibration for f in placed], evidence, vectors, deviation)
-    solver, start = (
-        Simplex(tolerance=0.1, limit=_PERSON_LIMIT),
-        joint.blocks.vector({IDENTITY: person}),
-    )
-    found = solver.minimise(joint, start, joint.spec).x
+    start = joint.blocks.vector({IDENTITY: person})
+    found = Newton(limit=_PERSON_LIMIT, polished=40).minimise(joint, start, joint.spec).x
     shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
     stand = replace(stand, shift=shift, person=person)
     vectors = stand.postures(terms, vectors)
@@ -283,7 +280,7 @@ class _Stand:
             )
             maps = class_maps(classes, colours, window, one.image, place)
             drawn = self.renderer, self.model.scene, self.camera
-            made.append(likelihood_of(*drawn, window, maps, classes.weight))
+            made.append(likelihood_of(*drawn, window, maps, classes.weight, seam_of(colours)))
         return made
 
     def postures(self, terms: Sequence[FacetLikelihood], vectors: FloatArray) -> FloatArray:

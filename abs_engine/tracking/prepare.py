@@ -74,6 +74,11 @@ class HeadMotion:
     colours: ColourClasses | None = None
     rate: float = 25.0
 
+    @property
+    def alone(self) -> bool:
+        """Whether it is followed without what was found in the frames before."""
+        return True
+
     def follower(self) -> HeadFollower:
         """What follows the head from the first frame on."""
         return HeadFollower(self)

@@ -30,6 +30,11 @@ class ShiftedMotion:
     shift: FloatArray
     pivot: FloatArray
 
+    @property
+    def alone(self) -> bool:
+        """Whether it is followed without what was found in the frames before."""
+        return bool(getattr(self.motion, "alone", False))
+
     def follower(self) -> ShiftedFollower:
         """What follows the head from the first frame on."""
         return ShiftedFollower(self, self.motion.follower())

@@ -19,7 +19,7 @@ from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.learn import PLACES, learn_classes, typical_classes
 from abs_engine.face.head import MouthModel
-from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
+from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window, seam_of
 from abs_engine.tracking.place import CalibrationFrame, shifted
 
 FloatArray = NDArray[np.float64]
@@ -98,9 +98,10 @@ class Stand:
     def terms(self, classes: ColourClasses) -> list[FacetLikelihood]:
         """The frames' likelihoods with these colours."""
         colours, made = self.model.colour_classes, []
+        drawn, seam = (self.renderer, self.model.scene, self.camera), seam_of(colours)
         for window, frame in zip(self.windows, self.frames, strict=True):
             maps = class_maps(classes, colours, window, frame.image)
-            made.append(likelihood_of(self.renderer, self.model.scene, self.camera, window, maps))
+            made.append(likelihood_of(*drawn, window, maps, seam=seam))
         return made
 
 

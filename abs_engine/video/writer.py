@@ -29,9 +29,18 @@ class VideoWriter:
         Frames per second.
     crf : int
         x264's quality, 18 by default; 0 is lossless RGB.
+    preset : str
+        How long x264 looks for smaller files.
     """
 
-    def __init__(self, path: Path, size: tuple[int, int], rate: float, crf: int = 18) -> None:
+    def __init__(
+        self,
+        path: Path,
+        size: tuple[int, int],
+        rate: float,
+        crf: int = 18,
+        preset: str = "veryfast",
+    ) -> None:
         self._container = av.open(str(path), "w")
         codec = "libx264rgb" if crf == 0 else "libx264"
         stream = cast(
@@ -46,7 +55,7 @@ class VideoWriter:
         # always write the same bytes for the same pictures.
         stream.options = {
             "crf": str(crf),
-            "preset": "veryfast",
+            "preset": preset,
             "x264-params": "threads=1:lookahead-threads=1:asm=sse4.2",
         }
         self._stream = stream

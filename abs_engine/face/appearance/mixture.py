@@ -7,9 +7,12 @@ place, that a pixel belongs to the class that is learned.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from abs_engine.face.appearance import mixture_loops
 
 FloatArray = NDArray[np.float64]
 _FLOOR = 1e-5  # variance floor: 8-bit chromaticity is not finer than this
@@ -32,16 +35,20 @@ class Mixture:
 
     def densities(self, samples: FloatArray) -> FloatArray:
         """Weighted density of each component, (N, K), at samples (N, D)."""
-        columns = []
-        for weight, mean, covariance in zip(
-            self.weights, self.means, self.covariances, strict=True
-        ):
-            inverse = np.linalg.inv(covariance)
-            offset = samples - mean
-            squared = np.einsum("nd,de,ne->n", offset, inverse, offset)
-            scale = weight / np.sqrt(np.linalg.det(2 * np.pi * covariance))
-            columns.append(scale * np.exp(-0.5 * squared))
-        return np.stack(columns, axis=1)
+        roots, scales = self._white
+        out, part = np.empty((len(scales), len(samples))), np.empty(len(samples))
+        turned = np.ascontiguousarray(samples.T)
+        mixture_loops.exponents(turned, self.means, roots, part, out)
+        np.exp(out, out=out)
+        out *= scales[:, None]
+        return out.T
+
+    @cached_property
+    def _white(self) -> tuple[FloatArray, FloatArray]:
+        """Roots (K, D, D) of the inverse covariances, and densities (K,) at the means."""
+        roots = np.linalg.cholesky(np.linalg.inv(self.covariances), upper=True)
+        volumes = np.sqrt(np.linalg.det(2 * np.pi * self.covariances))
+        return np.ascontiguousarray(roots), self.weights / volumes
 
     def density(self, samples: FloatArray) -> FloatArray:
         """Probability density (N,) at samples (N, D)."""
