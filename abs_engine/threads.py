@@ -1,8 +1,12 @@
-"""Work beside other work: items made ahead of their use, calls made behind it, BLAS kept quiet."""
+"""Work beside other work: items made ahead of their use, calls made behind it, BLAS kept quiet.
+
+And what each part of it costs.
+"""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -66,6 +70,25 @@ class Behind:
         if kind is None:
             for one in self._waiting:
                 one.result()
+
+
+class Spent:
+    """Sums of processor seconds by what they were spent on, each in whatever thread it ran."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def on(self, name: str) -> Iterator[None]:
+        """Count the processor time of this thread as that of `name`."""
+        start = time.thread_time()
+        try:
+            yield
+        finally:
+            took = time.thread_time() - start
+            with self._lock:
+                self.seconds[name] = self.seconds.get(name, 0.0) + took
 
 
 class _Quiet:

@@ -11,9 +11,11 @@ from conftest import missing
 from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.evaluate import bench_ways, bench_worker
 from abs_engine.evaluate.bench import run_bench
+from abs_engine.evaluate.bench_clip import BenchError, bench_clip
 from abs_engine.evaluate.bench_result import RATIOS, WAYS, BenchResult
 from abs_engine.evaluate.bench_work import N_CANDIDATES, ball_work
 from abs_engine.evaluate.bench_worker import PyrenderWorker, WorkerError
+from abs_engine.video import VideoWriter
 
 GL_WAYS = ("gl_thin", "gl_instanced", "gl_batched")
 PYRENDER_WAYS = ("pyrender_numpy", "pyrender_tuned")
@@ -124,3 +126,47 @@ def test_the_work_is_always_the_same():
 def test_no_rounds_are_refused():
     with pytest.raises(ParameterError, match="rounds"):
         run_bench(rounds=0)
+
+
+def test_a_peer_that_is_not_there_is_named_before_anything_slow(tmp_path):
+    video = written(tmp_path / "clip.mp4")
+    with pytest.raises(ParameterError, match="is no file"):
+        bench_clip(video, "cpu", tmp_path / "nowhere")
+    plain = tmp_path / "python"
+    plain.write_text("#!/bin/sh\necho no mediapipe >&2\nexit 1\n")
+    plain.chmod(0o755)
+    with pytest.raises(BenchError, match="MediaPipe does not run: no mediapipe"):
+        bench_clip(video, "cpu", plain)
+
+
+def test_a_clip_without_a_face_says_so(tmp_path):
+    with pytest.raises(BenchError, match="no face was found"):
+        bench_clip(written(tmp_path / "clip.mp4"), "cpu", None, turns=1)
+
+
+def test_a_clip_is_timed_beside_a_peer(tmp_path, grid_clip):
+    peer = tmp_path / "python"
+    said = '{"frames": 75, "seen": 75, "version": "0.0"}'
+    peer.write_text(f"#!/bin/sh\nsleep 0.2\necho '{said}'\n")
+    peer.chmod(0o755)
+    found = bench_clip(grid_clip, "cpu", peer, turns=1)
+    told = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    assert told["ratio"] == pytest.approx(told["seconds"] / told["seconds_peer"])
+    assert 0 < told["first_result_seconds"] < told["seconds"]
+    assert told["fps"] > 0
+    assert 0 < told["drawings_per_frame"] < 100
+    assert {"head pose", "evidence", "fit", "overlay"} <= set(told["parts"])
+    assert any("frames/s" in line for line in found.as_lines())
+
+
+def written(path):
+    """A short clip that shows nothing."""
+    with VideoWriter(path, (64, 48), 25.0) as writer:
+        for _ in range(4):
+            writer.write(np.zeros((48, 64, 3), np.uint8))
+    return path
+
+
+@pytest.fixture
+def grid_clip(data_dir):
+    return data_dir / "grid" / "bbaf2n.mpg"

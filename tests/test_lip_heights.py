@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from runs import toy_model
 
-from abs_engine.face.contact import lip_heights
+from abs_engine.face.contact import lip_gaps, lip_heights, pinching
 from abs_engine.face.head import PROTOTYPES
 from abs_engine.fit.head_frame import LEAST_THICKNESS, contact_prior
 
@@ -86,3 +86,16 @@ def test_the_pose_costs_nothing():
     rng = np.random.default_rng(0)
     x = np.r_[rng.normal(0, 5, 6), MODEL.prototypes[4]]
     assert THICK.negative_log(x) == THICK.negative_log(np.r_[np.zeros(6), MODEL.prototypes[4]])
+
+
+def test_a_mouth_that_opens_beside_its_middle_alone_costs_a_lot():
+    """Two openings with a bridge between them: no recorded mouth shows that."""
+    gap, slope = lip_gaps(MODEL.held(NOBODY), MODEL.rings)
+    wanted = np.array([0.0, 2.0, 4.0, 2.0, 0.0, 2.0, 4.0, 2.0, 0.0])
+    pinched = np.linalg.lstsq(slope, wanted - gap, rcond=None)[0]
+    by, move = pinching(gap, slope)
+    assert (by + move @ pinched)[0] < -1.0
+    x = np.r_[np.zeros(6), pinched]
+    assert THICK.negative_log(x) > THIN.negative_log(x) + 2.0
+    for prototype in MODEL.prototypes:
+        assert (by + move @ prototype)[0] > 0

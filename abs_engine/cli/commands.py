@@ -12,9 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from abs_engine.cli.progress import Progress
+from abs_engine.core.errors import ParameterError
 from abs_engine.files import check_free, parent_folder, write_new
 
 if TYPE_CHECKING:
+    from abs_engine.evaluate.bench_clip import ClipBench
+    from abs_engine.evaluate.bench_result import BenchResult
     from abs_engine.render.select import OpenRenderer
 
 
@@ -160,16 +163,33 @@ def _demo(output: Path, chosen: Namespace) -> int:
 
 
 def bench(chosen: Namespace) -> int:
-    """Time one evaluation."""
-    from abs_engine.evaluate.bench import DEFAULT_ROUNDS, run_bench
-
+    """Time one evaluation, or a clip."""
     if chosen.json is not None:
         check_free(chosen.json)
-    result = run_bench(chosen.rounds or DEFAULT_ROUNDS)
+    result = _clip_bench(chosen) if chosen.clip is not None else _evaluation_bench(chosen)
     print("\n".join(result.as_lines()))
     if chosen.json is not None:
         write_new(chosen.json, (json.dumps(result.as_json(), indent=1) + "\n").encode())
     return 0
+
+
+def _evaluation_bench(chosen: Namespace) -> BenchResult:
+    from abs_engine.evaluate.bench import DEFAULT_ROUNDS, run_bench
+
+    for name in ("renderer", "peer_python"):
+        if getattr(chosen, name) is not None:
+            option = name.replace("_", "-")
+            raise ParameterError(f"--{option} goes with --clip", "name a video, or leave it out")
+    return run_bench(chosen.rounds or DEFAULT_ROUNDS)
+
+
+def _clip_bench(chosen: Namespace) -> ClipBench:
+    from abs_engine.evaluate.bench_clip import TURNS, bench_clip
+
+    with Progress("bench") as progress:
+        progress.announce("tracking the clip, by turns")
+        renderer = chosen.renderer or "auto"
+        return bench_clip(chosen.clip, renderer, chosen.peer_python, chosen.rounds or TURNS)
 
 
 def render(chosen: Namespace) -> int:

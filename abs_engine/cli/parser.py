@@ -116,7 +116,7 @@ def build_parser() -> Parser:
     report.add_arguments(
         add("report", report.report, "write one HTML file about one run or several")
     )
-    _bench(add("bench", commands.bench, "time one evaluation beside pyrender and NumPy"))
+    _bench(add("bench", commands.bench, "time one evaluation, or the tracking of a clip"))
     _render(add("render", commands.render, "draw postures, nomograms, overlays, labels, errors"))
     _reproduce(add("reproduce", reproduce, "make a paper's tables and figures on our own data"))
     return parser
@@ -185,7 +185,19 @@ def _evaluate(command: argparse.ArgumentParser) -> None:
 
 def _bench(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
-    command.add_argument("--rounds", type=count, help="turns of every way (default: 50)")
+    command.add_argument(
+        "--rounds", type=count, help="turns of every way (default: 50; of a clip 3)"
+    )
+    command.add_argument(
+        "--clip", type=Path, metavar="VIDEO", help="time the tracking of this video instead"
+    )
+    command.add_argument(
+        "--peer-python",
+        type=Path,
+        metavar="PYTHON",
+        help="with --clip: a Python that has mediapipe, whose face mesh is timed by turns",
+    )
+    command.add_argument("--renderer", metavar="NAME", help="with --clip: what draws")
 
 
 def _render(command: Parser) -> None:

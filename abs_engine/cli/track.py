@@ -99,7 +99,9 @@ def _add_parts(command: argparse.ArgumentParser) -> None:
         help="evidence that is rendered and compared, names joined by + (default: colour)",
     )
     command.add_argument(
-        "--driver", metavar="NAME", help="what moves the parameters (default: simplex)"
+        "--driver",
+        metavar="NAME",
+        help="what moves the parameters (default: newton for a head seen by colour, else simplex)",
     )
     command.add_argument(
         "--plugin", type=Path, action="append", default=[], metavar="FILE.py",

@@ -133,6 +133,14 @@ class Face:
         """Height, mm, between the inner lips' middles of the scene's vertices (V, 3), or 0."""
         return lip_aperture(vertices[self.rings["points"]])
 
+    def protrusion(self, posture: FloatArray) -> float:
+        """How far the middle of the outer lips lies in front of the head frame's origin, mm.
+
+        Of a posture (P,); mean z of points 51 and 57 of the usual 68.
+        """
+        points = self.scene.vertices(posture)[self.rings["points"]]
+        return float(0.5 * (points[3, 2] + points[9, 2]))
+
     def measures(self, posture: FloatArray) -> tuple[FloatArray, float, float]:
         """Lip contours (N, 3) in mm, head frame; mouth width and aperture in mm, of a posture (P,).
 

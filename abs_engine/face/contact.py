@@ -13,6 +13,12 @@ FloatArray = NDArray[np.float64]
 Rings = Mapping[str, NDArray[np.integer]]
 
 
+MIDDLE, SIDES = 4, (2, 6)
+"""Of the nine gaps from corner to corner: the mouth's middle, and half-way to its corners."""
+PINCHED, SLACK = 0.9, 0.7
+"""How much of the sides' gap the middle's is at least, and mm that are allowed for."""
+
+
 def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
     """Gaps between the lips.
 
@@ -38,6 +44,25 @@ def lip_gaps(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:
     gap = scene.mean[up, 1] - scene.mean[down, 1]
     slope = scene.modes[:, up, 1] - scene.modes[:, down, 1]
     return gap.astype(np.float64), slope.T.astype(np.float64)
+
+
+def pinching(gap: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """By how much a mouth's middle opens farther than its sides do, of `lip_gaps`.
+
+    Of 1,879 frames of a recorded face whose mouth is open by more than 1 mm, on the bundled head,
+    the gap in the middle is 0.97 of the mean of both sides' or more in 99.9 %; of postures drawn
+    from the modes' own Gaussian it is below 0.7 in 5 %. `SLACK` is left for lips whose middle hangs
+    lower than the bundled head's.
+
+    Returns
+    -------
+    (1,) float64, mm
+        Negative where the middle is pinched.
+    (1, P) float64, mm per unit of a posture's parameter
+    """
+    share = np.zeros(len(gap))
+    share[[MIDDLE, *SIDES]] = 1.0, *(-0.5 * PINCHED for _ in SIDES)
+    return np.array([share @ gap + SLACK]), (share @ slope)[None]
 
 
 def lip_heights(scene: Scene, rings: Rings) -> tuple[FloatArray, FloatArray]:

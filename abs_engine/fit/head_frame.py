@@ -17,7 +17,7 @@ from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
-from abs_engine.face.contact import Rings, lip_gaps, lip_heights
+from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.problem import Problem
 
@@ -27,6 +27,9 @@ DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
 SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
 PULL = 0.06  # likewise of the maps that pull on the facets: how far a boundary is felt
 IN_SHADE = 0.15  # share of the probability of teeth and dark that lips get: they throw shade
+RED_INSIDE = 0.15
+"""Share of the probability of lips that the dark inside gets: tongue, gums, and teeth under red light
+are as red. Chosen of 0 and 0.15 on p01 to p08 of the strangers' clips."""
 IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
 LINE = 0.03  # height of such a line, in mouth widths,
 LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
@@ -118,13 +121,15 @@ def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
 
     Where in the mouth teeth stand is not known of a person: dark facets may show them. Where the
     inside is no more than `line` drawn pixels high, its dark may as well be closed lips; not teeth.
+    What lies in the dark may be as red as lips.
     """
     inside = maps["teeth"] + maps["dark"]
     window = np.ones((2 * round(line / 2) + 1, 1), np.uint8)
     thick = cv2.morphologyEx(inside, cv2.MORPH_OPEN, window)
     line_of_dark = (inside - thick) * maps["dark"] / np.maximum(inside, 1e-9)
     lips = maps["lips"] + IN_SHADE * inside + (IN_LINE - IN_SHADE) * line_of_dark
-    return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": inside}
+    dark = inside + RED_INSIDE * maps["lips"]
+    return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": dark}
 
 
 def head_problem(
@@ -197,7 +202,8 @@ def contact_of(scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False
 
     A head's lips overlap a little at rest, so that no light falls between them; only what they
     overlap beyond that is pressing. With `thick` each lip also keeps `LEAST_THICKNESS` of its
-    height at rest, so that its outline cannot turn inside out.
+    height at rest, so that its outline cannot turn inside out, and the mouth opens in the middle as
+    far as at its sides, see `pinching`.
 
     Parameters
     ----------
@@ -213,6 +219,7 @@ def contact_of(scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False
     if thick:
         height, change = lip_heights(scene, rings)
         least = LEAST_THICKNESS * (height + change @ rest)
-        gap, slope = np.r_[gap, height - least], np.vstack([slope, change])
+        pinch, move = pinching(gap, slope)
+        gap, slope = np.r_[gap, height - least, pinch], np.vstack([slope, change, move])
     slope = joined(np.zeros((len(gap), len(POSE_NAMES))), slope)
     return ContactPrior(gap, slope)

@@ -26,6 +26,8 @@ from abs_engine.fit.evidence import Bordered, Pushing, Squared, Term, valued
 from abs_engine.fit.moved import moved_along
 
 FloatArray = NDArray[np.float64]
+NEAR = 2
+"""Drawn pixels to either side of a border that tell its curvature."""
 FIRST_STRIDE = 2.0
 """mm that the node which moves most is first pushed by."""
 
@@ -193,6 +195,13 @@ class Problem:
                 )
             value, slope, curve = value + cost, slope + fall, curve + bend
         return value, slope, curve
+
+    def curvature(self, x: FloatArray) -> FloatArray | None:
+        """Second derivative (N, N) at `x` (N,); None where a term or a prior has none."""
+        try:
+            return self.newton(x, NEAR, local=True)[2]
+        except ParameterError:
+            return None
 
     def _bordered(
         self, term: Bordered, x: FloatArray, reach: int, local: bool

@@ -158,6 +158,12 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
     return {name: TERMS.get(name) for name in names}
 
 
+def bends(kinds: Mapping[str, TermKind]) -> bool:
+    """Whether evidence tells Newton's steps: borders, and else what is a sum of squares."""
+    borders = [("borders" in kind.gives, "residuals" in kind.gives) for kind in kinds.values()]
+    return any(lined for lined, _ in borders) and all(any(each) for each in borders)
+
+
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
     """The terms of a frame, in the order of their kinds."""
     return {name: face.own_terms.get(name, kind.bind)(face, view) for name, kind in kinds.items()}

@@ -13,6 +13,7 @@ from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.face.base import Face
+from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found, averaged, search
 from abs_engine.threads import ahead, one_thread
@@ -23,6 +24,8 @@ from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, Fram
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 NOTHING = Memory()
+FOLLOWING, EVIDENCE, FITTING = "head pose", "evidence", "fit"
+"""What frames cost, by part."""
 HELD, AGAIN = "held to the landmarks", "started again"
 """Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
 one that was begun again from postures that are known."""
@@ -49,11 +52,16 @@ def track(
         Each frame with what was found in it.
     """
     with one_thread():
-        head = setting.motion.follower()
+        head, spent = setting.motion.follower(), setting.spent
+
+        def seen(image: Image, memory: Memory) -> HeadFrame:
+            with spent.on(FOLLOWING):
+                return head.step(image, memory)
+
         if _followed_apart(setting):
-            frames = ahead(head.step(image, NOTHING) for image in images)
+            frames = ahead(seen(image, NOTHING) for image in images)
         else:
-            frames = (head.step(image, memory) for image in images)  # each with what is then known
+            frames = (seen(image, memory) for image in images)  # each with what is then known
         for index, frame in enumerate(frames):
             result, memory = _step(setting, index, frame, memory)
             yield frame.image, result
@@ -73,16 +81,19 @@ def _step(
     pose = frame.pose
     if pose is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
-    hidden = "" if setting.visibility is None else setting.visibility.hidden(frame, pose)
+    with setting.spent.on(EVIDENCE):
+        hidden = "" if setting.visibility is None else setting.visibility.hidden(frame, pose)
     if hidden:
         seen = replace(lost(setting.face, index), pose=pose, status=hidden, covered=True)
         return seen, memory.lost()
     try:
-        work = setting.binder.work(frame, pose, memory)
+        with setting.spent.on(EVIDENCE):
+            work = setting.binder.work(frame, pose, memory)
     except OutOfPictureError:
         seen = replace(lost(setting.face, index), pose=pose, status=OUTSIDE, covered=True)
         return seen, memory.lost()
-    found = _accepted(setting, work)
+    with setting.spent.on(FITTING):
+        found = _accepted(setting, work)
     if found is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
     result = _result(setting, index, work, found)
@@ -159,18 +170,20 @@ def _apart(work: Work, x: FloatArray) -> tuple[float, float]:
 
 
 def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> FrameResult:
-    problem, face, x = work.problem, setting.face, found.x
+    problem, face, x, marks = work.problem, setting.face, found.x, work.landmarks
     value = problem(problem.chosen(x))
     lips, width, aperture = face.measures(problem.blocks.part(x, POSTURE))
     by_landmarks = float("nan")
-    if work.landmarks is not None:
-        told = problem.blocks.part(work.landmarks.told, POSTURE)
+    if marks is not None:
+        told = problem.blocks.part(marks.told, POSTURE)
         by_landmarks = face.measures(told)[2]
     return FrameResult(
         index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
         work.explained(value), found.best.n_evaluations, found.best.status,
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
         terms=value.terms, highest=found.best,
+        protrusion=face.protrusion(problem.blocks.part(x, POSTURE)),
+        belief=belief_of(marks.alone if marks is not None and marks.only else problem, face, x),
     )  # fmt: skip
 
 

@@ -96,5 +96,9 @@ def write_run(
     times = {
         "preparation_seconds": round(facts.preparation, 3),
         "seconds_per_frame": round(took / max(1, len(recorder)), 5),
+        "processor_ms_per_frame": {
+            part: round(1e3 * seconds / max(1, len(recorder)), 2)
+            for part, seconds in setting.spent.seconds.items()
+        },
     }
     return recorder.write(folder, {"settings": facts.settings, "summary": times})

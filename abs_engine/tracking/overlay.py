@@ -27,6 +27,7 @@ from abs_engine.tracking.record import closed_frames
 from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.video import VideoWriter
 
+OVERLAY = "overlay"  # what it is called among what frames cost
 LEAST_HEIGHT = 640  # of the drawn frame
 PANEL_WIDTH = 448
 ACROSS = 2.2  # mouth widths in the panel
@@ -48,14 +49,15 @@ class Overlay:
     def __init__(self, path: Path, setting: ClipSetting) -> None:
         self._painter = Painter(setting)
         self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING)
-        self._behind = Behind()
+        self._behind, self._spent = Behind(), setting.spent
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Append a frame; it is drawn and written beside other work."""
         self._behind.call(self._append, image, result)
 
     def _append(self, image: Image, result: FrameResult) -> None:
-        self._writer.write(self._painter.paint(image, result))
+        with self._spent.on(OVERLAY):
+            self._writer.write(self._painter.paint(image, result))
 
     def __enter__(self) -> Overlay:
         return self

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import MODELS, PRESETS, nearest
+from abs_engine.fit.terms import bends, term_kinds
 from abs_engine.tracking.model_file import model_of_file
 from abs_engine.tracking.options import LANDMARKS, Prepare, TrackOptions, model_named
 
@@ -36,7 +37,9 @@ class Preset:
     prepare: Prepare | None = None
 
 
-USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "simplex", LANDMARKS)
+USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "newton", LANDMARKS)
+ANY_DRIVER = "simplex"
+"""What moves the parameters of any face by any evidence."""
 
 
 def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
@@ -59,17 +62,25 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     kind = name if file is None else model_of_file(file)
     if kind != preset.model:
         own = None
+    terms = preset.terms if options.terms is None else options.terms
     chosen = replace(
         options,
         model=kind,
         model_file=file,
-        terms=preset.terms if options.terms is None else options.terms,
-        driver=options.driver or preset.driver,
+        terms=terms,
+        driver=options.driver or _driver(preset, kind, terms),
         start=options.start or preset.start,
         preset=options.preset if kind == preset.model else None,
     )
     prepare: Prepare = own or model_named(kind)
     return chosen, prepare
+
+
+def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:
+    """The preset's driver, or one that serves any face and evidence where the usual does not."""
+    if preset is USUAL and not (kind == preset.model and bends(term_kinds(terms))):
+        return ANY_DRIVER
+    return preset.driver
 
 
 def _file(name: str) -> Path | None:

@@ -34,6 +34,8 @@ POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
 
 _MEASURES = ("width", "aperture", "value", "score", "evaluations")
+_BELIEVED = ("width", "aperture", "protrusion")
+_SURE = (*(f"{name}_sd" for name in _BELIEVED), "closed_probability")
 _LANDMARKS = ("landmark_distance", "landmark_aperture")
 _FOR_EACH_FRAME = (
     *("index", "time", "found", "parameters", "rotation", "translation", "lip_points"),
@@ -73,17 +75,20 @@ class Recorder:
             `parameter_names`; `rotation` (T, 3) rotation vector and `translation` (T, 3) mm, head
             to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
             (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
-            (T,) mm, `closed` (T,); `landmark_distance` and `landmark_aperture` (T,) mm, see
-            `FrameResult`; `value`, `score`, `evaluations`, `status` (T,); `term_values` (T, K) by
-            `term_names`, what `value` is the sum of, and `value_unit` (T,); `person_weights`
-            (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
+            and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
+            `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
+            `closed_probability` (T,), see `fit.belief`; `landmark_distance` and
+            `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
+            `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
+            `value_unit` (T,); `person_weights` (Q,); `camera_matrix`, `camera_distortion`,
+            `camera_size`, `rate`, `renderer`,
             `engine_version`, `format`, `version`.
         """
         results, setting = self._results, self._setting
         camera = setting.camera
         each = {
             k: np.array([getattr(r, k) for r in results])
-            for k in ("index", "found", "covered", *_MEASURES, *_LANDMARKS)
+            for k in ("index", "found", "covered", "protrusion", *_MEASURES, *_LANDMARKS)
         }
         return {
             "format": FORMAT,
@@ -101,6 +106,7 @@ class Recorder:
             "closed": closed_frames(each["aperture"]),
             "status": np.array([r.status for r in results]),
             **self._terms(),
+            **self._beliefs(),
             "person_weights": setting.face.identity,
             "camera_matrix": camera.matrix,
             "camera_distortion": camera.distortion,
@@ -124,6 +130,19 @@ class Recorder:
             "term_names": np.array(names, np.str_),
             "term_values": np.array(values, np.float64).reshape(len(values), len(names)),
             "value_unit": np.array([r.unit for r in self._results]),
+        }
+
+    def _beliefs(self) -> dict[str, Any]:
+        """Standard deviations, and the probability that lips are closed; NaN where not known."""
+        count = len(self._setting.face.body.lips)
+        sizes = {
+            **{f"{name}_sd": () for name in _BELIEVED},
+            "lip_points_sd": (count, 3), "rotation_sd": (3,), "translation_sd": (3,),
+            "closed_probability": (),
+        }  # fmt: skip
+        return {
+            name: np.array([_believed(r, name, size) for r in self._results]).reshape(-1, *size)
+            for name, size in sizes.items()
         }
 
     def mesh(self) -> RunMesh:
@@ -173,6 +192,8 @@ class Recorder:
             int(result.covered),
             result.landmark_distance,
             result.landmark_aperture,
+            result.protrusion,
+            *(float(_believed(result, name, ())) for name in _SURE),
             result.status,
         ]
 
@@ -238,6 +259,14 @@ class Recorder:
         return told
 
 
+def _believed(result: FrameResult, name: str, size: tuple[int, ...]) -> NDArray[np.float64]:
+    """A number of a frame's belief by its name in results; NaN where there is none."""
+    if result.belief is None:
+        return np.full(size, np.nan)
+    own = {"lip_points_sd": "lips", "closed_probability": "closed"}.get(name)
+    return np.asarray(getattr(result.belief, own or name.removesuffix("_sd")), np.float64)
+
+
 def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
     """Mean of the scores; None where no evidence can say how much it explains."""
     scores = [r.score for r in tracked]
@@ -257,7 +286,8 @@ def table_heading(setting: ClipSetting) -> list[str]:
     pose = [f"head_{name}" for name in POSE_NAMES]
     parameters = setting.face.blocks.spec.names
     end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered"]
-    return ["index", "time", "found", *pose, *parameters, *points, *end, *_LANDMARKS, "status"]
+    end += [*_LANDMARKS, "protrusion", *_SURE, "status"]
+    return ["index", "time", "found", *pose, *parameters, *points, *end]
 
 
 def rotation_vector(result: FrameResult) -> NDArray[np.float64]:

@@ -14,10 +14,12 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
+from abs_engine.fit.belief import Belief
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again, Minimiser
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import SIMPLEX
+from abs_engine.threads import Spent
 from abs_engine.tracking.frames import HeadFrame, Memory, Motion
 from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
 
@@ -68,6 +70,10 @@ class FrameResult:
         What `value` is the sum of: each kind of evidence, and the priors.
     highest : Solution or None
         The least value of all searches, over all parameters.
+    protrusion : float, mm
+        How far the middle of the lips lies in front of the head frame's origin.
+    belief : Belief or None
+        How sure all of it is; None where the evidence cannot say.
     """
 
     index: int
@@ -87,6 +93,8 @@ class FrameResult:
     unit: float = 1.0
     terms: Mapping[str, float] = field(default_factory=dict)
     highest: Solution | None = None
+    protrusion: float = float("nan")
+    belief: Belief | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +171,8 @@ class ClipSetting:
         Whether the head's poses are taken as they are, and only postures are fitted.
     landmarks : MouthLandmarks or None
         How landmarks are weighed, where the network is asked.
+    spent : Spent
+        What frames cost, by part.
     """
 
     face: Face
@@ -178,3 +188,4 @@ class ClipSetting:
     charged: bool = False
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
+    spent: Spent = field(default_factory=Spent)

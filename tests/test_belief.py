@@ -1,0 +1,85 @@
+"""Standard deviations: exact where all is Gaussian, wider where a picture says less."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_newton import problem
+from test_track_fit import ALL, BASE, MODEL, SETTING, N, start
+
+from abs_engine.compare.prior import GaussianPrior, InformationPrior
+from abs_engine.fit.belief import Unknown, belief_of
+from abs_engine.fit.head_frame import COLOUR
+from abs_engine.fit.problem import Problem
+from abs_engine.optimise.newton import Newton
+
+FACE = SETTING.face
+
+
+def told(information):
+    """A problem of a Gaussian alone, about a posture that is open."""
+    mean = np.r_[np.zeros(6), MODEL.prototypes[2]]
+    return Problem(BASE, FACE.blocks, {}, (InformationPrior(mean, information),)), mean
+
+
+def test_a_gaussian_gives_its_own_covariance(monkeypatch):
+    for name in ("APERTURE", "WIDTH", "PROTRUSION", "ROTATION"):
+        monkeypatch.setattr(f"abs_engine.fit.belief.{name}", Unknown())
+    rng = np.random.default_rng(0)
+    root = 5 * (rng.normal(size=(N, N)) + 3 * np.eye(N))
+    made, x = told(root @ root.T)
+    found = belief_of(made, FACE, x)
+    draws = rng.multivariate_normal(x, np.linalg.inv(root @ root.T), 4000)
+    measured = np.array([FACE.measures(d[6:])[1:] for d in draws])
+    assert found.width == pytest.approx(measured[:, 0].std(), rel=0.05)
+    assert found.aperture == pytest.approx(measured[:, 1].std(), rel=0.05)
+    assert found.rotation == pytest.approx(draws[:, :3].std(axis=0), rel=0.05)
+    assert found.lips.shape == (sum(FACE.ring_sizes), 3)
+    assert found.closed < 0.01
+
+
+def test_what_is_held_is_sure():
+    made, x = told(np.eye(N))
+    found = belief_of(replace(made, free=("posture",)), FACE, x)
+    free = belief_of(made, FACE, x)
+    assert (found.rotation < free.rotation).all()
+    assert found.aperture == pytest.approx(free.aperture)
+
+
+def test_a_picture_that_says_less_leaves_more_open():
+    made = problem(0)
+    x = Newton().minimise(made, start(0, ALL), made.spec).x
+    colour = made.terms[COLOUR]
+    less = replace(made, terms={COLOUR: replace(colour, observations=0.1 * colour.observations)})
+    sure, unsure = belief_of(made, FACE, x), belief_of(less, FACE, x)
+    assert unsure.width > 1.2 * sure.width
+    assert unsure.lips.mean() > sure.lips.mean()
+
+
+def test_closed_lips_are_probably_closed():
+    made, _ = told(400.0 * np.eye(N))
+    for posture, closed in ((MODEL.prototypes[0], True), (MODEL.prototypes[2], False)):
+        found = belief_of(made, FACE, np.r_[np.zeros(6), posture])
+        assert (found.closed > 0.5) == closed
+
+
+def test_evidence_without_curvature_gives_none():
+    class Mute:
+        def negative_log(self, candidates):
+            return np.zeros(len(candidates))
+
+    made, x = told(np.eye(N))
+    assert belief_of(replace(made, terms={"mute": Mute()}), FACE, x) is None
+
+
+def test_what_nothing_is_known_of_is_no_reason_to_fail():
+    deviation = np.full(N, np.inf)
+    nothing = Problem(BASE, FACE.blocks, {}, (GaussianPrior(np.zeros(N), deviation),))
+    assert belief_of(nothing, FACE, np.zeros(N)) is None
+    deviation[6:] = 1.0
+    posture = replace(nothing, priors=(GaussianPrior(np.zeros(N), deviation),))
+    found = belief_of(posture, FACE, np.zeros(N))
+    assert np.isfinite(found.aperture)
+    assert found.rotation.min() > 1.0

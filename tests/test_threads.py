@@ -1,0 +1,91 @@
+"""Work beside other work keeps its order, its errors and its bounds."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info
+
+from abs_engine.threads import Behind, Spent, ahead, one_thread
+
+
+def test_items_come_as_they_are_from_another_thread():
+    makers = []
+
+    def made():
+        for k in range(20):
+            makers.append(threading.current_thread())
+            yield k
+
+    assert list(ahead(made(), 3)) == list(range(20))
+    assert threading.current_thread() not in makers
+
+
+def test_no_more_is_made_than_may_wait():
+    made = []
+    items = ahead((made.append(k) or k for k in range(100)), 3)
+    assert next(items) == 0
+    time.sleep(0.05)
+    assert len(made) <= 5
+    items.close()
+    count = len(made)
+    time.sleep(0.05)
+    assert len(made) <= count + 1
+
+
+def test_an_error_comes_where_its_item_would():
+    def broken():
+        yield 1
+        raise ValueError("second")
+
+    items = ahead(broken())
+    assert next(items) == 1
+    with pytest.raises(ValueError, match="second"):
+        next(items)
+
+
+def test_calls_are_made_in_their_order_and_waited_for():
+    done = []
+    with Behind(2) as behind:
+        for k in range(10):
+            behind.call(done.append, k)
+    assert done == list(range(10))
+
+
+def test_a_call_that_fails_is_not_swallowed():
+    def fails():
+        raise OSError("full")
+
+    with pytest.raises(OSError, match="full"), Behind() as behind:
+        behind.call(fails)
+
+
+def test_one_thread_of_blas_until_the_last_lets_it_go():
+    np.ones((2, 2)) @ np.ones((2, 2))
+
+    def threads():
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    before = threads()
+    outer, inner = one_thread(), one_thread()
+    outer.__enter__()
+    inner.__enter__()
+    assert set(threads()) == {1}
+    outer.__exit__(None, None, None)
+    assert set(threads()) == {1}
+    inner.__exit__(None, None, None)
+    assert threads() == before
+
+
+def test_time_is_counted_where_it_is_spent():
+    spent = Spent()
+    with spent.on("work"):
+        end = time.thread_time() + 0.02
+        while time.thread_time() < end:
+            pass
+    with spent.on("rest"):
+        time.sleep(0.02)
+    assert spent.seconds["work"] >= 0.02 > spent.seconds["rest"]
