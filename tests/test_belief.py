@@ -10,7 +10,7 @@ from test_newton import problem
 from test_track_fit import ALL, BASE, MODEL, SETTING, N, start
 
 from abs_engine.compare.prior import GaussianPrior, InformationPrior
-from abs_engine.fit.belief import Unknown, belief_of
+from abs_engine.fit.belief import ROTATION, Unknown, belief_of
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
 from abs_engine.optimise.newton import Newton
@@ -25,8 +25,9 @@ def told(information):
 
 
 def test_a_gaussian_gives_its_own_covariance(monkeypatch):
-    for name in ("APERTURE", "WIDTH", "PROTRUSION", "ROTATION"):
+    for name in ("APERTURE", "WIDTH"):
         monkeypatch.setattr(f"abs_engine.fit.belief.{name}", Unknown())
+    monkeypatch.setattr("abs_engine.fit.belief.ROTATION", (Unknown(),) * 3)
     rng = np.random.default_rng(0)
     root = 5 * (rng.normal(size=(N, N)) + 3 * np.eye(N))
     made, x = told(root @ root.T)
@@ -45,6 +46,7 @@ def test_what_is_held_is_sure():
     found = belief_of(replace(made, free=("posture",)), FACE, x)
     free = belief_of(made, FACE, x)
     assert (found.rotation < free.rotation).all()
+    assert found.rotation == pytest.approx([one.least for one in ROTATION])
     assert found.aperture == pytest.approx(free.aperture)
 
 

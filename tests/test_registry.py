@@ -101,7 +101,9 @@ def test_what_is_chosen_counts_more_than_the_preset():
     other, _ = resolved(TrackOptions(preset="basu1998", driver="simplex", start="landmarks"))
     assert (other.model, other.driver, other.start) == ("shell", "simplex", "landmarks")
     usual, _ = resolved(TrackOptions(terms="colour"))
-    assert (usual.model, usual.terms, usual.driver) == ("head", ("colour",), "simplex")
+    assert (usual.model, usual.terms, usual.driver) == ("head", ("colour",), "newton")
+    shell, _ = resolved(TrackOptions(model="shell"))
+    assert shell.driver == "simplex"
     face, _ = resolved(TrackOptions(preset="basu1998", model="head"))
     assert (face.model, face.preset) == ("head", None)
 

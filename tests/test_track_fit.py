@@ -20,6 +20,7 @@ from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
     IN_LINE,
     IN_SHADE,
+    RED_INSIDE,
     SMOOTHING,
     best_start,
     class_maps,
@@ -277,9 +278,10 @@ def test_class_maps_follow_the_facet_classes():
     ).maps
     lips, inside = 0.3 + IN_SHADE * 0.4, 0.4  # what is inside is thick in the middle
     middle = maps[:, height // 2, width // 2]
-    of_class = {"skin": 0.2, "upper_lip": lips, "lower_lip": lips, "eyes": 0.0}
+    red = inside + RED_INSIDE * 0.3
+    of_region = {"skin": 0.2, "lips": lips, "teeth": inside, "dark": red, None: 0.0}
     for k, name in enumerate(SPEAKER.class_names[1:], start=1):
-        assert middle[k] == pytest.approx(of_class.get(name, inside)), name
+        assert middle[k] == pytest.approx(of_region[MODEL.colour_classes[k]]), name
     assert middle[0] == 0
     assert not maps[:, ~zone(window)].any()
 

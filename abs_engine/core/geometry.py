@@ -83,10 +83,10 @@ def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray
     (V, 3) float64
         Unit length, or zero where no adjacent facet has an area.
     """
-    cross = _facet_cross(vertices, faces)
-    sums = np.zeros_like(vertices)
-    for corner in range(3):
-        np.add.at(sums, faces[:, corner], cross)
+    cross, corners = _facet_cross(vertices, faces), faces.T.ravel()
+    count = len(vertices)
+    each = [np.bincount(corners, np.tile(axis, 3), minlength=count) for axis in cross.T]
+    sums = np.stack(each, axis=1).astype(np.float64)
     length = np.linalg.norm(sums, axis=1, keepdims=True)
     normals = np.zeros_like(sums)
     np.divide(sums, length, out=normals, where=length > 0)

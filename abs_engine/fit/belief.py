@@ -49,11 +49,17 @@ class Unknown:
         )
 
 
-APERTURE = Unknown()
-WIDTH = Unknown()
-PROTRUSION = Unknown()
-POINTS = (Unknown(), Unknown(), Unknown())
-ROTATION, TRANSLATION = Unknown(), (Unknown(), Unknown(), Unknown())
+APERTURE, WIDTH = Unknown(0.4, 0.3, 0.17), Unknown(1.22, 0.0, 0.021)
+"""mm. Chosen on eight films of unknown ICT heads and three of unknown people of the bundled kind,
+pupil distance and camera given, where 90 % intervals of the aperture hold 93 %, of the width 89 %.
+Of ICT's widths the mean difference is left out: its corners are other points."""
+PROTRUSION = Unknown(0.94, 0.28)
+POINTS = (Unknown(1.27, 0.10), Unknown(1.39, 0.34), Unknown(0.0, 1.38))
+"""mm, along the head's axes, of the three people. Of each clip the mean offset of all points is
+left out: where an unknown head's origin lies, nothing shows."""
+ROTATION = (Unknown(least=0.06), Unknown(least=0.018), Unknown(least=0.012))
+TRANSLATION = (Unknown(least=1.2), Unknown(least=4.4), Unknown(least=8.0))
+"""Radians about the camera's axes and mm, mostly what a person's frames all have in common."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +112,7 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
         aperture=float(aperture),
         width=float(WIDTH.deviation(_along(wide, posture), float(np.linalg.norm(left - right)))),
         protrusion=float(PROTRUSION.deviation(_along(front, posture))),
-        lips=np.column_stack([u.deviation(spread[:, k]) for k, u in enumerate(POINTS)]),
+        lips=_each(POINTS, spread),
         rotation=turn,
         translation=shift,
         closed=float(ndtr((CLOSED_APERTURE - height) / max(float(aperture), 1e-9))),
@@ -137,6 +143,10 @@ def _of_pose(
     arm = -(pose.rotation @ problem.frame.pivot)
     moves = pose_moves(arm[None])[:, 0]  # of the head frame's origin, about the pivot
     shift = np.sqrt(np.maximum(np.einsum("pd,pq,qd->d", moves, covariance, moves), 0.0))
-    turn = ROTATION.deviation(np.sqrt(np.diag(covariance)[:3]))
-    each = [u.deviation(shift[k]) for k, u in enumerate(TRANSLATION)]
-    return turn, np.array(each, np.float64)
+    turn = np.sqrt(np.maximum(np.diag(covariance)[:3], 0.0))
+    return _each(ROTATION, turn), _each(TRANSLATION, shift)
+
+
+def _each(added: tuple[Unknown, ...], own: FloatArray) -> FloatArray:
+    """Standard deviations (..., K) of measures, each with what is added to it."""
+    return np.stack([one.deviation(own[..., k]) for k, one in enumerate(added)], axis=-1)

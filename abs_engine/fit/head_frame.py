@@ -28,8 +28,8 @@ SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
 PULL = 0.06  # likewise of the maps that pull on the facets: how far a boundary is felt
 IN_SHADE = 0.15  # share of the probability of teeth and dark that lips get: they throw shade
 RED_INSIDE = 0.15
-"""Share of the probability of lips that the dark inside gets: tongue, gums, and teeth under red light
-are as red. Chosen of 0 and 0.15 on p01 to p08 of the strangers' clips."""
+"""Share of the probability of lips that the dark inside gets: tongue, gums and shaded teeth are as
+red. Chosen of 0 and 0.15 on p01 to p08 of the strangers' clips."""
 IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
 LINE = 0.03  # height of such a line, in mouth widths,
 LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that

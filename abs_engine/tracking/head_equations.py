@@ -90,8 +90,7 @@ def _weights(
     shape: LandmarkShape, noise: LandmarkNoise, pose: Pose, there: FloatArray, off: FloatArray
 ) -> FloatArray:
     """Inverse variances (468, 3): less where a landmark is hidden, or far off (Cauchy)."""
-    whole = noise.variance + (noise.within**2).sum(axis=0)
-    away = (off[:, :2] ** 2 / whole[:, :2]).sum(axis=1) / STRAY**2
+    away = (off[:, :2] ** 2 / noise.whole[:, :2]).sum(axis=1) / STRAY**2
     return np.asarray((shown(shape, pose, there) / (1 + away))[:, None] / noise.variance)
 
 

@@ -8,7 +8,8 @@ takes the network's errors for the pose and the person.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,12 @@ class LandmarkNoise:
     deviation: FloatArray
     person_deviation: FloatArray
 
-    @property
+    @cached_property
+    def whole(self) -> FloatArray:
+        """Variance of a frame's errors with what they have in common (468, 3), mm^2."""
+        return np.asarray(self.variance + (self.within**2).sum(axis=0))
+
+    @cached_property
     def variance(self) -> FloatArray:
         """Of what no factor explains (468, 3), mm^2."""
         return np.asarray(self.deviation**2 + self.person_deviation**2)
@@ -62,12 +68,12 @@ class LandmarkNoise:
 
     def arrays(self) -> dict[str, NDArray[np.float16]]:
         """As they are kept in a file."""
-        return {f"noise_{k}": np.asarray(v, np.float16) for k, v in vars(self).items()}
+        return {f"noise_{k}": np.asarray(getattr(self, k), np.float16) for k in _names()}
 
     @classmethod
     def of_arrays(cls, data: Mapping[str, Any]) -> LandmarkNoise:
         """From a file's arrays. Raises `KeyError` or `ValueError` where they do not fit."""
-        found = {k: np.asarray(data[f"noise_{k}"], np.float64) for k in cls.__annotations__}
+        found = {k: np.asarray(data[f"noise_{k}"], np.float64) for k in _names()}
         factors = ("between", "within")
         shaped = all(
             a.shape[-2:] == (COUNT, 3) and a.ndim == (3 if k in factors else 2)
@@ -77,6 +83,11 @@ class LandmarkNoise:
         if not (sound and (found["deviation"] > 0).all()):
             raise ValueError("the noise is not of 468 landmarks")
         return cls(**found)
+
+
+def _names() -> list[str]:
+    """Of what a noise is made of."""
+    return [one.name for one in fields(LandmarkNoise)]
 
 
 def seen_off(there: FloatArray, seen: SeenRays) -> FloatArray:
