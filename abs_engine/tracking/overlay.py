@@ -23,7 +23,7 @@ from abs_engine.tracking.contours import (
     cut,
     write_text,
 )  # fmt: skip
-from abs_engine.tracking.record import closed_frames
+from abs_engine.tracking.record import closed_frames, contradicted_frames
 from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.video import VideoWriter
 
@@ -113,7 +113,10 @@ class Painter:
         write_text(picture, f"#{result.index}   {result.index / self._rate:.2f} s", (10, 22))
         if result.found:
             mark = "   closed" if closed_frames(result.aperture) else ""
-            write_text(picture, f"aperture {result.aperture:.1f} mm{mark}", (10, 44))
+            sure = "" if result.belief is None else f" +- {result.belief.aperture:.1f}"
+            write_text(picture, f"aperture {result.aperture:.1f}{sure} mm{mark}", (10, 44))
+            if contradicted_frames([result])[0]:
+                write_text(picture, "landmarks say otherwise", (10, 66), LOST)
         else:
             cv2.rectangle(picture, (2, 2), (self._frame[0] - 3, self._frame[1] - 3), LOST, 3)
             write_text(picture, result.status, (10, 44), LOST)

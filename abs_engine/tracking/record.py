@@ -22,7 +22,7 @@ from abs_engine.core.pose import POSE_NAMES, parted
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.npz import read_npz
 from abs_engine.release import engine_version
-from abs_engine.tracking.doubt import doubts
+from abs_engine.tracking.doubt import contradicted, doubts
 from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.mesh import RunMesh
 from abs_engine.tracking.setting import ClipSetting, FrameResult
@@ -77,7 +77,8 @@ class Recorder:
             (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
             and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
             `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
-            `closed_probability` (T,), see `fit.belief`; `landmark_distance` and
+            `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
+            `tracking.doubt`; `landmark_distance` and
             `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
             `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
             `value_unit` (T,); `person_weights` (Q,); `camera_matrix`, `camera_distortion`,
@@ -104,6 +105,7 @@ class Recorder:
             "lip_points": np.array([r.lips for r in results]),
             "lip_vertex": setting.face.body.lips,
             "closed": closed_frames(each["aperture"]),
+            "contradicted": contradicted_frames(results),
             "status": np.array([r.status for r in results]),
             **self._terms(),
             **self._beliefs(),
@@ -194,6 +196,7 @@ class Recorder:
             result.landmark_aperture,
             result.protrusion,
             *(float(_believed(result, name, ())) for name in _SURE),
+            int(contradicted_frames([result])[0]),
             result.status,
         ]
 
@@ -217,7 +220,7 @@ class Recorder:
         asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
         if not asked or "colour" not in self._setting.face.appearance:
             return {}
-        held = [r.status == HELD for r in asked]
+        held, against = [r.status == HELD for r in asked], contradicted_frames(asked)
         off = np.array([r.landmark_distance for r in asked])
         aperture, told = (
             np.array([getattr(r, k) for r in asked]) for k in ("aperture", "landmark_aperture")
@@ -228,10 +231,11 @@ class Recorder:
             "held_frames": int(sum(held)),
             "landmark_distance_mm": float(np.median(off)),
             "aperture_difference_mm": float(np.sqrt(np.mean((aperture - told) ** 2))),
+            "contradicted_frames": int(sum(against)),
             "separability": dict(apart),
             "colour_agreement": classes.agreement,
             "colour_weight": classes.weight,
-            "warnings": doubts(aperture, told, held, apart, classes.agreement),
+            "warnings": doubts(against, held, apart, classes.agreement),
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
@@ -267,6 +271,14 @@ def _believed(result: FrameResult, name: str, size: tuple[int, ...]) -> NDArray[
     return np.asarray(getattr(result.belief, own or name.removesuffix("_sd")), np.float64)
 
 
+def contradicted_frames(results: Sequence[FrameResult]) -> NDArray[np.bool_]:
+    """Which frames' apertures landmarks contradict, (T,)."""
+    own = [_believed(r, "aperture_sd", ()) for r in results]
+    by = [(r.aperture, r.landmark_aperture) for r in results]
+    aperture, told = np.array(by, np.float64).reshape(-1, 2).T
+    return contradicted(aperture, np.array(own, np.float64).reshape(-1), told)
+
+
 def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
     """Mean of the scores; None where no evidence can say how much it explains."""
     scores = [r.score for r in tracked]
@@ -286,7 +298,7 @@ def table_heading(setting: ClipSetting) -> list[str]:
     pose = [f"head_{name}" for name in POSE_NAMES]
     parameters = setting.face.blocks.spec.names
     end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered"]
-    end += [*_LANDMARKS, "protrusion", *_SURE, "status"]
+    end += [*_LANDMARKS, "protrusion", *_SURE, "contradicted", "status"]
     return ["index", "time", "found", *pose, *parameters, *points, *end]
 
 
