@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,9 +152,19 @@ class MouthModel:
 
     def held(self, person: FloatArray) -> Scene:
         """The scene with the person modes fixed at `person` (Q,): P modes remain."""
-        p = self.n_expression
-        moved = np.tensordot(person, self.scene.modes[p:], 1)
-        s = self.scene
+        key = person.tobytes()
+        if key not in self._held:
+            self._held.clear()  # a person is asked for again and again, then another
+            self._held[key] = self._fixed(person)
+        return self._held[key]
+
+    @cached_property
+    def _held(self) -> dict[bytes, Scene]:
+        return {}
+
+    def _fixed(self, person: FloatArray) -> Scene:
+        p, s = self.n_expression, self.scene
+        moved = np.tensordot(person, s.modes[p:], 1)
         return Scene(
             s.mean + moved.astype(np.float32), s.modes[:p], s.faces, s.uv, s.facet_class, s.texture
         )

@@ -20,8 +20,8 @@ _UNSURE, _SHARE = 0.8, 0.15
 _CONTRADICTED = 2.0
 """Standard deviations of both, from which on an aperture and the landmarks' do not agree."""
 _MOST_CONTRADICTED = 0.15
-"""Of the frames. Of p01 to p08 of the strangers' clips it is 0.22 in the one where teeth are taken for
-lips, in the others, and in eight clips of GRID, 0.12 and less."""
+"""Of the frames. Of p01 to p08 of the strangers' clips it is 0.22 in the one where teeth are taken
+for lips; in the others, and in eight clips of GRID, 0.12 and less."""
 _FEWEST = 10  # frames, for any of it
 
 

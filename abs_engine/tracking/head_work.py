@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import GaussianPrior, Prior
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, Prior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
@@ -102,10 +102,16 @@ class HeadBinder:
         free, mobility = free_blocks(self.pose_held), mobility_of(self.model.n_expression)
         return Problem(base, self.face.blocks, terms, priors, free, mobility=mobility)
 
+    @cached_property
+    def _contact(self) -> tuple[ContactPrior, ContactPrior]:
+        """Contact of the lips, and with a thickness that each keeps."""
+        loose, thick = (contact_prior(self.model, self.person, t) for t in (False, True))
+        return loose, thick
+
     def _priors(self, last: FloatArray | None, thick: bool = False) -> tuple[Prior, ...]:
         p = self.model.n_expression
         likely = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
-        contact = contact_prior(self.model, self.person, thick)
+        contact = self._contact[thick]
         if last is None:
             return likely, contact
         near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step_deviation(self.rate))])
