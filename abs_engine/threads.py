@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from functools import cache
@@ -31,17 +31,15 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
     Meanwhile threads take turns in Python more often than usual: compiled loops that last a part
     of a millisecond would else wait for 5 ms after each.
     """
-    source, usual = iter(items), sys.getswitchinterval()
-    pool = ThreadPoolExecutor(1, "ahead")
-    sys.setswitchinterval(_TURN)
-    try:
-        waiting = deque(pool.submit(next, source, _END) for _ in range(depth))
-        while (item := waiting.popleft().result()) is not _END:
-            waiting.append(pool.submit(next, source, _END))
-            yield item  # type: ignore[misc]  # never _END
-    finally:
-        pool.shutdown(cancel_futures=True)
-        sys.setswitchinterval(usual)
+    source, pool = iter(items), ThreadPoolExecutor(1, "ahead")
+    with _OFTEN.used():
+        try:
+            waiting = deque(pool.submit(next, source, _END) for _ in range(depth))
+            while (item := waiting.popleft().result()) is not _END:
+                waiting.append(pool.submit(next, source, _END))
+                yield item  # type: ignore[misc]  # never _END
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 class Behind:
@@ -98,39 +96,73 @@ class Spent:
             with self._lock:
                 self.seconds[name] = self.seconds.get(name, 0.0) + took
 
+    def over(self, name: str, items: Iterable[Item]) -> Iterator[Item]:
+        """The same items, the time that making them takes counted as that of `name`."""
+        source = iter(items)
+        while True:
+            with self.on(name):
+                item = next(source, _END)
+            if item is _END:
+                return
+            yield item  # type: ignore[misc]  # never _END
 
-class _Quiet:
-    """How many ask for one thread of BLAS; the first limits it, the last lets it go."""
 
-    def __init__(self) -> None:
-        self._lock, self._count = threading.Lock(), 0
-        self._limit: AbstractContextManager[Any] | None = None
+class _Counted:
+    """What the first user begins and the last one ends, in whatever order they leave.
 
-    def enter(self) -> None:
+    Parameters
+    ----------
+    begin : callable
+        Returns what ends it.
+    """
+
+    def __init__(self, begin: Callable[[], Callable[[], Any]]) -> None:
+        self._lock, self._count, self._begin = threading.Lock(), 0, begin
+        self._end: Callable[[], Any] | None = None
+
+    @contextmanager
+    def used(self) -> Iterator[None]:
+        """Use it for as long as the context lasts."""
         with self._lock:
             self._count += 1
-            if self._limit is None:
-                self._limit = _controller().limit(limits=1)
+            if self._end is None:
+                self._end = self._begin()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._count -= 1
+                if self._count == 0 and self._end is not None:
+                    self._end()
+                    self._end = None
 
-    def leave(self) -> None:
-        with self._lock:
-            self._count -= 1
-            if self._count == 0 and self._limit is not None:
-                self._limit.__exit__(None, None, None)
-                self._limit = None
+
+def _quiet() -> Callable[[], Any]:
+    return _controller().limit(limits=1).restore_original_limits  # type: ignore[no-any-return]
 
 
-_QUIET = _Quiet()
+def _often() -> Callable[[], Any]:
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(_TURN)
+    return lambda: sys.setswitchinterval(usual)
+
+
+_QUIET, _OFTEN = _Counted(_quiet), _Counted(_often)
+
+
+def one_thread() -> AbstractContextManager[None]:
+    """Keep BLAS to one thread: on small matrices its threads wait for each other."""
+    return _QUIET.used()
 
 
 @contextmanager
-def one_thread() -> Iterator[None]:
-    """Keep BLAS to one thread: on small matrices its threads wait for each other."""
-    _QUIET.enter()
+def closed_after(items: Iterable[Item]) -> Iterator[Iterable[Item]]:
+    """Close a generator when the context ends, also by an error: its thread ends with it."""
     try:
-        yield
+        yield items
     finally:
-        _QUIET.leave()
+        if isinstance(items, Generator):
+            items.close()
 
 
 @cache

@@ -10,8 +10,9 @@ from test_newton import problem
 from test_track_fit import ALL, BASE, MODEL, SETTING, N, start
 
 from abs_engine.compare.prior import GaussianPrior, InformationPrior
+from abs_engine.core.scene import ClassMaps
 from abs_engine.fit.belief import ROTATION, Unknown, belief_of
-from abs_engine.fit.head_frame import COLOUR
+from abs_engine.fit.head_frame import COLOUR, contact_prior
 from abs_engine.fit.problem import Problem
 from abs_engine.optimise.newton import Newton
 
@@ -85,3 +86,30 @@ def test_what_nothing_is_known_of_is_no_reason_to_fail():
     found = belief_of(posture, FACE, np.zeros(N))
     assert np.isfinite(found.aperture)
     assert found.rotation.min() > 1.0
+
+
+def test_a_value_that_is_not_in_nats_says_nothing_of_how_sure_it_is():
+    made, x = told(np.eye(N))
+    assert belief_of(replace(made, unit=1e-4), FACE, x) is None
+
+
+def test_a_picture_that_says_nothing_leaves_what_the_priors_leave():
+    made = problem(0)
+    x = start(0, ALL)
+    colour = made.terms[COLOUR]
+    even = ClassMaps(np.full_like(colour.maps.maps, 0.5))
+    flat = replace(made, terms={COLOUR: replace(colour, maps=even)})
+    np.testing.assert_allclose(
+        flat.information(x), replace(made, terms={}).information(x), atol=1e-9
+    )
+
+
+def test_lips_that_touch_are_no_surer_for_it():
+    """The wall between them says nothing of the side on which they may part."""
+    closed = np.r_[np.zeros(6), MODEL.prototypes[0]]
+    contact = contact_prior(MODEL, np.zeros(MODEL.n_person))
+    likely = GaussianPrior(np.zeros(N), np.ones(N))
+    free = Problem(BASE, FACE.blocks, {}, (likely,))
+    walled = Problem(BASE, FACE.blocks, {}, (likely, contact))
+    assert np.abs(walled.newton(closed, 2)[2] - free.newton(closed, 2)[2]).max() > 1.0
+    np.testing.assert_array_equal(walled.information(closed), free.information(closed))

@@ -139,6 +139,15 @@ def test_a_peer_that_is_not_there_is_named_before_anything_slow(tmp_path):
         bench_clip(video, "cpu", plain)
 
 
+@pytest.mark.parametrize("says", ["", "echo no json"])
+def test_a_peer_that_says_nothing_of_use(says, tmp_path):
+    plain = tmp_path / "python"
+    plain.write_text(f"#!/bin/sh\n{says}\n")
+    plain.chmod(0o755)
+    with pytest.raises(BenchError, match="ends without a result"):
+        bench_clip(written(tmp_path / "clip.mp4"), "cpu", plain)
+
+
 def test_a_clip_without_a_face_says_so(tmp_path):
     with pytest.raises(BenchError, match="no face was found"):
         bench_clip(written(tmp_path / "clip.mp4"), "cpu", None, turns=1)
@@ -155,7 +164,7 @@ def test_a_clip_is_timed_beside_a_peer(tmp_path, grid_clip):
     assert 0 < told["first_result_seconds"] < told["seconds"]
     assert told["fps"] > 0
     assert 0 < told["drawings_per_frame"] < 100
-    assert {"head pose", "evidence", "fit", "overlay"} <= set(told["parts"])
+    assert {"reading", "head pose", "evidence", "fit", "overlay", "other"} <= set(told["parts"])
     assert any("frames/s" in line for line in found.as_lines())
 
 

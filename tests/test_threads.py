@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from abs_engine.threads import Behind, Spent, ahead, one_thread
+from abs_engine.threads import Behind, Spent, ahead, closed_after, one_thread
 
 
 def test_items_come_as_they_are_from_another_thread():
@@ -89,3 +90,47 @@ def test_time_is_counted_where_it_is_spent():
     with spent.on("rest"):
         time.sleep(0.02)
     assert spent.seconds["work"] >= 0.02 > spent.seconds["rest"]
+
+
+def test_a_generator_is_closed_where_its_user_fails():
+    ended = []
+
+    def made():
+        try:
+            yield from range(10)
+        finally:
+            ended.append(True)
+
+    def fails():
+        with closed_after(made()) as items:
+            next(iter(items))
+            raise OSError("full")
+
+    with pytest.raises(OSError, match="full"):
+        fails()
+    assert ended == [True]
+
+
+def test_threads_take_turns_often_until_the_last_is_done():
+    usual = sys.getswitchinterval()
+    first, second = ahead(iter(range(9))), ahead(iter(range(9)))
+    next(first), next(second)
+    assert sys.getswitchinterval() < usual
+    first.close()
+    assert sys.getswitchinterval() < usual
+    second.close()
+    assert sys.getswitchinterval() == pytest.approx(usual)
+
+
+def test_the_time_that_items_take_is_counted():
+    spent = Spent()
+
+    def slow():
+        for k in range(3):
+            end = time.thread_time() + 0.01
+            while time.thread_time() < end:
+                pass
+            yield k
+
+    assert list(spent.over("made", slow())) == [0, 1, 2]
+    assert spent.seconds["made"] >= 0.03

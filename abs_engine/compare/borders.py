@@ -93,7 +93,9 @@ class Borders:
         return replace(self, gain=factor * self.gain, curve=factor * self.curve)
 
     @classmethod
-    def of(cls, drawn: Outlines, groups: Groups, reach: int, local: bool) -> Borders:
+    def of(
+        cls, drawn: Outlines, groups: Groups, reach: int, local: bool, floor: float = FLOOR
+    ) -> Borders:
         """The borders of a drawing.
 
         Parameters
@@ -104,13 +106,15 @@ class Borders:
             Drawn pixels to either side that are looked at.
         local : bool
             Whether only the slope where the border is counts, not where it would gain most.
+        floor : float
+            Least curvature of each.
         """
         shown = drawn.class_id
         pairs = border_lines.pairs(shown)
         out, places = np.empty((2 * pairs, 4)), np.empty((2 * pairs, 2), np.int64)
         count = border_lines.lines(
             groups.of[shown], groups.parts[shown], groups.maps, drawn.depth,
-            groups.lip, groups.inside, min(reach, border_lines.MOST), FLOOR, local, out, places,
+            groups.lip, groups.inside, min(reach, border_lines.MOST), floor, local, out, places,
         )  # fmt: skip
         row, column = places[:count].T
         return cls(

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.borders import Borders, Groups
+from abs_engine.compare.borders import FLOOR, Borders, Groups
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
 from abs_engine.compare.sums import buffer_sums, outlined, pixel_sums
@@ -118,7 +118,9 @@ class FacetLikelihood:
         mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
 
-    def borders(self, candidate: Candidates, reach: int, local: bool) -> tuple[float, Borders]:
+    def borders(
+        self, candidate: Candidates, reach: int, local: bool, floor: float = FLOOR
+    ) -> tuple[float, Borders]:
         """-log f(O|p) of one candidate, and how it falls as the drawn borders move.
 
         Parameters
@@ -128,6 +130,8 @@ class FacetLikelihood:
             Drawn pixels to either side of a border that are looked at.
         local : bool
             Whether only the slope where it is counts, not where it would gain most.
+        floor : float
+            Least curvature of a border, of probability per pixel.
 
         Returns
         -------
@@ -146,7 +150,7 @@ class FacetLikelihood:
         drawn, free = outlined(*given)[0], self._terms[1]
         total = self.groups.total(drawn.class_id)
         total = total if free is None else total - np.count_nonzero(drawn.class_id) + free
-        found = Borders.of(drawn, self.groups, reach, local)
+        found = Borders.of(drawn, self.groups, reach, local, floor)
         mean = max(total / self.pixels, 1e-6)
         return float(-self.observations * np.log(mean)), found.times(
             self.observations / (mean * self.pixels)

@@ -47,6 +47,16 @@ class Prior(ABC):
         """
         raise ParameterError(f"{type(self).__name__} has no curvature", "choose another driver")
 
+    def bend(self, x: FloatArray) -> FloatArray:
+        """The second derivative (N, N) at `x` (N,) itself, where a step takes another.
+
+        Raises
+        ------
+        ParameterError
+            If it is not known.
+        """
+        return self.curvature(x)
+
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Terms (B, M) whose squares add up to the values at vectors (B, N).
 
@@ -239,6 +249,10 @@ class ContactPrior(Prior):
         near = self.gap + self.slope_of_gaps @ x < _AHEAD
         walls = self.slope_of_gaps[near] / self.softness
         return np.asarray(walls.T @ walls)
+
+    def bend(self, x: FloatArray) -> FloatArray:
+        """None, (N, N): a wall leaves its other side open, where lips that touch may part."""
+        return np.zeros((len(x), len(x)))
 
     def roots(self, vectors: FloatArray) -> FloatArray:
         """Depths (B, G) of the gaps that are negative, times the root of a half."""

@@ -26,7 +26,8 @@ from abs_engine.video import probe
 
 FORMAT, VERSION = "abs_engine.bench_clip", 1
 TURNS = 3
-_FIRST = 1.0  # seconds of a clip's frames that do not count for its rate
+_FIRST = 1.0  # seconds after the first result, whose frames do not count for the rate
+_BESIDE = 2  # drawings of a frame that its fit does not count: what it is worth, and how sure it is
 _PEER_IS_THERE = "import mediapipe, cv2; print('{}')"
 _WORKER = "abs_engine.evaluate.clip_worker"
 
@@ -50,6 +51,7 @@ class ClipBench:
     first_result_seconds : float
         From the process's start to its first frame.
     drawings_per_frame : float
+        Of the mouth: those of the fit, and what is drawn once it has ended.
     parts : mapping of str to float
         Milliseconds of one core that a frame took, by part.
     preparation_seconds : float
@@ -168,7 +170,10 @@ def _timed(command: Sequence[str], who: str) -> tuple[dict[str, Any], float]:
     if done.returncode:
         said = (done.stderr.strip() or "it said nothing").splitlines()[-1]
         raise BenchError(f"{who} does not run: {said}", "mend that, or leave it out")
-    told: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    try:
+        told: dict[str, Any] = json.loads((done.stdout.strip() or "nothing").splitlines()[-1])
+    except json.JSONDecodeError as error:
+        raise BenchError(f"{who} ends without a result", "give another Python") from error
     return told, took
 
 
@@ -190,7 +195,7 @@ def _summed(
         seconds_peer=float(np.median(theirs)) if theirs else None,
         fps=float(np.median([_rate(t) for t in times])),
         first_result_seconds=float(np.median([t[0] for t in times])),
-        drawings_per_frame=float(summary["mean_evaluations"]),
+        drawings_per_frame=float(summary["mean_evaluations"]) + _BESIDE,
         parts={part: float(np.median([one[part] for one in each])) for part in parts},
         preparation_seconds=float(
             np.median([told["summary"]["preparation_seconds"] for told in found])

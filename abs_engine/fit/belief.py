@@ -86,11 +86,12 @@ class Belief:
 
 
 def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
-    """How sure a fit at `x` (6 + P,) is; None where the evidence has no curvature at all.
+    """How sure a fit at `x` (6 + P,) is.
 
+    None where the evidence has no curvature, or its value is not in nats.
     Lengths are those of the head as it is scaled: how large it is, is not in them.
     """
-    curve = problem.curvature(problem.chosen(x))
+    curve = problem.information(problem.chosen(x))
     if curve is None or not curve.any():
         return None
     covariance = _covariance(problem, curve)

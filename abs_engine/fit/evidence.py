@@ -61,8 +61,10 @@ class Bordered(Term, Protocol):
         """How many independent observations it holds."""
         ...
 
-    def borders(self, candidate: Candidates, reach: int, local: bool) -> tuple[float, Borders]:
-        """Value of one candidate, and its borders with gains in nats."""
+    def borders(
+        self, candidate: Candidates, reach: int, local: bool, floor: float
+    ) -> tuple[float, Borders]:
+        """Value of one candidate, and its borders with gains in nats; see `FacetLikelihood`."""
         ...
 
 

@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare.borders import FLOOR
 from abs_engine.compare.prior import Prior
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.errors import ParameterError
@@ -171,44 +172,63 @@ class Problem:
 
         Terms give what they gain as the borders between drawn classes move, looked for `reach`
         drawn pixels to either side; `local`, the slopes where they are. Those without borders that
-        are sums of squares give Gauss-Newton's.
+        are sums of squares, and draw nothing, give Gauss-Newton's.
 
         Raises
         ------
         ParameterError
-                If a term knows no borders and is no sum of squares, or a prior has no curvature.
+            If a term has neither, or a prior no curvature.
         """
-        full = self.whole(x)
-        value = float(self._prior(full[None])[0])
-        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))[self._places]
-        curve = sum((p.curvature(full) for p in self.priors), np.zeros((len(full), len(full))))
-        curve = curve[np.ix_(self._places, self._places)]
-        for name, term in self.terms.items():
-            if hasattr(term, "borders"):  # far quicker than isinstance of a protocol
-                cost, fall, bend = self._bordered(cast("Bordered", term), x, reach, local)
-            elif isinstance(term, Squared):
-                cost, fall, bend = self._bent(term, x)
-            else:
-                raise ParameterError(
-                    f"the evidence '{name}' has no borders and is no sum of squares",
-                    "choose another driver, such as simplex",
-                )
+        value = float(self._prior(self.whole(x)[None])[0])
+        slope = sum((p.slope(self.whole(x)) for p in self.priors), np.zeros(len(self.blocks)))
+        curve, slope = self._bends(x, "curvature"), slope[self._places]
+        for cost, fall, bend in self._curved(x, reach, local, FLOOR):
             value, slope, curve = value + cost, slope + fall, curve + bend
         return value, slope, curve
 
-    def curvature(self, x: FloatArray) -> FloatArray | None:
-        """Second derivative (N, N) at `x` (N,); None where a term or a prior has none."""
+    def information(self, x: FloatArray) -> FloatArray | None:
+        """What the evidence and the priors tell of the parameters at `x` (N,), (N, N).
+
+        The value's second derivative, without what keeps a step short. None where a term or a prior
+        has none, or the value is not in nats.
+        """
+        if self.unit != 1.0:
+            return None
         try:
-            return self.newton(x, NEAR, local=True)[2]
+            parts = [bend for _, _, bend in self._curved(x, NEAR, local=True, floor=0.0)]
+            return np.asarray(sum(parts, self._bends(x, "bend")), np.float64)
         except ParameterError:
             return None
 
+    def _bends(self, x: FloatArray, name: str) -> FloatArray:
+        """What a method of the priors says of the free parameters, (N, N)."""
+        full, size = self.whole(x), len(self.blocks)
+        both = sum((getattr(p, name)(full) for p in self.priors), np.zeros((size, size)))
+        return np.asarray(both[np.ix_(self._places, self._places)])
+
+    def _curved(
+        self, x: FloatArray, reach: int, local: bool, floor: float
+    ) -> list[tuple[float, FloatArray, FloatArray]]:
+        """Value, gradient (N,) and second derivative (N, N) of each term."""
+        found = []
+        for name, term in self.terms.items():
+            if hasattr(term, "borders"):  # far quicker than isinstance of a protocol
+                found.append(self._bordered(cast("Bordered", term), x, reach, local, floor))
+            elif getattr(term, "drawn", True):
+                raise ParameterError(
+                    f"the evidence '{name}' has no borders",
+                    "choose another driver, such as simplex",
+                )
+            else:
+                found.append(self._bent(cast("Squared", term), x))
+        return found
+
     def _bordered(
-        self, term: Bordered, x: FloatArray, reach: int, local: bool
+        self, term: Bordered, x: FloatArray, reach: int, local: bool, floor: float
     ) -> tuple[float, FloatArray, FloatArray]:
         """Value, gradient (N,) and second derivative (N, N) of a term by its borders."""
         candidate = self.candidates(x[None])
-        cost, found = term.borders(candidate, reach, local)
+        cost, found = term.borders(candidate, reach, local, floor)
         drawn = term.scene, term.camera, term.window
         rows = moved_along(*drawn, candidate, self.frame, found)
         fall = rows.T @ found.gain

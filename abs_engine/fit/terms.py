@@ -159,9 +159,8 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
 
 
 def bends(kinds: Mapping[str, TermKind]) -> bool:
-    """Whether evidence tells Newton's steps: borders, and else what is a sum of squares."""
-    borders = [("borders" in kind.gives, "residuals" in kind.gives) for kind in kinds.values()]
-    return any(lined for lined, _ in borders) and all(any(each) for each in borders)
+    """Whether all of the evidence has borders, for Newton's steps."""
+    return all("borders" in kind.gives for kind in kinds.values())
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
@@ -198,7 +197,7 @@ def check_leaves(
                 f"use --terms {'+'.join(has)}, or a model that was learned with one, such as a "
                 "talking face (--model face.npz)",
             )
-    need, enough = driver.needs, all if driver.needs == "residuals" else any
+    need, enough = driver.needs, all if driver.needs in ("residuals", "borders") else any
     if not enough(need in kind.gives for kind in kinds.values()):
         lacks = next(n for n, kind in kinds.items() if need not in kind.gives)
         raise ParameterError(

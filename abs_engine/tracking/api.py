@@ -16,6 +16,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.select import open_renderer
+from abs_engine.threads import closed_after
 from abs_engine.tracking.mesh import RunMesh
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
@@ -209,10 +210,11 @@ def track(
 
 def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) -> Run:
     recorder, frames = Recorder(tracker.setting), tracker.info.frames
-    for _, result in tracker.results():
-        recorder.add(result)
-        if progress is not None:
-            progress(len(recorder), max(frames, len(recorder)) if frames else 0)
+    with closed_after(tracker.results()) as results:
+        for _, result in results:
+            recorder.add(result)
+            if progress is not None:
+                progress(len(recorder), max(frames, len(recorder)) if frames else 0)
     return _of(recorder, settings_of(tracker, chosen))
 
 

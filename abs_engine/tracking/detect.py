@@ -7,6 +7,7 @@ A process has one network, which is not to be used from several threads at once.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from abs_engine.assets import shipped
 
 FloatArray = NDArray[np.float64]
+_ONE_AT_A_TIME = threading.Lock()
 
 MARKS = ("right_eye", "left_eye", "nose_tip", "mouth", "right_ear", "left_ear")
 """The points of a face, the subject's right and left."""
@@ -160,13 +162,15 @@ def _looked_at(
 
 def _guesses(picture: NDArray[np.uint8], least: float) -> list[Face]:
     """The faces (pixels) in a picture of `_SIDE` pixels."""
-    network = _network()
-    network.setInput((picture.astype(np.float32) / 127.5 - 1.0).transpose(2, 0, 1)[None])
-    score = 1 / (1 + np.exp(-np.clip(network.forward("classificators").ravel(), -50.0, 50.0)))
-    kept = np.flatnonzero(score >= least)
-    if not len(kept):
-        return []
-    raw = network.forward("regressors").reshape(-1, 8, 2).astype(np.float64)[kept]
+    with _ONE_AT_A_TIME:
+        network = _network()
+        network.setInput((picture.astype(np.float32) / 127.5 - 1.0).transpose(2, 0, 1)[None])
+        logits = network.forward("classificators").ravel()
+        score = 1 / (1 + np.exp(-np.clip(logits, -50.0, 50.0)))
+        kept = np.flatnonzero(score >= least)
+        if not len(kept):
+            return []
+        raw = network.forward("regressors").reshape(-1, 8, 2).astype(np.float64)[kept]
     anchor = _anchors()[kept]
     centre, points = raw[:, 0] + anchor, raw[:, 2:] + anchor[:, None]
     size, apart = raw[:, 1].max(axis=1), np.linalg.norm(points[:, 0] - points[:, 1], axis=1)

@@ -3,12 +3,13 @@
 "Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", arXiv:1907.06724. The
 network is MediaPipe's, as shipped in `assets/detector`. It says where to begin, and is one soft
 piece of evidence with a measured noise (`tracking.correspondence`); what is reported comes from
-rendering and comparing. A process has one network, not to be used from several threads at once.
+rendering and comparing. A process has one network, which threads use by turns.
 """
 
 from __future__ import annotations
 
 import json
+import threading
 from dataclasses import dataclass
 from functools import cache
 
@@ -20,6 +21,7 @@ from abs_engine.assets import shipped
 from abs_engine.tracking.detect import MARKS, Face
 
 FloatArray = NDArray[np.float64]
+_ONE_AT_A_TIME = threading.Lock()
 Image = NDArray[np.uint8]
 
 COUNT = 468
@@ -145,11 +147,12 @@ def _looked_at(
 
 def _seen(patch: Image) -> tuple[FloatArray, float]:
     """The points (468, 3) in a square of `_SIDE` pixels, and how probably it shows a face."""
-    network = _network()
-    network.setInput((patch.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
-    logit = float(np.ravel(network.forward("conv2d_31"))[0])
-    presence = float(1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0))))
-    return network.forward("conv2d_21").reshape(COUNT, 3).astype(np.float64), presence
+    with _ONE_AT_A_TIME:
+        network = _network()
+        network.setInput((patch.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
+        logit = float(np.ravel(network.forward("conv2d_31"))[0])
+        points = network.forward("conv2d_21").reshape(COUNT, 3).astype(np.float64)
+    return points, float(1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0))))
 
 
 @cache

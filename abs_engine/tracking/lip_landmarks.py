@@ -88,6 +88,11 @@ class LipOutline:
     seen: Landmarks
     strength: float
 
+    @property
+    def drawn(self) -> bool:
+        """Whether it draws anything: Newton's steps may ask it for differences."""
+        return False
+
     def negative_log(self, candidates: Candidates) -> FloatArray:
         """-log likelihood of each candidate, (B,), nats."""
         return self.rows(candidates).value

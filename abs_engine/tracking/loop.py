@@ -16,7 +16,7 @@ from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found, averaged, search
-from abs_engine.threads import ahead, one_thread
+from abs_engine.threads import ahead, closed_after, one_thread
 from abs_engine.tracking.covered import OUTSIDE
 from abs_engine.tracking.frames import HeadFrame, Memory
 from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
@@ -24,7 +24,8 @@ from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, Fram
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 NOTHING = Memory()
-FOLLOWING, EVIDENCE, FITTING = "head pose", "evidence", "fit"
+READING, FOLLOWING, EVIDENCE, FITTING = "reading", "head pose", "evidence", "fit"
+BELIEVING = "measures, belief"
 """What frames cost, by part."""
 HELD, AGAIN = "held to the landmarks", "started again"
 """Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
@@ -51,17 +52,18 @@ def track(
     image, FrameResult
         Each frame with what was found in it.
     """
-    with one_thread():
-        head, spent = setting.motion.follower(), setting.spent
+    head, spent = setting.motion.follower(), setting.spent
 
-        def seen(image: Image, memory: Memory) -> HeadFrame:
-            with spent.on(FOLLOWING):
-                return head.step(image, memory)
+    def seen(image: Image, memory: Memory) -> HeadFrame:
+        with spent.on(FOLLOWING):
+            return head.step(image, memory)
 
-        if _followed_apart(setting):
-            frames = ahead(seen(image, NOTHING) for image in images)
-        else:
-            frames = (seen(image, memory) for image in images)  # each with what is then known
+    read = spent.over(READING, images)
+    if _followed_apart(setting):
+        frames = ahead(seen(image, NOTHING) for image in read)
+    else:
+        frames = (seen(image, memory) for image in read)  # each with what is then known
+    with one_thread(), closed_after(frames):
         for index, frame in enumerate(frames):
             result, memory = _step(setting, index, frame, memory)
             yield frame.image, result
@@ -96,7 +98,8 @@ def _step(
         found = _accepted(setting, work)
     if found is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
-    result = _result(setting, index, work, found)
+    with setting.spent.on(BELIEVING):
+        result = _result(setting, index, work, found)
     doubted = "" if work.doubt is None else work.doubt(found.x, result.score)
     if doubted:
         return replace(lost(setting.face, index), status=doubted), memory.lost()
@@ -171,6 +174,8 @@ def _apart(work: Work, x: FloatArray) -> tuple[float, float]:
 
 def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> FrameResult:
     problem, face, x, marks = work.problem, setting.face, found.x, work.landmarks
+    alone = marks is not None and (marks.only or found.best.status == HELD)
+    told_by = marks.alone if marks is not None and alone else problem
     value = problem(problem.chosen(x))
     lips, width, aperture = face.measures(problem.blocks.part(x, POSTURE))
     by_landmarks = float("nan")
@@ -183,7 +188,7 @@ def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> Frame
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
         terms=value.terms, highest=found.best,
         protrusion=face.protrusion(problem.blocks.part(x, POSTURE)),
-        belief=belief_of(marks.alone if marks is not None and marks.only else problem, face, x),
+        belief=belief_of(told_by, face, x),
     )  # fmt: skip
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from abs_engine.files import png
+from abs_engine.threads import closed_after
 from abs_engine.tracking.contours import Image
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
@@ -40,6 +41,11 @@ class RunFacts:
     settings: dict[str, Any]
     frames: int = 0
     preparation: float = 0.0
+
+
+def _parts(spent: Mapping[str, float], busy: float) -> dict[str, float]:
+    """What seconds of all threads were spent on, of so many in all."""
+    return {**spent, "other": max(busy - sum(spent.values()), 0.0)}
 
 
 def write_run(
@@ -76,8 +82,8 @@ def write_run(
     """
     recorder, sheet = Recorder(setting) if recorder is None else recorder, ContactSheet(setting)
     head = HeadKeeper(setting, facts.frames)
-    start = time.perf_counter()
-    with Overlay(folder / OVERLAY, setting) as overlay:
+    start, busy = time.perf_counter(), time.process_time()
+    with closed_after(results), Overlay(folder / OVERLAY, setting) as overlay:
         for image, result in results:
             recorder.add(result)
             overlay.add(image, result)
@@ -85,7 +91,7 @@ def write_run(
             head.add(image, result)
             if progress is not None:
                 progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
-    took = time.perf_counter() - start
+    took, busy = time.perf_counter() - start, time.process_time() - busy
     (folder / SHEET).write_bytes(png(sheet.picture()))
     whole = head.picture()
     if whole is not None:
@@ -98,7 +104,7 @@ def write_run(
         "seconds_per_frame": round(took / max(1, len(recorder)), 5),
         "processor_ms_per_frame": {
             part: round(1e3 * seconds / max(1, len(recorder)), 2)
-            for part, seconds in setting.spent.seconds.items()
+            for part, seconds in _parts(setting.spent.seconds, busy).items()
         },
     }
     return recorder.write(folder, {"settings": facts.settings, "summary": times})
