@@ -184,20 +184,27 @@ def _evaluate(command: argparse.ArgumentParser) -> None:
 
 
 def _bench(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
     command.add_argument(
-        "--rounds", type=count, help="turns of every way (default: 50; of a clip 3)"
+        "--json", type=Path, metavar="FILE", help="also write the results to this file"
     )
     command.add_argument(
-        "--clip", type=Path, metavar="VIDEO", help="time the tracking of this video instead"
+        "--rounds", type=count, help="repetitions of each way (default: 50; 3 with --clip)"
+    )
+    command.add_argument(
+        "--clip",
+        type=Path,
+        metavar="VIDEO",
+        help="time the tracking of this video instead of one evaluation",
     )
     command.add_argument(
         "--peer-python",
         type=Path,
         metavar="PYTHON",
-        help="with --clip: a Python that has mediapipe, whose face mesh is timed by turns",
+        help="with --clip: a Python with mediapipe installed, whose face mesh is timed by turns",
     )
-    command.add_argument("--renderer", metavar="NAME", help="with --clip: what draws")
+    command.add_argument(
+        "--renderer", metavar="NAME", help="with --clip: the renderer, such as cpu (default: auto)"
+    )
 
 
 def _render(command: Parser) -> None:

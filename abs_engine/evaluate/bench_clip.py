@@ -22,6 +22,7 @@ import numpy as np
 from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.evaluate import peer_worker
 from abs_engine.evaluate.machine import machine_facts
+from abs_engine.render.select import open_renderer
 from abs_engine.video import probe
 
 FORMAT, VERSION = "abs_engine.bench_clip", 1
@@ -98,7 +99,7 @@ class ClipBench:
             f"{self.clip}, {self.frames} frames: {self.seconds:.2f} s, median of {self.turns}",
             *([beside + ratio] if beside else []),
             f"first result after {self.first_result_seconds:.2f} s, "
-            f"{self.preparation_seconds:.2f} s of them preparation",
+            f"of which {self.preparation_seconds:.2f} s preparation",
             f"then {self.fps:.1f} frames/s, {self.drawings_per_frame:.0f} drawings a frame",
             "milliseconds of one core that a frame takes:",
             *(f"  {part:12} {ms:6.1f}" for part, ms in each),
@@ -124,7 +125,7 @@ def bench_clip(
     Raises
     ------
     ParameterError
-        If there are no turns, or the peer's Python is no file.
+        If there are no turns, no such renderer, or the peer's Python is no file.
     VideoError, InputFileError
         If the video cannot be read.
     BenchError
@@ -135,6 +136,8 @@ def bench_clip(
     if peer_python is not None and not peer_python.is_file():
         raise ParameterError(f"{peer_python} is no file", "give the path of a Python interpreter")
     probe(video)
+    with open_renderer(renderer):  # an unknown name, or OpenGL that does not load, is said at once
+        pass
     if peer_python is not None:
         _timed([str(peer_python), "-c", _PEER_IS_THERE], "MediaPipe")
     found: list[dict[str, Any]] = []

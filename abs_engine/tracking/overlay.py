@@ -113,7 +113,7 @@ class Painter:
         write_text(picture, f"#{result.index}   {result.index / self._rate:.2f} s", (10, 22))
         if result.found:
             mark = "   closed" if closed_frames(result.aperture) else ""
-            sure = "" if result.belief is None else f" +- {result.belief.aperture:.1f}"
+            sure = "" if result.belief is None else f" (sd {result.belief.aperture:.1f})"
             write_text(picture, f"aperture {result.aperture:.1f}{sure} mm{mark}", (10, 44))
             if contradicted_frames([result])[0]:
                 write_text(picture, "landmarks say otherwise", (10, 66), LOST)
