@@ -16,6 +16,7 @@ from abs_engine.core.registry import DRIVERS, MODELS, RENDERERS, TERMS, load_plu
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.run import prepare
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
@@ -82,11 +83,13 @@ def test_every_example_is_short_and_of_a_kind_that_is_tested():
 
 
 def test_a_new_term(head, added):
-    kinds = Leaves.of(TrackOptions(terms=("colour", added("new_term")))).kinds
-    binder = replace(head.setting.binder, kinds=kinds)
-    both = aperture(head, binder=binder)
+    """It has no borders, so that a driver serves that needs none."""
+    leaves = Leaves.of(resolved(TrackOptions(terms=("colour", added("new_term"))))[0])
+    assert leaves.name == "simplex"
+    driver = leaves.driver.minimiser()
+    both = aperture(head, binder=replace(head.setting.binder, kinds=leaves.kinds), driver=driver)
     assert follows(both)
-    assert not np.array_equal(both, aperture(head))
+    assert not np.array_equal(both, aperture(head, driver=driver))
 
 
 def test_a_new_solver(head, added):

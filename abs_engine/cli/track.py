@@ -20,7 +20,7 @@ taken as they are with --person, else as a first guess; frames without one are n
 
 
 NEEDS = """\
-The driver forces, fixed-step and newton need colour; axes and levenberg, texture or local."""
+The drivers forces, fixed-step and newton need colour; axes and levenberg need texture or local."""
 
 
 def leaves() -> str:

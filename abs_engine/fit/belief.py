@@ -50,7 +50,7 @@ class Unknown:
 
 
 APERTURE, WIDTH = Unknown(0.4, 0.3, 0.17), Unknown(1.19, 0.0, 0.021)
-"""mm. Chosen on eight films of unknown ICT heads and three of unknown people of the bundled kind,
+"""mm. Chosen on eight films of unknown ICT heads (seed 0) and three of bundled people as unknown,
 pupil distance and camera given, where 90 % intervals of the aperture hold 93 %, of the width 89 %.
 Of ICT's widths the mean difference is left out: its corners are other points."""
 PROTRUSION = Unknown(0.0, 0.72)
