@@ -37,6 +37,9 @@ def test_a_run_has_arrays_and_writes_nothing(run, video):
     assert len(run) == len(OPEN)
     assert run.found.all()
     assert np.corrcoef(run.aperture, OPEN)[0, 1] > 0.95
+    assert (run.aperture_sd[run.found] > 0).all()
+    assert (run.width_sd[run.found] > 0).all()
+    assert ((run.closed_probability > 0.5) == run.closed)[run.found].all()
     assert run.lip_points.shape[0] == run.rotation.shape[0] == len(OPEN)
     assert list(run.parameters)[:7] == ["rx", "ry", "rz", "tx", "ty", "tz", "shape1"]
     assert run.settings["terms"] == ["colour"]

@@ -102,6 +102,21 @@ class Run:
         return self["width"]
 
     @property
+    def aperture_sd(self) -> FloatArray:
+        """Standard deviation of the aperture, (T,), mm; NaN where the evidence cannot say."""
+        return self["aperture_sd"]
+
+    @property
+    def width_sd(self) -> FloatArray:
+        """Standard deviation of the width, (T,), mm; NaN where the evidence cannot say."""
+        return self["width_sd"]
+
+    @property
+    def closed_probability(self) -> FloatArray:
+        """Probability that the lips are closed, (T,); NaN where the evidence cannot say."""
+        return self["closed_probability"]
+
+    @property
     def closed(self) -> NDArray[np.bool_]:
         """Whether the lips are closed, (T,)."""
         return self["closed"]
