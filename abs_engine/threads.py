@@ -1,19 +1,14 @@
-"""Work beside other work: items made ahead of their use, calls made behind it, BLAS kept quiet.
-
-And what each part of it costs.
-"""
+"""Work beside other work: items made ahead of their use, calls made behind it, BLAS kept quiet."""
 
 from __future__ import annotations
 
 import sys
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from functools import cache
-from types import TracebackType
 from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
@@ -66,45 +61,11 @@ class Behind:
     def __enter__(self) -> Behind:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._pool.shutdown(cancel_futures=kind is not None)
         if kind is None:
             for one in self._waiting:
                 one.result()
-
-
-class Spent:
-    """Sums of processor seconds by what they were spent on, each in whatever thread it ran."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._lock = threading.Lock()
-
-    @contextmanager
-    def on(self, name: str) -> Iterator[None]:
-        """Count the processor time of this thread as that of `name`."""
-        start = time.thread_time()
-        try:
-            yield
-        finally:
-            took = time.thread_time() - start
-            with self._lock:
-                self.seconds[name] = self.seconds.get(name, 0.0) + took
-
-    def over(self, name: str, items: Iterable[Item]) -> Iterator[Item]:
-        """The same items, the time that making them takes counted as that of `name`."""
-        source = iter(items)
-        while True:
-            with self.on(name):
-                item = next(source, _END)
-            if item is _END:
-                return
-            yield item  # type: ignore[misc]  # never _END
 
 
 class _Counted:

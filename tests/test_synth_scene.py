@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from abs_engine.cli import main
+from abs_engine.clock import Clock, cost_lines
 from abs_engine.core.errors import OutputError, StudioError
 from abs_engine.evaluate.check import check_dataset
 from abs_engine.synth import studio
 from abs_engine.synth.chunk import Job, jobs_of
-from abs_engine.synth.clock import Clock, cost_lines
 from abs_engine.synth.journal import Journal
 from abs_engine.synth.make import Crew
 from abs_engine.synth.pool import _next

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from abs_engine.threads import Behind, Spent, ahead, closed_after, one_thread
+from abs_engine.clock import Clock
+from abs_engine.threads import Behind, ahead, closed_after, one_thread
 
 
 def test_items_come_as_they_are_from_another_thread():
@@ -82,12 +83,12 @@ def test_one_thread_of_blas_until_the_last_lets_it_go():
 
 
 def test_time_is_counted_where_it_is_spent():
-    spent = Spent()
-    with spent.on("work"):
+    spent = Clock(time.thread_time)
+    with spent.part("work"):
         end = time.thread_time() + 0.02
         while time.thread_time() < end:
             pass
-    with spent.on("rest"):
+    with spent.part("rest"):
         time.sleep(0.02)
     assert spent.seconds["work"] >= 0.02 > spent.seconds["rest"]
 
@@ -123,7 +124,7 @@ def test_threads_take_turns_often_until_the_last_is_done():
 
 
 def test_the_time_that_items_take_is_counted():
-    spent = Spent()
+    spent = Clock(time.thread_time)
 
     def slow():
         for k in range(3):

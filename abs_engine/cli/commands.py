@@ -35,7 +35,7 @@ def doctor(_chosen: Namespace) -> int:
 def synth(chosen: Namespace) -> int:
     """Film a scene, or a person who says a sentence."""
     from abs_engine.cli.synth import request_of
-    from abs_engine.synth.clock import cost_lines
+    from abs_engine.clock import cost_lines
     from abs_engine.synth.make import Crew
     from abs_engine.synth.studio import film_scene
 

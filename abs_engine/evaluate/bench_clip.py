@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from abs_engine.clock import cost_lines
 from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.evaluate import peer_worker
 from abs_engine.evaluate.machine import machine_facts
@@ -94,15 +95,15 @@ class ClipBench:
         """The result as a small table."""
         beside = f"MediaPipe {self.peer}: {self.seconds_peer:.2f} s; " if self.peer else ""
         ratio = "" if self.ratio is None else f"ratio {self.ratio:.1f}"
-        each = sorted(self.parts.items(), key=lambda part: -part[1])
+        seconds = {part: ms * self.frames / 1e3 for part, ms in self.parts.items()}
         return [
             f"{self.clip}, {self.frames} frames: {self.seconds:.2f} s, median of {self.turns}",
             *([beside + ratio] if beside else []),
             f"first result after {self.first_result_seconds:.2f} s, "
             f"of which {self.preparation_seconds:.2f} s preparation",
             f"then {self.fps:.1f} frames/s, {self.drawings_per_frame:.0f} drawings a frame",
-            "milliseconds of one core that a frame takes:",
-            *(f"  {part:12} {ms:6.1f}" for part, ms in each),
+            "what a frame cost, by part:",
+            *cost_lines(seconds, self.frames),
             self.draws,
             f"on {self.machine['cpu']}, {self.machine['cores']} cores",
         ]

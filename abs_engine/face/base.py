@@ -22,9 +22,22 @@ INNER = 12  # the inner contour's first among the 20 points of the lips
 RINGS = ("outer", "upper", "lower")
 
 
+def lip_gap(points: FloatArray) -> FloatArray:
+    """Height (...,) between the inner lips' middles of the 20 points of the lips (..., 20, 3).
+
+    Less than 0 where lips overlap; linear, so that of modes it is the slope.
+    """
+    return np.asarray(points[..., INNER + 2, 1] - points[..., INNER + 6, 1], np.float64)
+
+
+def lip_front(points: FloatArray) -> FloatArray:
+    """Mean z (...,) of the outer lips' middles, points 51 and 57 of the usual 68; linear, too."""
+    return np.asarray(0.5 * (points[..., 3, 2] + points[..., 9, 2]), np.float64)
+
+
 def lip_aperture(points: FloatArray) -> float:
     """Height, mm, between the inner lips' middles of the 20 points of the lips (20, 3), or 0."""
-    return float(max(0.0, points[INNER + 2, 1] - points[INNER + 6, 1]))
+    return max(0.0, float(lip_gap(points)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,10 +149,9 @@ class Face:
     def protrusion(self, posture: FloatArray) -> float:
         """How far the middle of the outer lips lies in front of the head frame's origin, mm.
 
-        Of a posture (P,); mean z of points 51 and 57 of the usual 68.
+        Of a posture (P,).
         """
-        points = self.scene.vertices(posture)[self.rings["points"]]
-        return float(0.5 * (points[3, 2] + points[9, 2]))
+        return float(lip_front(self.scene.vertices(posture)[self.rings["points"]]))
 
     def measures(self, posture: FloatArray) -> tuple[FloatArray, float, float]:
         """Lip contours (N, 3) in mm, head frame; mouth width and aperture in mm, of a posture (P,).

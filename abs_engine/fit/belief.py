@@ -17,7 +17,7 @@ from scipy.special import ndtr
 from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.pose import pose_moves
-from abs_engine.face.base import INNER, RINGS, Face
+from abs_engine.face.base import RINGS, Face, lip_front, lip_gap
 from abs_engine.fit.problem import Problem
 
 FloatArray = NDArray[np.float64]
@@ -97,22 +97,20 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
     covariance = _covariance(problem, curve)
     own = problem.blocks.places
     posture, pose = covariance[own[POSTURE], own[POSTURE]], covariance[own[POSE], own[POSE]]
-    modes, points = face.scene.modes.astype(np.float64), face.rings["points"]
+    modes = face.scene.modes.astype(np.float64)
     vertices = face.scene.vertices(problem.blocks.part(x, POSTURE))
-    gap = modes[:, points[INNER + 2], 1] - modes[:, points[INNER + 6], 1]
-    height = float(vertices[points[INNER + 2], 1] - vertices[points[INNER + 6], 1])
+    moves, height = modes[:, face.rings["points"]], float(lip_gap(vertices[face.rings["points"]]))
     right, left = (vertices[k] for k in face.rings["corners"])
     along = (left - right) / max(float(np.linalg.norm(left - right)), 1e-9)
     wide = (modes[:, face.rings["corners"][1]] - modes[:, face.rings["corners"][0]]) @ along
-    front = 0.5 * (modes[:, points[3], 2] + modes[:, points[9], 2])
     lips = modes[:, np.concatenate([face.rings[name] for name in RINGS])]
     spread = np.sqrt(np.maximum(np.einsum("pnd,pq,qnd->nd", lips, posture, lips), 0.0))
-    aperture = APERTURE.deviation(_along(gap, posture), max(height, 0.0))
+    aperture = APERTURE.deviation(_along(lip_gap(moves), posture), max(height, 0.0))
     turn, shift = _of_pose(problem, x, pose)
     return Belief(
         aperture=float(aperture),
         width=float(WIDTH.deviation(_along(wide, posture), float(np.linalg.norm(left - right)))),
-        protrusion=float(PROTRUSION.deviation(_along(front, posture))),
+        protrusion=float(PROTRUSION.deviation(_along(lip_front(moves), posture))),
         lips=_each(POINTS, spread),
         rotation=turn,
         translation=shift,

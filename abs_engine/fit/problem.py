@@ -6,7 +6,7 @@ it needs: one value, many at once, a Gauss-Newton matrix, or a direction.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
@@ -181,7 +181,8 @@ class Problem:
         """
         value = float(self._prior(self.whole(x)[None])[0])
         slope = sum((p.slope(self.whole(x)) for p in self.priors), np.zeros(len(self.blocks)))
-        curve, slope = self._bends(x, "curvature"), slope[self._places]
+        curve = self._summed(p.curvature(self.whole(x)) for p in self.priors)
+        slope = slope[self._places]
         for cost, fall, bend in self._curved(x, reach, local, FLOOR):
             value, slope, curve = value + cost, slope + fall, curve + bend
         return value, slope, curve
@@ -196,15 +197,15 @@ class Problem:
             return None
         try:
             parts = [bend for _, _, bend in self._curved(x, NEAR, local=True, floor=0.0)]
-            return np.asarray(sum(parts, self._bends(x, "bend")), np.float64)
+            told = self._summed(p.bend(self.whole(x)) for p in self.priors)
+            return np.asarray(sum(parts, told), np.float64)
         except ParameterError:
             return None
 
-    def _bends(self, x: FloatArray, name: str) -> FloatArray:
-        """What a method of the priors says of the free parameters, (N, N)."""
-        full, size = self.whole(x), len(self.blocks)
-        both = sum((getattr(p, name)(full) for p in self.priors), np.zeros((size, size)))
-        return np.asarray(both[np.ix_(self._places, self._places)])
+    def _summed(self, each: Iterable[FloatArray]) -> FloatArray:
+        """The sum of matrices over all parameters, of the free ones (N, N)."""
+        size = len(self.blocks)
+        return sum(each, np.zeros((size, size)))[np.ix_(self._places, self._places)]
 
     def _curved(
         self, x: FloatArray, reach: int, local: bool, floor: float

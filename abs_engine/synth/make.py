@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from abs_engine.assets import Speaker
+from abs_engine.clock import Clock
 from abs_engine.core.errors import ParameterError
 from abs_engine.synth.chunk import Job, jobs_of
-from abs_engine.synth.clock import Clock
 from abs_engine.synth.finish import add_seconds, clip_entry, finish_clip, finish_dataset
 from abs_engine.synth.journal import Journal
 from abs_engine.synth.plan import ClipPlan, load, store

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker
+from abs_engine.clock import Clock
 from abs_engine.core.geometry import Pose
-from abs_engine.synth.clock import Clock
 from abs_engine.synth.geometry import inner_shade, smooth_normals
 from abs_engine.synth.glass import Drawn, Glass, joined
 from abs_engine.synth.labels import Cover, Geometry, Skin, Surface, visible

@@ -12,6 +12,7 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
+from abs_engine.core.scene import ConcurrentRenderer
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
@@ -52,13 +53,13 @@ def track(
     image, FrameResult
         Each frame with what was found in it.
     """
-    head, spent = setting.motion.follower(), setting.spent
+    head, clock = setting.motion.follower(), setting.clock
 
     def seen(image: Image, memory: Memory) -> HeadFrame:
-        with spent.on(FOLLOWING):
+        with clock.part(FOLLOWING):
             return head.step(image, memory)
 
-    read = spent.over(READING, images)
+    read = clock.over(READING, images)
     if _followed_apart(setting):
         frames = ahead(seen(image, NOTHING) for image in read)
     else:
@@ -72,9 +73,9 @@ def track(
 
 def _followed_apart(setting: ClipSetting) -> bool:
     """Whether the head may be followed in a thread of its own, ahead of the fits."""
-    return getattr(setting.motion, "alone", False) and getattr(
-        setting.renderer, "concurrent", False
-    )
+    renderer = setting.renderer
+    shared = isinstance(renderer, ConcurrentRenderer) and renderer.concurrent
+    return shared and getattr(setting.motion, "alone", False)
 
 
 def _step(
@@ -83,22 +84,22 @@ def _step(
     pose = frame.pose
     if pose is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
-    with setting.spent.on(EVIDENCE):
+    with setting.clock.part(EVIDENCE):
         hidden = "" if setting.visibility is None else setting.visibility.hidden(frame, pose)
     if hidden:
         seen = replace(lost(setting.face, index), pose=pose, status=hidden, covered=True)
         return seen, memory.lost()
     try:
-        with setting.spent.on(EVIDENCE):
+        with setting.clock.part(EVIDENCE):
             work = setting.binder.work(frame, pose, memory)
     except OutOfPictureError:
         seen = replace(lost(setting.face, index), pose=pose, status=OUTSIDE, covered=True)
         return seen, memory.lost()
-    with setting.spent.on(FITTING):
+    with setting.clock.part(FITTING):
         found = _accepted(setting, work)
     if found is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
-    with setting.spent.on(BELIEVING):
+    with setting.clock.part(BELIEVING):
         result = _result(setting, index, work, found)
     doubted = "" if work.doubt is None else work.doubt(found.x, result.score)
     if doubted:

@@ -104,7 +104,7 @@ def write_run(
         "seconds_per_frame": round(took / max(1, len(recorder)), 5),
         "processor_ms_per_frame": {
             part: round(1e3 * seconds / max(1, len(recorder)), 2)
-            for part, seconds in _parts(setting.spent.seconds, busy).items()
+            for part, seconds in _parts(setting.clock.seconds, busy).items()
         },
     }
     return recorder.write(folder, {"settings": facts.settings, "summary": times})

@@ -49,14 +49,14 @@ class Overlay:
     def __init__(self, path: Path, setting: ClipSetting) -> None:
         self._painter = Painter(setting)
         self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING)
-        self._behind, self._spent = Behind(), setting.spent
+        self._behind, self._clock = Behind(), setting.clock
 
     def add(self, image: Image, result: FrameResult) -> None:
         """Append a frame; it is drawn and written beside other work."""
         self._behind.call(self._append, image, result)
 
     def _append(self, image: Image, result: FrameResult) -> None:
-        with self._spent.on(OVERLAY):
+        with self._clock.part(OVERLAY):
             self._writer.write(self._painter.paint(image, result))
 
     def __enter__(self) -> Overlay:
@@ -69,7 +69,7 @@ class Overlay:
         trace: TracebackType | None,
     ) -> None:
         try:
-            self._behind.__exit__(kind, error, trace)
+            self._behind.__exit__(kind)
         finally:
             self._writer.__exit__(kind, error, trace)
 

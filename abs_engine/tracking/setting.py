@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -9,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.clock import Clock
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
@@ -19,7 +21,6 @@ from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again, Minimiser
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import SIMPLEX
-from abs_engine.threads import Spent
 from abs_engine.tracking.frames import HeadFrame, Memory, Motion
 from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
 
@@ -171,7 +172,7 @@ class ClipSetting:
         Whether the head's poses are taken as they are, and only postures are fitted.
     landmarks : MouthLandmarks or None
         How landmarks are weighed, where the network is asked.
-    spent : Spent
+    clock : Clock
         What frames cost, by part.
     """
 
@@ -188,4 +189,4 @@ class ClipSetting:
     charged: bool = False
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
-    spent: Spent = field(default_factory=Spent)
+    clock: Clock = field(default_factory=lambda: Clock(time.thread_time))
