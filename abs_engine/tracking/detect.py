@@ -2,12 +2,11 @@
 
 The network is MediaPipe's for near faces, as shipped in `assets/detector`; OpenCV runs it on the
 CPU. It is only used to find where to begin: what is measured comes from rendering and comparing.
-A process has one network, which is not to be used from several threads at once.
+A process has one network, which threads use by turns.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -16,10 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import shipped
+from abs_engine.tracking.network import Network
 
 FloatArray = NDArray[np.float64]
-_ONE_AT_A_TIME = threading.Lock()
+_NETWORK = Network("face_detection_short_range.tflite", "classificators", "regressors")
 
 MARKS = ("right_eye", "left_eye", "nose_tip", "mouth", "right_ear", "left_ear")
 """The points of a face, the subject's right and left."""
@@ -162,15 +161,12 @@ def _looked_at(
 
 def _guesses(picture: NDArray[np.uint8], least: float) -> list[Face]:
     """The faces (pixels) in a picture of `_SIDE` pixels."""
-    with _ONE_AT_A_TIME:
-        network = _network()
-        network.setInput((picture.astype(np.float32) / 127.5 - 1.0).transpose(2, 0, 1)[None])
-        logits = network.forward("classificators").ravel()
-        score = 1 / (1 + np.exp(-np.clip(logits, -50.0, 50.0)))
-        kept = np.flatnonzero(score >= least)
-        if not len(kept):
-            return []
-        raw = network.forward("regressors").reshape(-1, 8, 2).astype(np.float64)[kept]
+    told, boxes = _NETWORK.seen(picture.astype(np.float32) / 127.5 - 1.0)
+    score = 1 / (1 + np.exp(-np.clip(told.ravel(), -50.0, 50.0)))
+    kept = np.flatnonzero(score >= least)
+    if not len(kept):
+        return []
+    raw = boxes.reshape(-1, 8, 2).astype(np.float64)[kept]
     anchor = _anchors()[kept]
     centre, points = raw[:, 0] + anchor, raw[:, 2:] + anchor[:, None]
     size, apart = raw[:, 1].max(axis=1), np.linalg.norm(points[:, 0] - points[:, 1], axis=1)
@@ -215,8 +211,3 @@ def _anchors() -> FloatArray:
         grid = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
         cells.append(np.repeat(grid, guesses, axis=0))
     return np.concatenate(cells)
-
-
-@cache
-def _network() -> cv2.dnn.Net:
-    return cv2.dnn.readNetFromTFLite(str(shipped("detector/face_detection_short_range.tflite")))

@@ -9,7 +9,6 @@ rendering and comparing. A process has one network, which threads use by turns.
 from __future__ import annotations
 
 import json
-import threading
 from dataclasses import dataclass
 from functools import cache
 
@@ -19,9 +18,10 @@ from numpy.typing import NDArray
 
 from abs_engine.assets import shipped
 from abs_engine.tracking.detect import MARKS, Face
+from abs_engine.tracking.network import Network
 
 FloatArray = NDArray[np.float64]
-_ONE_AT_A_TIME = threading.Lock()
+_NETWORK = Network("face_landmark.tflite", "conv2d_31", "conv2d_21")
 Image = NDArray[np.uint8]
 
 COUNT = 468
@@ -147,12 +147,11 @@ def _looked_at(
 
 def _seen(patch: Image) -> tuple[FloatArray, float]:
     """The points (468, 3) in a square of `_SIDE` pixels, and how probably it shows a face."""
-    with _ONE_AT_A_TIME:
-        network = _network()
-        network.setInput((patch.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
-        logit = float(np.ravel(network.forward("conv2d_31"))[0])
-        points = network.forward("conv2d_21").reshape(COUNT, 3).astype(np.float64)
-    return points, float(1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0))))
+    present, points = _NETWORK.seen(patch.astype(np.float32) / 255.0)
+    logit = float(present.ravel()[0])
+    return points.reshape(COUNT, 3).astype(np.float64), float(
+        1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0)))
+    )
 
 
 @cache
@@ -184,8 +183,3 @@ def _bounds(
     limits = np.array([shape[1], shape[0]])
     low = np.clip(np.floor(corners.min(axis=0)).astype(int) - 2, 0, limits)
     return low, np.clip(np.ceil(corners.max(axis=0)).astype(int) + 3, 0, limits)
-
-
-@cache
-def _network() -> cv2.dnn.Net:
-    return cv2.dnn.readNetFromTFLite(str(shipped("detector/face_landmark.tflite")))

@@ -2,22 +2,21 @@
 
 "Real-time Pupil Tracking from Monocular Video for Digital Puppetry", arXiv:2006.11341. Corners of
 eyes are seen by the landmark network where people usually have them; pupils are what a distance of
-pupils was measured between. A process has one network, not to be used from several threads at once.
+pupils was measured between. A process has one network, which threads use by turns.
 """
 
 from __future__ import annotations
-
-from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import shipped
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.network import Network
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
+_NETWORK = Network("iris_landmark.tflite", "output_iris")
 
 _EYES = ((33, 133, 159, 145), (362, 263, 386, 374))
 """Left and right end in an upright picture, upper and lower lid, of the right and the left eye."""
@@ -62,10 +61,9 @@ def _pupil(image: Image, start: FloatArray, end: FloatArray, mirrored: bool) -> 
     axes = step * np.stack([along, [-along[1], along[0]]], axis=1)
     matrix = np.column_stack([axes, 0.5 * (start + end) - axes @ np.full(2, 0.5 * (_SIDE - 1))])
     patch = _cut(image, matrix, step)
-    network = _network()
     look = patch[:, ::-1] if mirrored else patch
-    network.setInput((look.astype(np.float32) / 255.0).transpose(2, 0, 1)[None])
-    seen = network.forward("output_iris").reshape(5, 3)[0, :2].astype(np.float64) - 0.5
+    (iris,) = _NETWORK.seen(look.astype(np.float32) / 255.0)
+    seen = iris.reshape(5, 3)[0, :2].astype(np.float64) - 0.5
     if mirrored:
         seen[0] = _SIDE - 1 - seen[0]
     return np.asarray(matrix[:, :2] @ seen + matrix[:, 2])
@@ -85,8 +83,3 @@ def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
     edge = cv2.BORDER_REPLICATE
     warped = cv2.warpAffine(part, moved, (_SIDE, _SIDE), flags=flags, borderMode=edge)
     return np.asarray(warped, np.uint8)
-
-
-@cache
-def _network() -> cv2.dnn.Net:
-    return cv2.dnn.readNetFromTFLite(str(shipped("detector/iris_landmark.tflite")))

@@ -14,6 +14,7 @@ from abs_engine.core.registry import PLUGINS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.files import NewFolder
+from abs_engine.threads import one_thread
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import (
     BLOBS,
@@ -71,7 +72,8 @@ def prepare(
     info = probe(video)
     colours = None if options.colours is None else ColourClasses.load(options.colours)
     clip = Clip(video, info, options.camera or Camera.ideal(info.size), colours)
-    made = own(clip, chosen, leaves, renderer, tell)
+    with one_thread():
+        made = own(clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}
     file = None if chosen.model_file is None else chosen.model_file.name
     facts = {
