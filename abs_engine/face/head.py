@@ -140,7 +140,7 @@ class MouthModel:
         modes = self.scene.modes[self.n_expression :, self.rings["outer"]]
         return np.asarray(at + np.tensordot(person, modes, 1), np.float64)
 
-    @property
+    @cached_property
     def person_modes(self) -> NDArray[np.float32]:
         """The person modes over the whole head, (Q, V, 3), mm."""
         return _person_modes(self.speaker)[: self.n_person]
@@ -251,7 +251,8 @@ def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
     modes = []
     for less, more, _ in PERSON_TARGETS.values():
         pair = speaker.identity_weights(**{less: -0.5}) + speaker.identity_weights(**{more: 0.5})
-        modes.append(np.tensordot(pair, speaker.identity.astype(np.float32), 1))
+        used = np.flatnonzero(pair)
+        modes.append(np.tensordot(pair[used], speaker.identity[used].astype(np.float32), 1))
     return np.asarray(modes, np.float32)
 
 

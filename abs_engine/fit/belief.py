@@ -9,10 +9,10 @@ of unknown heads, and is added.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.blocks import POSE, POSTURE
@@ -114,7 +114,7 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
         lips=_each(POINTS, spread),
         rotation=turn,
         translation=shift,
-        closed=float(ndtr((CLOSED_APERTURE - height) / max(float(aperture), 1e-9))),
+        closed=NormalDist(height, max(float(aperture), 1e-9)).cdf(CLOSED_APERTURE),
     )
 
 

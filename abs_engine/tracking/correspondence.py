@@ -15,7 +15,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
@@ -146,7 +145,7 @@ def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Cor
     about = np.stack([_triangulated(s, sightings, speaker) for s in _shapes(sightings)]).mean(
         axis=0
     )
-    nearest = cKDTree(speaker.vertices).query(about)[1]
+    nearest = _nearest(speaker.vertices, about)
     corners, weights = np.zeros((COUNT, 3), np.int32), np.zeros((COUNT, 3))
     deviation = np.zeros((COUNT, 3))
     views = [_View.of(s, speaker, nearest) for s in sightings]
@@ -211,9 +210,16 @@ def _triangulated(shape: FloatArray, sightings: Sequence[Sighting], speaker: Spe
     about = np.zeros((COUNT, 3))
     for group in (np.setdiff1d(np.arange(COUNT), INNER_RING), _LOWER, _UPPER, INNER_RING[[0, 10]]):
         vertices = np.unique(speaker.faces[_allowed(speaker, int(group[0]))])
-        nearest = vertices[cKDTree(shape[vertices]).query(places[group])[1]]
+        nearest = vertices[_nearest(shape[vertices], places[group])]
         about[group] = speaker.vertices[nearest]
     return about
+
+
+def _nearest(points: NDArray[np.floating], places: FloatArray) -> NDArray[np.int_]:
+    """Which point (N, 3) is nearest to each place (M, 3), (M,)."""
+    from scipy.spatial import cKDTree  # not for every clip: it takes a while to import
+
+    return np.asarray(cKDTree(points).query(places)[1], np.int_)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,10 +15,6 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
-from abs_engine.face.shape.lip_shell import cut_lip_shell
-from abs_engine.face.shape.modal import load_physics
-from abs_engine.face.shape.physics_head import physics_shape
-from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.correspondence import (
     USUAL_DEVIATION,
     Correspondence,
@@ -307,6 +303,12 @@ def mouth_model(speaker: Speaker, person: str | None, physics: Path | None = Non
 
 
 def _physics_shape(speaker: Speaker, neutral: NDArray[np.float32], path: Path) -> LinearShape:
+    # not for every clip: sparse matrices take a while to import
+    from abs_engine.face.shape.lip_shell import cut_lip_shell
+    from abs_engine.face.shape.modal import load_physics
+    from abs_engine.face.shape.physics_head import physics_shape
+    from abs_engine.learn.training import check_speaker
+
     physics = load_physics(path)
     check_speaker(physics, speaker)
     return physics_shape(speaker, neutral, cut_lip_shell(speaker), physics)

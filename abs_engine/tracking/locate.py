@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
@@ -116,6 +115,8 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
     -------
     Pose
     """
+    from scipy.optimize import least_squares  # not for every clip: it takes a while to import
+
     seen = _undistorted(face.points[: len(marks)], camera)
     middle = marks.mean(axis=0)
     eyes, width = seen[1] - seen[0], np.linalg.norm(marks[1] - marks[0])

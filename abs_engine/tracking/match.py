@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
@@ -180,6 +179,8 @@ def pose_of_matches(
     start : tuple of Pose and (K,) float64
         Where to begin, and what the pose is weakly held to.
     """
+    from scipy.optimize import least_squares  # not for every clip: it takes a while to import
+
     pose, weights = start
     centre = points.mean(axis=0)
     at = pose.apply(centre)

@@ -13,7 +13,6 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
@@ -164,6 +163,8 @@ def _resect(
     A face is nearly flat at this distance, so depth and tilt are weak: the pull to the last pose
     (0.15 rad, 30 mm, 60 mm in depth) costs little where the points know better.
     """
+    from scipy.optimize import least_squares  # not for every clip: it takes a while to import
+
     centre = points.mean(axis=0)
     at = start.apply(centre)
     pull = 1 / np.array([0.15, 0.15, 0.15, 30.0, 30.0, 60.0])
