@@ -37,6 +37,25 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
             pool.shutdown(cancel_futures=True)
 
 
+@contextmanager
+def meanwhile(what: Callable[..., Item], *given: Any) -> Iterator[Future[Item]]:
+    """Call `what` in a thread beside what is done inside; the context ends when both are done."""
+    with _OFTEN.used(), ThreadPoolExecutor(1, "meanwhile") as pool:
+        yield pool.submit(what, *given)
+
+
+def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2) -> list[Item]:
+    """What each item gives, in their order, some of them worked on at once.
+
+    It is of use where most of the work is done by compiled loops, BLAS or OpenCV, which let other
+    threads run; with a `count` of 1 all is done in this one.
+    """
+    if count == 1:
+        return [what(one) for one in items]
+    with _OFTEN.used(), ThreadPoolExecutor(count, "beside") as pool:
+        return list(pool.map(what, items))
+
+
 class Behind:
     """Calls made by a thread, in their order; a context manager that waits for them.
 

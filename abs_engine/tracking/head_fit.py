@@ -84,29 +84,76 @@ def fit_head(
     modes : int
         Number of its modes, by default.
     """
-    average = expression or mouth_shape(speaker, speaker.vertices, modes)
-    larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
-    sized, moves = scaled(speaker, larger), _scaled_shape(average, larger)
-    people, upper = head_modes(sized), upper_face_modes(sized)
-    body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
-    anybody = landmark_shape(sized, correspondence, moves, sized.vertices, people)
-    problem = HeadProblem(
-        body, anybody, correspondence.noise, pupil_vertices(sized), scale.pupils, camera
+    return AverageHead.of(speaker, correspondence, scale, expression, modes).fitted(
+        frames, camera, renderer
     )
-    with one_thread():
-        found = fit_jointly(problem, frames, renderer)
-    moved = np.tensordot(found.identity, people, 1)
-    neutral = np.asarray(sized.vertices + moved, np.float32)
-    own = replace(moves, mean=np.asarray(moves.mean + moved, moves.mean.dtype))
-    shape = landmark_shape(sized, correspondence, own, neutral, None)
-    known = replace(
-        body, mean=own.mean.astype(np.float64), identity=body.identity[:0], pivot=shape.pivot
-    )
-    noise = correspondence.noise.person(found.error)
-    textured = TexturedHead(
-        known, shape, noise, tuple(views_of(body, frames, found)), camera, renderer
-    )
-    return FittedHead(sized, neutral, own, shape, found.identity, scale, textured)
+
+
+@dataclass(frozen=True, eq=False)
+class AverageHead:
+    """A head before anything was seen of a person, and how people differ from it.
+
+    Parameters
+    ----------
+    speaker : Speaker
+        As large as `scale` says.
+    expression : LinearShape
+        How its mouth moves.
+    people : (K, V, 3) float32
+        See `head_modes`.
+    body : HeadBody
+    shape : LandmarkShape
+        With identity modes, those of the body at the landmarks.
+    correspondence : Correspondence
+    scale : Scale
+    """
+
+    speaker: Speaker
+    expression: LinearShape
+    people: NDArray[np.float32]
+    body: HeadBody
+    shape: LandmarkShape
+    correspondence: Correspondence
+    scale: Scale
+
+    @classmethod
+    def of(
+        cls,
+        speaker: Speaker,
+        correspondence: Correspondence,
+        scale: Scale,
+        expression: LinearShape | None = None,
+        modes: int = 10,
+    ) -> AverageHead:
+        """Of a speaker at a scale; see `fit_head`."""
+        average = expression or mouth_shape(speaker, speaker.vertices, modes)
+        larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
+        sized, moves = scaled(speaker, larger), _scaled_shape(average, larger)
+        people, upper = head_modes(sized), upper_face_modes(sized)
+        body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
+        shape = landmark_shape(sized, correspondence, moves, sized.vertices, people)
+        return cls(sized, moves, people, body, shape, correspondence, scale)
+
+    def fitted(
+        self, frames: Sequence[HeadFrameSeen], camera: Camera, renderer: Renderer
+    ) -> FittedHead:
+        """The head of a person whom several frames show; see `fit_head`."""
+        sized, noise, scale = self.speaker, self.correspondence.noise, self.scale
+        pupils = pupil_vertices(sized)
+        problem = HeadProblem(self.body, self.shape, noise, pupils, scale.pupils, camera)
+        with one_thread():
+            found = fit_jointly(problem, frames, renderer)
+        moved, mean = np.tensordot(found.identity, self.people, 1), self.expression.mean
+        neutral = np.asarray(sized.vertices + moved, np.float32)
+        own = replace(self.expression, mean=np.asarray(mean + moved, mean.dtype))
+        shape = landmark_shape(sized, self.correspondence, own, neutral, None)
+        body = self.body
+        known = replace(
+            body, mean=own.mean.astype(np.float64), identity=body.identity[:0], pivot=shape.pivot
+        )
+        views = tuple(views_of(body, frames, found))
+        textured = TexturedHead(known, shape, noise.person(found.error), views, camera, renderer)
+        return FittedHead(sized, neutral, own, shape, found.identity, scale, textured)
 
 
 def seen_in(image: NDArray[np.uint8], landmarks: Landmarks) -> HeadFrameSeen:

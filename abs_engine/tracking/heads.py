@@ -15,6 +15,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
+from abs_engine.threads import meanwhile
 from abs_engine.tracking.correspondence import (
     USUAL_DEVIATION,
     Correspondence,
@@ -25,7 +26,7 @@ from abs_engine.tracking.covered import UsualMouth
 from abs_engine.tracking.detect import find_faces
 from abs_engine.tracking.faces import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.given import GivenMotion
-from abs_engine.tracking.head_fit import fit_head, seen_in
+from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_work import HeadBinder
 from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.lip_landmarks import LipLandmarks
@@ -131,17 +132,18 @@ def by_landmarks(
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     choice = FaceChoice(options.face, box)
     tell("finding the face")
-    follower = FaceFollower(choice)
-    found = ((image, follower.step(image)) for image in read_frames(clip.video))
-    chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
-    several = len(follower.faces) > 1
-    faces = face_lines(follower.faces, options.face or 1) if several else ""
-    tell("fitting the head")
     expression = None
     if options.physics is not None:
         expression = _physics_shape(speaker, speaker.vertices, options.physics)
+    follower = FaceFollower(choice)
+    with meanwhile(AverageHead.of, speaker, correspondence, scale, expression) as average:
+        found = ((image, follower.step(image)) for image in read_frames(clip.video))
+        chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
+    several = len(follower.faces) > 1
+    faces = face_lines(follower.faces, options.face or 1) if several else ""
+    tell("fitting the head")
     seen = [seen_in(image, landmarks) for image, landmarks in chosen]
-    head = fit_head(speaker, correspondence, seen, clip.camera, scale, renderer, expression)
+    head = average.result().fitted(seen, clip.camera, renderer)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         expression=head.expression, person_spread=PERSON_SPREAD,
