@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 
 MOST = 16  # longest line to either side, drawn pixels
 _REACH = 2.55  # pixels around a border's middle that tell its normal
 _PARTED = 0.15  # what each pixel must gain on the average for lips to be parted there
-_compiled = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+_compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 
 
 @_compiled
@@ -241,3 +243,26 @@ def lines(group, part, maps, depth, lip, inside, reach, floor, local, out, place
                         count,
                     )  # fmt: skip
     return count
+
+
+@_compiled
+def borders(shown, of, part_of, maps, facet, depth, bary, lip, inside, reach, floor, local):
+    """Every border of a drawing of classes (H, W).
+
+    Facet (K,), barycentrics (K, 3), normal (K, 2), gain (K,) and curvature (K,) times its length.
+    """
+    height, width = shown.shape
+    group, part = np.empty((height, width), np.int32), np.empty((height, width), np.int32)
+    for y in range(height):
+        for x in range(width):
+            group[y, x], part[y, x] = of[shown[y, x]], part_of[shown[y, x]]
+    most = 2 * pairs(shown)
+    out, places = np.empty((most, 4)), np.empty((most, 2), np.int64)
+    count = lines(group, part, maps, depth, lip, inside, reach, floor, local, out, places)
+    of_facet, weights = np.empty(count, np.int32), np.empty((count, 3))
+    for k in range(count):
+        y, x = places[k]
+        of_facet[k] = facet[y, x] - 1
+        for c in range(3):
+            weights[k, c] = bary[y, x, c]
+    return of_facet, weights, out[:count, :2], out[:count, 2], out[:count, 3]

@@ -109,16 +109,10 @@ class Borders:
         floor : float
             Least curvature of each.
         """
-        shown = drawn.class_id
-        pairs = border_lines.pairs(shown)
-        out, places = np.empty((2 * pairs, 4)), np.empty((2 * pairs, 2), np.int64)
-        count = border_lines.lines(
-            groups.of[shown], groups.parts[shown], groups.maps, drawn.depth,
-            groups.lip, groups.inside, min(reach, border_lines.MOST), floor, local, out, places,
-        )  # fmt: skip
-        row, column = places[:count].T
         return cls(
-            drawn.facet_id[row, column] - 1,
-            drawn.barycentrics[row, column].astype(np.float64),
-            out[:count, :2], out[:count, 2], out[:count, 3],
+            *border_lines.borders(
+                drawn.class_id, groups.of, groups.parts, groups.maps, drawn.facet_id, drawn.depth,
+                drawn.barycentrics, groups.lip, groups.inside, min(reach, border_lines.MOST), floor,
+                local,
+            )
         )  # fmt: skip

@@ -87,6 +87,11 @@ class Scene:
         """Number of modes, P."""
         return len(self.modes)
 
+    @cached_property
+    def modes_of_vertices(self) -> NDArray[np.float32]:
+        """The modes vertex by vertex, (V, P, 3), for loops over few vertices."""
+        return np.ascontiguousarray(self.modes.transpose(1, 0, 2))
+
     def vertices(self, weights: ArrayLike) -> NDArray[np.float64]:
         """Deformed vertices (V, 3), mm, head frame, for weights (P,)."""
         moved = np.tensordot(np.asarray(weights, np.float64), self.modes, axes=1)

@@ -6,6 +6,8 @@ It is the oracle of the OpenGL renderer's tests, and what runs where no OpenGL l
 from __future__ import annotations
 
 import threading
+from functools import cached_property
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -15,10 +17,12 @@ from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
-from abs_engine.render import kernels, layers
+from abs_engine.render import fused, kernels, layers
 from abs_engine.render.pixelsum import colour_error
-from abs_engine.render.vertex import clip_positions
+from abs_engine.render.vertex import motion_of, weights_of
 
+_ORDERED = 64  # drawings with one order of facets
+_KEPT = 16  # sizes of drawings whose arrays are kept
 _HIGHEST_CLASS: WeakKeyDictionary[Scene, int] = WeakKeyDictionary()
 
 
@@ -63,13 +67,12 @@ class CpuRenderer:
         """Draw every candidate; see `OutliningRenderer.outlines`."""
         clip, found = camera.clip_matrix(window), []
         for i in range(len(candidates)):
-            positions = clip_positions(scene, candidates, i, camera, clip)
-            facet = self._rasterise(scene, positions, camera, window).facet.copy()
-            shown = np.empty(facet.shape, np.int32)
+            given, scratch = self._given(scene, candidates, i, camera, window, clip)
+            facet, shown = (np.empty(scratch.facet.shape, np.int32) for _ in range(2))
             depth = np.empty(facet.shape, np.float32)
             bary = np.empty((*facet.shape, 3), np.float32)
-            given = positions, scene.faces, facet, scene.facet_class
-            kernels.outlines(*given, shown, depth, bary)
+            fused.outlined(*given, facet, scene.facet_class, shown, depth, bary)
+            scratch.drew(facet)
             found.append(Outlines(facet, shown, depth, bary))
         return found
 
@@ -95,26 +98,49 @@ class CpuRenderer:
         total = np.empty(len(candidates), np.float64)
         pixels = np.empty(len(candidates), np.int64)
         for i in range(len(candidates)):
-            positions = clip_positions(scene, candidates, i, camera, clip)
-            scratch = self._rasterise(scene, positions, camera, window)
-            total[i], pixels[i] = _sum(scene, positions, scratch, term, candidates.weights[i])
+            given, scratch = self._given(scene, candidates, i, camera, window, clip)
+            if isinstance(term, ClassMaps):
+                total[i], pixels[i] = fused.measured(
+                    *given, scratch.facet, scene.facet_class, term.maps
+                )
+            else:
+                positions = fused.drawn(*given, scratch.facet)
+                _texture_uv(scene, positions, scratch)
+                total[i], pixels[i] = colour_error(scratch.uv, scene, term, candidates.weights[i])
+            scratch.drew(scratch.facet)
         return Sums(total, pixels)
 
     def close(self) -> None:
         """Forget this thread's scratch arrays."""
         self._local = threading.local()
 
-    def _rasterise(
-        self, scene: Scene, positions: NDArray[np.float32], camera: Camera, window: Window
-    ) -> _Scratch:
-        size = *window.drawn, len(scene.faces)
-        scratch: _Scratch | None = getattr(self._local, "scratch", None)
-        if scratch is None or scratch.size != size:
-            scratch = self._local.scratch = _Scratch(size)
-        kernels.rasterise(
-            positions, scene.faces, camera.near, camera.far, scene.cull, scratch.keys, scratch.facet
-        )
-        return scratch
+    def _given(
+        self,
+        scene: Scene,
+        candidates: Candidates,
+        index: int,
+        camera: Camera,
+        window: Window,
+        clip: NDArray[np.float64],
+    ) -> tuple[Any, _Scratch]:
+        """What the compiled functions of `fused` take first, and this thread's scratch arrays."""
+        scratch = self._scratch(window.drawn, scene.faces)
+        limit = camera.radius_limit if camera.distorted else 0.0
+        weights, motion = weights_of(scene, candidates, index), motion_of(candidates, index)
+        place = scene.mean, scene.modes, weights, motion, camera.distortion, limit, clip
+        order, first = scratch.order
+        depths = camera.near, camera.far, scene.cull
+        return (*place, scene.faces, order, first, *depths, scratch.keys), scratch
+
+    def _scratch(self, size: tuple[int, int], faces: NDArray[np.int32]) -> _Scratch:
+        """Arrays of the calling thread for drawings of a size of some facets."""
+        kept: dict[Any, _Scratch] = self._local.__dict__
+        found = kept.get((size, id(faces)))
+        if found is None:
+            if len(kept) >= _KEPT:
+                kept.clear()
+            found = kept[size, id(faces)] = _Scratch(size, faces)
+        return found
 
     def _buffers(
         self,
@@ -125,8 +151,8 @@ class CpuRenderer:
         camera: Camera,
         window: Window,
     ) -> Buffers:
-        positions = clip_positions(scene, candidates, index, camera, clip)
-        scratch = self._rasterise(scene, positions, camera, window)
+        given, scratch = self._given(scene, candidates, index, camera, window, clip)
+        positions = fused.drawn(*given, scratch.facet)
         facet = scratch.facet.copy()
         depth = np.zeros(facet.shape, np.float32)
         bary = np.zeros((*facet.shape, 3), np.float32)
@@ -140,36 +166,42 @@ class CpuRenderer:
 
 
 class _Scratch:
-    """Arrays that are written anew for every candidate.
+    """Arrays that are written anew for every candidate, and the order that facets are drawn in.
 
     Parameters
     ----------
     size : tuple of int
-        Width and height in drawn pixels, number of facets.
+        Width and height in drawn pixels.
+    faces : (F, 3) int32
     """
 
-    def __init__(self, size: tuple[int, int, int]) -> None:
-        width, height, facets = self.size = size
+    def __init__(self, size: tuple[int, int], faces: NDArray[np.int32]) -> None:
+        (width, height), self.faces = size, faces
         self.keys = np.empty(height * width, np.int64)
         self.facet = np.empty((height, width), np.int32)
         self.uv = np.empty((height, width, 2), np.float32)
-        self.planes = np.empty((facets, 9), np.float64)
-        self.known = np.empty(facets, np.uint8)
+        self.order = np.arange(len(faces), dtype=np.int32), len(faces)
+        self._drawings = 0
 
+    @cached_property
+    def planes(self) -> NDArray[np.float64]:
+        """Scratch of `kernels.texture_uv`."""
+        return np.empty((len(self.faces), 9), np.float64)
 
-def _sum(
-    scene: Scene,
-    positions: NDArray[np.float32],
-    scratch: _Scratch,
-    term: PixelTerm,
-    weights: NDArray[np.float64],
-) -> tuple[float, int]:
-    """The term's sum over the drawn pixels, and their number."""
-    if isinstance(term, ClassMaps):
-        total, pixels = kernels.sum_class_maps(scratch.facet, scene.facet_class, term.maps)
-        return float(total), int(pixels)
-    _texture_uv(scene, positions, scratch)
-    return colour_error(scratch.uv, scene, term, weights)
+    @cached_property
+    def known(self) -> NDArray[np.uint8]:
+        """Likewise."""
+        return np.empty(len(self.faces), np.uint8)
+
+    def drew(self, facet: NDArray[np.int32]) -> None:
+        """Begin later drawings with what is seen in this one, now and then."""
+        if self._drawings % _ORDERED == 0:
+            seen = np.zeros(len(self.faces) + 1, bool)
+            seen[facet.ravel()] = True
+            seen = seen[1:]
+            order = np.concatenate([np.flatnonzero(seen), np.flatnonzero(~seen)])
+            self.order = order.astype(np.int32), int(seen.sum())
+        self._drawings += 1
 
 
 def _texture_uv(scene: Scene, positions: NDArray[np.float32], scratch: _Scratch) -> None:

@@ -19,6 +19,7 @@ SUBPIXEL = 1 << SUBPIXEL_BITS
 GUARD = 4.0e6 * SUBPIXEL  # farther out, coordinates are clamped so that int64 cannot overflow
 FACET_BITS = 26
 LAST_FACET = (1 << FACET_BITS) - 1
+TILE = 8  # pixels a side, of what may hide a facet
 NEARNESS = 2.0**36  # of the near plane; nearness is proportional to 1/w
 
 UNDRAWN = np.float32(-1e30)  # texture coordinate where nothing is drawn, as targets.FAR_AWAY
@@ -46,6 +47,16 @@ def _edge_bias(dx, dy):
     return 0 if dy < 0 or (dy == 0 and dx > 0) else -1
 
 
+@numba.njit(cache=True, nogil=True)
+def _box(x0, y0, x1, y1, x2, y2, width, height):
+    """The pixels whose centres lie in a triangle's bounding box: left, right, top, bottom."""
+    left = max((min(x0, x1, x2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
+    right = min(max(x0, x1, x2) >> SUBPIXEL_BITS, width - 1)
+    top = max((min(y0, y1, y2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
+    bottom = min(max(y0, y1, y2) >> SUBPIXEL_BITS, height - 1)
+    return left, right, top, bottom
+
+
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, facet, cull, width, height, keys):
     """Fill one snapped triangle; q is nearness. `keys` is flat, row after row."""
@@ -55,12 +66,19 @@ def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, facet, cull, width, height, keys):
     if area < 0:
         x1, y1, q1, x2, y2, q2 = x2, y2, q2, x1, y1, q1
         area = -area
-    left = max((min(x0, x1, x2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
-    right = min(max(x0, x1, x2) >> SUBPIXEL_BITS, width - 1)
-    top = max((min(y0, y1, y2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
-    bottom = min(max(y0, y1, y2) >> SUBPIXEL_BITS, height - 1)
+    left, right, top, bottom = _box(x0, y0, x1, y1, x2, y2, width, height)
     if left > right or top > bottom:
         return
+    _fill_box(
+        x0, y0, q0, x1, y1, q1, x2, y2, q2, area, left, right, top, bottom, facet, width, keys
+    )
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _fill_box(
+    x0, y0, q0, x1, y1, q1, x2, y2, q2, area, left, right, top, bottom, facet, width, keys
+):
+    """Fill a triangle of positive area within a box of pixels."""
     px, py = left * SUBPIXEL, top * SUBPIXEL
     row0 = (x2 - x1) * (py - y1) - (y2 - y1) * (px - x1)
     row1 = (x0 - x2) * (py - y2) - (y0 - y2) * (px - x2)
@@ -94,13 +112,20 @@ def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, facet, cull, width, height, keys):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def rasterise(clip, faces, near, far, cull, keys, facet):
+def rasterise(clip, faces, order, first, near, far, cull, keys, facet):
     """Z-buffer all facets.
+
+    What is drawn does not depend on the order. Once the first ones are drawn, each of the others is
+    left out where all that it might cover is nearer.
 
     Parameters
     ----------
     clip : (V, 4) float32
     faces : (F, 3) int32, F at most 2^26
+    order : (F,) int32
+        Which facet is drawn when.
+    first : int
+        How many of these are drawn without a look at what lies before them.
     near, far : float
         Facets are cut where w falls below `near`; pixels beyond `far` are not drawn. mm.
     cull : bool
@@ -110,8 +135,6 @@ def rasterise(clip, faces, near, far, cull, keys, facet):
     height, width = facet.shape
     n = clip.shape[0]
     x, y, q = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.float64)
-    beside = np.empty(n, np.uint8)  # of which edges of the picture a vertex lies outside
-    last_x, last_y = (width - 1) * SUBPIXEL, (height - 1) * SUBPIXEL
     for i in range(n):
         w = np.float64(clip[i, 3])
         cut = not w >= near
@@ -119,25 +142,65 @@ def rasterise(clip, faces, near, far, cull, keys, facet):
         x[i] = _to_pixel(np.float64(clip[i, 0]), inverse, width)
         y[i] = _to_pixel(np.float64(clip[i, 1]), inverse, height)
         q[i] = -1.0 if cut else NEARNESS * near * inverse
-        across = 1 if x[i] < 0 else (2 if x[i] > last_x else 0)
-        beside[i] = across + (4 if y[i] < 0 else (8 if y[i] > last_y else 0))
     empty = (np.int64(NEARNESS * near / far) << FACET_BITS) | LAST_FACET
     keys[:] = empty
-    for f in range(faces.shape[0]):
+    across, down = (width + TILE - 1) // TILE, (height + TILE - 1) // TILE
+    tiles = np.empty(across * down, np.int64)
+    for k in range(faces.shape[0]):
+        if k == first:
+            _farthest(keys, width, height, tiles)
+        f = np.uint32(order[k])
         a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
-        if q[a] > 0 and q[b] > 0 and q[c] > 0:
-            if beside[a] & beside[b] & beside[c]:
+        q0, q1, q2 = q[a], q[b], q[c]
+        if q0 > 0 and q1 > 0 and q2 > 0:
+            x0, y0, x1, y1, x2, y2 = x[a], y[a], x[b], y[b], x[c], y[c]
+            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+            if area == 0 or (cull and area > 0):
                 continue
-            _fill(
-                x[a], y[a], q[a], x[b], y[b], q[b], x[c], y[c], q[c],
-                f, cull, width, height, keys,
+            left, right, top, bottom = _box(x0, y0, x1, y1, x2, y2, width, height)
+            if left > right or top > bottom:
+                continue
+            if k >= first:
+                nearest = np.int64(max(q0, q1, q2)) + 2  # and what rounding may add in between
+                if _hidden(tiles, across, left, right, top, bottom, nearest):
+                    continue
+            if area < 0:
+                x1, y1, q1, x2, y2, q2 = x2, y2, q2, x1, y1, q1
+                area = -area
+            _fill_box(
+                x0, y0, q0, x1, y1, q1, x2, y2, q2, area, left, right, top, bottom, np.int64(f),
+                width, keys,
             )  # fmt: skip
-        elif q[a] > 0 or q[b] > 0 or q[c] > 0:
-            _fill_clipped(clip, a, b, c, near, f, cull, width, height, keys)
+        elif q0 > 0 or q1 > 0 or q2 > 0:
+            _fill_clipped(clip, a, b, c, near, np.int64(f), cull, width, height, keys)
     for i in range(height):
         for j in range(width):
             key = keys[i * width + j]
             facet[i, j] = 0 if key == empty else LAST_FACET + 1 - (key & LAST_FACET)
+
+
+@numba.njit(cache=True, nogil=True)
+def _farthest(keys, width, height, tiles):
+    """The least nearness of the pixels in each tile so far."""
+    at = 0
+    for top in range(0, height, TILE):
+        for left in range(0, width, TILE):
+            least = keys[top * width + left]
+            for y in range(top, min(top + TILE, height)):
+                for x in range(left, min(left + TILE, width)):
+                    least = min(least, keys[np.uint64(y * width + x)])
+            tiles[at] = least >> FACET_BITS
+            at += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def _hidden(tiles, across, left, right, top, bottom, nearest):
+    """Whether all that is drawn in the tiles of a box of pixels is nearer than `nearest`."""
+    for j in range(top // TILE, bottom // TILE + 1):
+        for i in range(left // TILE, right // TILE + 1):
+            if tiles[np.uint64(j * across + i)] <= nearest:
+                return False
+    return True
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

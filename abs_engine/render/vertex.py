@@ -48,23 +48,39 @@ def clip_positions(
     ParameterError
         If the candidate has another number of weights than the scene has modes.
     """
-    weights = candidates.weights[index]
+    vertices = deform(scene.mean, scene.modes, weights_of(scene, candidates, index))
+    out = np.empty((len(vertices), 4), np.float32)
+    limit = camera.radius_limit if camera.distorted else 0.0
+    to_clip(vertices, motion_of(candidates, index), camera.distortion, limit, clip, out)
+    return out
+
+
+def weights_of(scene: Scene, candidates: Candidates, index: int) -> NDArray[np.float64]:
+    """The weights (P,) of one candidate.
+
+    Raises
+    ------
+    ParameterError
+        If it has another number of them than the scene has modes.
+    """
+    weights: NDArray[np.float64] = candidates.weights[index]
     if len(weights) != scene.n_modes:
         raise ParameterError(
             f"a candidate has {len(weights)} weights, the scene {scene.n_modes} modes",
             "build both from one shape model",
         )
-    vertices = _deform(scene.mean, scene.modes, weights)
-    out = np.empty((len(vertices), 4), np.float32)
+    return weights
+
+
+def motion_of(candidates: Candidates, index: int) -> NDArray[np.float64]:
+    """Rotation and translation (3, 4) of one candidate."""
     motion = np.empty((3, 4))
     motion[:, :3], motion[:, 3] = candidates.rotations[index], candidates.translations[index]
-    limit = camera.radius_limit if camera.distorted else 0.0
-    _to_clip(vertices, motion, camera.distortion, limit, clip, out)
-    return out
+    return motion
 
 
 @numba.njit(cache=True, nogil=True)
-def _deform(mean, modes, weights):
+def deform(mean, modes, weights):
     """X = mean + weights . modes, (V, 3) float32."""
     out = mean.copy()
     flat = out.reshape(-1)
@@ -77,7 +93,7 @@ def _deform(mean, modes, weights):
 
 
 @numba.njit(cache=True, nogil=True)
-def _to_clip(vertices, motion, k, limit, clip, out):
+def to_clip(vertices, motion, k, limit, clip, out):
     """Head frame to clip coordinates; `limit` 0 means no distortion (see `Camera.distort`)."""
     r00, r01, r02, t0 = motion[0]
     r10, r11, r12, t1 = motion[1]
