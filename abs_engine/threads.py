@@ -56,6 +56,11 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
         return list(pool.map(what, items))
 
 
+def workers(renderer: object) -> int:
+    """Threads that may draw at once with a renderer, one for each of two cores at most."""
+    return 2 if getattr(renderer, "concurrent", False) else 1
+
+
 class Behind:
     """Calls made by a thread, in their order; a context manager that waits for them.
 

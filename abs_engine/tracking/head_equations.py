@@ -71,9 +71,10 @@ def landmark_equations(
     slope[..., 2] -= slope[..., 2].mean(axis=1, keepdims=True)
     parts = [slope[: 6 + k], noise.between, slope[6 + k :], noise.within]
     flat = np.concatenate(parts).reshape(-1, off.size)
-    weighed = flat * _weights(shape, noise, guess.pose, there, off).ravel()
+    root = np.sqrt(_weights(shape, noise, guess.pose, there, off).ravel())
+    flat *= root  # a matrix by its own transpose: BLAS makes half of it
     return _without(
-        Equations(weighed @ flat.T, -(weighed @ off.ravel())), len(flat) - len(noise.within)
+        Equations(flat @ flat.T, -(flat @ (root * off.ravel()))), len(flat) - len(noise.within)
     )
 
 

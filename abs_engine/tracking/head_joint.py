@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,13 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
-from abs_engine.tracking.head_equations import HeadGuess, landmark_equations, pupil_equations
+from abs_engine.threads import in_threads, workers
+from abs_engine.tracking.head_equations import (
+    Equations,
+    HeadGuess,
+    landmark_equations,
+    pupil_equations,
+)
 from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, linearised, match
 from abs_engine.tracking.landmark_fit import looking_ahead, turned
 from abs_engine.tracking.landmark_noise import LandmarkNoise
@@ -139,15 +146,18 @@ def _pairs(
     problem: HeadProblem, frames: Sequence[HeadFrameSeen], head: JointHead, renderer: Renderer
 ) -> _Pairs:
     """Matches of each frame with those that face most alike."""
-    views, found = views_of(problem.body, frames, head), {}
+    views, pairs = views_of(problem.body, frames, head), []
     for second, view in enumerate(views):
         away = np.array([v.pose.angle_to(view.pose) for v in views])
         away[second] = np.inf
-        for first in np.argsort(away)[: min(_NEAR, len(views) - 1)]:
-            matches = match(problem.body, views[first], view, problem.camera, renderer)
-            if matches is not None:
-                found[int(first), second] = matches
-    return found
+        pairs += [(int(k), second) for k in np.argsort(away)[: min(_NEAR, len(views) - 1)]]
+
+    def matched(pair: tuple[int, int]) -> Matches | None:
+        first, second = pair
+        return match(problem.body, views[first], views[second], problem.camera, renderer)
+
+    found = in_threads(matched, pairs, workers(renderer))
+    return {pair: one for pair, one in zip(pairs, found, strict=True) if one is not None}
 
 
 def _settled(
@@ -161,8 +171,9 @@ def _settled(
     """Some steps of Gauss-Newton, fewer where it settles."""
     for _ in range(steps):
         system = _System.of(problem, head)
-        for k, one in enumerate(frames):
-            system.add_frame(k, seen[k], one.pupils)
+        told = partial(system.told_by, seen=seen, frames=frames)
+        for k, each in enumerate(in_threads(told, range(len(frames)))):
+            system.add_frame(k, *each)
         if pairs:
             views = views_of(problem.body, frames, head)
             for (i, j), matches in pairs.items():
@@ -208,18 +219,25 @@ class _System:
         self.information[np.ix_(where, where)] += information
         self.gradient[where] += gradient
 
-    def add_frame(self, frame: int, seen: SeenRays, pupils: FloatArray | None) -> None:
-        """A frame's landmarks and pupils."""
-        p, (k, q, _) = self.problem, self.problem.sizes
-        guess, at = self.head.guess(frame), self._at(frame)
-        told = landmark_equations(p.shape, p.noise, seen, guess)
-        self._add(np.r_[at[:6], np.arange(k + q), at[6:]], *told)
-        if pupils is not None:
-            own, modes = p.eyes(self.head.identity)
-            told = pupil_equations(
-                own, modes, p.body.pivot, pupils, p.camera, guess.pose, seen.axes
-            )
-            self._add(np.r_[at[:6], np.arange(k)], *told)
+    def told_by(
+        self, frame: int, seen: Sequence[SeenRays], frames: Sequence[HeadFrameSeen]
+    ) -> tuple[Equations, Equations | None]:
+        """What a frame's landmarks say, and its pupils."""
+        p, guess, pupils = self.problem, self.head.guess(frame), frames[frame].pupils
+        by_landmarks = landmark_equations(p.shape, p.noise, seen[frame], guess)
+        if pupils is None:
+            return by_landmarks, None
+        own, modes = p.eyes(self.head.identity)
+        axes = seen[frame].axes
+        told = pupil_equations(own, modes, p.body.pivot, pupils, p.camera, guess.pose, axes)
+        return by_landmarks, told
+
+    def add_frame(self, frame: int, by_landmarks: Equations, by_pupils: Equations | None) -> None:
+        """What a frame says, see `told_by`."""
+        (k, q, _), at = self.problem.sizes, self._at(frame)
+        self._add(np.r_[at[:6], np.arange(k + q), at[6:]], *by_landmarks)
+        if by_pupils is not None:
+            self._add(np.r_[at[:6], np.arange(k)], *by_pupils)
 
     def add_matches(
         self, first: int, second: int, matches: Matches, views: Sequence[HeadView]

@@ -16,6 +16,7 @@ from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.threads import meanwhile
+from abs_engine.tracking import seen_motion
 from abs_engine.tracking.correspondence import (
     USUAL_DEVIATION,
     Correspondence,
@@ -48,7 +49,7 @@ from abs_engine.tracking.placed import PlacedHead, calibrate_placed
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.prepare import HeadMotion, choose_frames, followed, spread_frames
 from abs_engine.tracking.restart import calibrate_well
-from abs_engine.tracking.scale import known_scale, pupil_distance, pupil_scale
+from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.sightings import sightings_of
@@ -107,6 +108,15 @@ def prepare_head(
     return by_blobs(clip, speaker, renderer, options, leaves, tell)
 
 
+def _average(
+    speaker: Speaker, correspondence: Correspondence, scale: Scale, expression: LinearShape | None
+) -> AverageHead:
+    """The head before anything was seen of a person; compiled functions are loaded beside it."""
+    average = AverageHead.of(speaker, correspondence, scale, expression)
+    seen_motion.load()
+    return average
+
+
 def _check_box(video: Path, box: FaceBox) -> None:
     """Raise `FaceNotFoundError` if the first frame shows a face whose mouth lies elsewhere."""
     faces = find_faces(next(iter(read_frames(video))))
@@ -136,7 +146,7 @@ def by_landmarks(
     if options.physics is not None:
         expression = _physics_shape(speaker, speaker.vertices, options.physics)
     follower = FaceFollower(choice)
-    with meanwhile(AverageHead.of, speaker, correspondence, scale, expression) as average:
+    with meanwhile(_average, speaker, correspondence, scale, expression) as average:
         found = ((image, follower.step(image)) for image in read_frames(clip.video))
         chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
     several = len(follower.faces) > 1

@@ -222,10 +222,10 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
     slope /= shape.deviation
     residual[LIPS, 2], slope[:, LIPS, 2] = 0.0, 0.0  # depths of lips say nothing of their opening
     trust = _trust(shape, pose, there, residual) / _TOGETHER
-    flat = (slope * trust[:, None]).reshape(len(slope), -1)
-    information = flat @ slope.reshape(len(slope), -1).T
+    root = np.sqrt(trust)[:, None]
+    flat = (slope * root).reshape(len(slope), -1)
     misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))
-    return _Normal(information, flat @ residual.ravel(), misfit)
+    return _Normal(flat @ flat.T, flat @ (residual * root).ravel(), misfit)
 
 
 def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatArray) -> FloatArray:

@@ -28,10 +28,11 @@ from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, class_maps, likelihood_of, mouth_window, seam_of
 from abs_engine.optimise.newton import Newton
+from abs_engine.threads import in_threads, workers
 from abs_engine.tracking.correspondence import Correspondence
 from abs_engine.tracking.frames import SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
-from abs_engine.tracking.landmark_fit import LIPS_TOGETHER
+from abs_engine.tracking.landmark_fit import LIPS_TOGETHER, FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks, LipOutline
@@ -105,8 +106,13 @@ class PlacedHead:
         self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
     ) -> list[PlacedFrame]:
         """The frames with the head placed by a person's landmarks as they are known so far."""
-        fits = [(i, m, placed_fit(self.textured, shape, i, m)) for i, m in seen]
-        return [PlacedFrame(i, SeenFace(m, fit)) for i, m, fit in fits if fit is not None]
+
+        def placed(one: tuple[Image, Landmarks]) -> FrameLandmarks | None:
+            return placed_fit(self.textured, shape, *one)
+
+        fits = in_threads(placed, seen, workers(self.renderer))
+        pairs = zip(seen, fits, strict=True)
+        return [PlacedFrame(i, SeenFace(m, fit)) for (i, m), fit in pairs if fit is not None]
 
     @cached_property
     def lips(self) -> LipLandmarks:
@@ -182,9 +188,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     if told.std() < LEAST_MOTION:
         return 1.0
     terms = stand.terms(classes, starts)
-    alone = np.stack(
-        [stand.fitted(k, term, starts[k], landmarks=False) for k, term in enumerate(terms)]
-    )
+    alone = stand.postures(terms, starts, landmarks=False)
     seen = _apertures(model, found.person, alone)
     return float(np.cov(told, seen, bias=True)[0, 1] / told.var())
 
@@ -283,9 +287,16 @@ class _Stand:
             made.append(likelihood_of(*drawn, window, maps, classes.weight, seam_of(colours)))
         return made
 
-    def postures(self, terms: Sequence[FacetLikelihood], vectors: FloatArray) -> FloatArray:
+    def postures(
+        self, terms: Sequence[FacetLikelihood], vectors: FloatArray, landmarks: bool = True
+    ) -> FloatArray:
         """Pose and posture of every frame, (N, 6 + P), each from where it was."""
-        return np.stack([self.fitted(k, term, vectors[k]) for k, term in enumerate(terms)])
+        self.model.held(self.person)  # made once, for all threads
+
+        def fitted(k: int) -> FloatArray:
+            return self.fitted(k, terms[k], vectors[k], landmarks)
+
+        return np.stack(in_threads(fitted, range(len(terms)), workers(self.renderer)))
 
     def fitted(
         self, k: int, term: FacetLikelihood, last: FloatArray, landmarks: bool = True

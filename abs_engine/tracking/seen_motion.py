@@ -7,6 +7,12 @@ import numba
 import numpy as np
 
 
+def load() -> None:
+    """Load the compiled function, and most of numba with it, which takes a while."""
+    point, none = np.zeros((1, 3)), np.zeros((0, 1, 3))
+    seen_motion(point + 1, point[0], none, np.eye(3), np.ones(1), np.eye(2))
+
+
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def seen_motion(there, pivot, modes, rotation, factor, axes):
     """Motion of points for a unit of each of pose (6) and modes (D), (6 + D, N, 3), mm.
