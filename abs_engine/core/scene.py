@@ -5,6 +5,7 @@ Also the `Renderer` protocol, behind which OpenGL and the CPU rasteriser stand.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
@@ -86,6 +87,12 @@ class Scene:
     def n_modes(self) -> int:
         """Number of modes, P."""
         return len(self.modes)
+
+    def at(self, mean: NDArray[np.float32]) -> Scene:
+        """The same scene with its mean elsewhere, (V, 3); the mesh is not checked once more."""
+        moved = copy(self)
+        object.__setattr__(moved, "mean", np.ascontiguousarray(mean, np.float32))
+        return moved
 
     @cached_property
     def modes_of_vertices(self) -> NDArray[np.float32]:

@@ -66,7 +66,7 @@ class Correspondence:
     def of(self, vertices: NDArray[np.floating]) -> FloatArray:
         """The points (..., 468, 3) of vertices (..., V, 3), which may be displacements."""
         taken = np.asarray(vertices[..., self.corners, :], np.float64)
-        return np.asarray(np.einsum("lk,...lkd->...ld", self.weights, taken))
+        return np.ascontiguousarray(np.einsum("lk,...lkd->...ld", self.weights, taken))
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load_correspondence` reads."""

@@ -8,6 +8,7 @@ modelled: corners of the texture are compared, not its brightness.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 import cv2
@@ -80,6 +81,18 @@ class HeadBody:
         pivot = lips.astype(np.float64).mean(axis=0)
         return cls(speaker, whole, identity.astype(np.float64), posture, pivot, skull)
 
+    @cached_property
+    def scene(self) -> Scene:
+        """The head as it is drawn, without modes."""
+        none, one = np.zeros((0, *self.mean.shape), np.float32), self.speaker
+        classes = one.facet_class.astype(np.int32)
+        return Scene(self.mean.astype(np.float32), none, one.faces, one.uv, classes, _TINY)
+
+    @cached_property
+    def skin(self) -> NDArray[np.integer]:
+        """Vertices of the skin that moves with the skull."""
+        return np.unique(self.speaker.faces[self.skull])
+
     def vertices(self, identity: FloatArray, posture: FloatArray) -> FloatArray:
         """A person (K,) in a posture (M,): (V, 3), mm."""
         moved = np.tensordot(identity, self.identity, 1) + np.tensordot(posture, self.posture, 1)
@@ -148,10 +161,7 @@ def match(
     if not body.skull.any():
         return None
     window = _window(body, second, camera)
-    none = np.zeros((0, *second.vertices.shape), np.float32)
-    one = body.speaker
-    classes = one.facet_class.astype(np.int32)
-    scene = Scene(second.vertices.astype(np.float32), none, one.faces, one.uv, classes, _TINY)
+    one, scene = body.speaker, body.scene.at(second.vertices.astype(np.float32))
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), second.pose), camera, window)[0]
     facet, weights = np.maximum(drawn.facet_id - 1, 0), drawn.barycentrics.astype(np.float64)
     corners = one.faces[facet]
@@ -178,8 +188,7 @@ def match(
 
 def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
     """About the skin that moves with the skull."""
-    skin = np.unique(body.speaker.faces[body.skull])
-    pixels = camera.project(view.pose.apply(view.vertices[skin]))
+    pixels = camera.project(view.pose.apply(view.vertices[body.skin]))
     low, high = pixels.min(axis=0) - 4, pixels.max(axis=0) + 4
     size = np.clip(high - low, 8.0, 4.0 * max(camera.size))
     scale = min(1.0, _SIDE / float(size.max()))

@@ -23,10 +23,10 @@ def seen_motion(there, pivot, modes, rotation, factor, axes):
     count, extra = len(there), len(modes)
     out = np.empty((6 + extra, count, 3))
     move = np.empty(3)
-    for n in range(count):
-        x, y, z = there[n, 0], there[n, 1], there[n, 2]
-        ax, ay, az = x - pivot[0], y - pivot[1], z - pivot[2]
-        for d in range(6 + extra):
+    for d in range(6 + extra):
+        for n in range(count):
+            x, y, z = there[n, 0], there[n, 1], there[n, 2]
+            ax, ay, az = x - pivot[0], y - pivot[1], z - pivot[2]
             move[:] = 0.0
             if d == 0:
                 move[1], move[2] = -az, ay
