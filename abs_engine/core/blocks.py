@@ -30,6 +30,10 @@ class Blocks:
 
     def __len__(self) -> int:
         """Return the number of parameters of all blocks, N."""
+        return self._count
+
+    @cached_property
+    def _count(self) -> int:
         return sum(len(spec) for spec in self.specs.values())
 
     @cached_property

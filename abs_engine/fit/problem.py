@@ -179,10 +179,11 @@ class Problem:
         ParameterError
             If a term has neither, or a prior no curvature.
         """
-        value = float(self._prior(self.whole(x)[None])[0])
-        slope = sum((p.slope(self.whole(x)) for p in self.priors), np.zeros(len(self.blocks)))
-        curve = self._summed(p.curvature(self.whole(x)) for p in self.priors)
-        slope = slope[self._places]
+        full = self.whole(x)
+        value = float(self._prior(full[None])[0])
+        slope = sum((p.slope(full) for p in self.priors), np.zeros(len(self.blocks)))
+        curve = self._summed(p.curvature(full) for p in self.priors)
+        slope = self.chosen(slope)
         for cost, fall, bend in self._curved(x, reach, local, FLOOR):
             value, slope, curve = value + cost, slope + fall, curve + bend
         return value, slope, curve
@@ -205,7 +206,13 @@ class Problem:
     def _summed(self, each: Iterable[FloatArray]) -> FloatArray:
         """The sum of matrices over all parameters, of the free ones (N, N)."""
         size = len(self.blocks)
-        return sum(each, np.zeros((size, size)))[np.ix_(self._places, self._places)]
+        return self._of_free(sum(each, np.zeros((size, size))))
+
+    def _of_free(self, matrix: FloatArray) -> FloatArray:
+        """The part (N, N) of the free parameters of a matrix over all."""
+        if len(self._places) == len(self.blocks):
+            return matrix
+        return np.asarray(matrix[np.ix_(self._places, self._places)])
 
     def _curved(
         self, x: FloatArray, reach: int, local: bool, floor: float
@@ -235,7 +242,7 @@ class Problem:
         fall = rows.T @ found.gain
         bend = (rows.T * found.curve) @ rows
         bend = bend + np.outer(fall, fall) / max(term.observations, 1.0)
-        return cost, -fall[self._places], bend[np.ix_(self._places, self._places)]
+        return cost, -self.chosen(fall), self._of_free(bend)
 
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """The same of a sum of squares, by differences of a first step of each parameter."""
