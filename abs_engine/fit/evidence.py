@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -77,6 +78,51 @@ class Squared(Term, Protocol):
         ...
 
 
+def own(made: object) -> bool:
+    """Whether a class or function is the engine's, and no plugin's."""
+    return str(getattr(made, "__module__", "")).startswith("abs_engine.")
+
+
+def failed(name: str, error: Exception) -> TermError:
+    """What a user is told of evidence that raises an error."""
+    said = " ".join(f"{type(error).__name__}: {error}".split())
+    return TermError(f"the evidence '{name}' fails ({said})", "mend its plugin")
+
+
+_GIVEN = {"forces": "forces", "residuals": "rows", "borders": "borders"}
+"""The method by which a term gives what a driver needs."""
+
+
+def check_given(name: str, term: Term, gives: Sequence[str]) -> None:
+    """Refuse a term that lacks what its kind says that it gives.
+
+    Raises
+    ------
+    TermError
+    """
+    for need, method in _GIVEN.items():
+        flat = need == "borders" and not getattr(term, "drawn", True)  # then rows will do
+        if need in gives and not hasattr(term, "rows" if flat else method):
+            raise TermError(
+                f"the evidence '{name}' says that it gives {need}, but has no '{method}'",
+                f"add it, or leave '{need}' out of what its TermKind gives",
+            )
+
+
+def finite(name: str, what: str, *values: FloatArray | float) -> None:
+    """Refuse what evidence gives beside its value, and is not finite.
+
+    Raises
+    ------
+    TermError
+    """
+    if not all(np.isfinite(value).all() for value in values):
+        raise TermError(
+            f"the {what} of the evidence '{name}' are not finite",
+            "mend its plugin, or use --driver simplex, which needs values alone",
+        )
+
+
 def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
     """What the drawing of each candidate is worth, (B,), nats.
 
@@ -88,10 +134,9 @@ def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
     try:
         values = np.asarray(term.negative_log(candidates), np.float64)
     except Exception as error:
-        if isinstance(error, AbsEngineError) or type(term).__module__.startswith("abs_engine."):
+        if isinstance(error, AbsEngineError) or own(type(term)):
             raise
-        said = " ".join(f"{type(error).__name__}: {error}".split())
-        raise TermError(f"the evidence '{name}' fails ({said})", "mend its plugin") from error
+        raise failed(name, error) from error
     if values.shape != (len(candidates),) or not np.isfinite(values).all():
         raise TermError(
             f"the evidence '{name}' is not a finite number for each of the {len(candidates)} "

@@ -23,7 +23,7 @@ from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, Scene
-from abs_engine.fit.evidence import Bordered, Pushing, Squared, Term, valued
+from abs_engine.fit.evidence import Bordered, Pushing, Squared, Term, finite, valued
 from abs_engine.fit.moved import moved_along
 
 FloatArray = NDArray[np.float64]
@@ -145,8 +145,9 @@ class Problem:
         walls = self.roots(several)
         slopes, here = (walls[1:] - walls[0]) / difference, walls[0]
         value, matrix, gradient = float((here**2).sum()), slopes @ slopes.T, slopes @ here
-        for term in self._squared().values():
+        for name, term in self._squared().items():
             cost, curve, fall = self._linearised(term, several, difference)
+            finite(name, "residuals", cost, curve, fall)
             value, matrix, gradient = value + cost, matrix + curve, gradient + fall
         return value, matrix, gradient
 
@@ -222,6 +223,7 @@ class Problem:
         for name, term in self.terms.items():
             if hasattr(term, "borders"):  # far quicker than isinstance of a protocol
                 found.append(self._bordered(cast("Bordered", term), x, reach, local, floor))
+                finite(name, "borders", *found[-1])
             elif getattr(term, "drawn", True):
                 raise ParameterError(
                     f"the evidence '{name}' has no borders",
@@ -229,6 +231,7 @@ class Problem:
                 )
             else:
                 found.append(self._bent(cast("Squared", term), x))
+                finite(name, "residuals", *found[-1])
         return found
 
     def _bordered(
@@ -280,7 +283,9 @@ class Problem:
     def _given_way(self, x: FloatArray, candidate: Candidates) -> FloatArray:
         """`give_way` over all parameters (6 + P,)."""
         full = self.whole(x)
-        work = np.sum([self._work(term, candidate) for term in self._pushing()], axis=0)
+        pushed = [self._work(term, candidate) for term in self._pushing()]
+        finite(", ".join(self.terms), "forces", *pushed)
+        work = np.sum(pushed, axis=0)
         slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
         mobility = self.blocks.spec.scale**2 if self.mobility is None else self.mobility
         return np.asarray(mobility * (work - slope))

@@ -16,13 +16,13 @@ from abs_engine.compare.descriptor import TextureError, texture_error
 from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.pull import Pull
 from abs_engine.compare.rows import Rows
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.core.registry import TERMS
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.base import Face
 from abs_engine.face.looks import LocalLooks, TextureLooks
-from abs_engine.fit.evidence import Term
+from abs_engine.fit.evidence import Term, failed, own
 from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,
     PULL,
@@ -164,8 +164,26 @@ def bends(kinds: Mapping[str, TermKind]) -> bool:
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
-    """The terms of a frame, in the order of their kinds."""
-    return {name: face.own_terms.get(name, kind.bind)(face, view) for name, kind in kinds.items()}
+    """The terms of a frame, in the order of their kinds.
+
+    Raises
+    ------
+    TermError
+        If a plugin's evidence fails.
+    """
+    return {
+        name: _bound(name, face.own_terms.get(name, kind.bind), face, view)
+        for name, kind in kinds.items()
+    }
+
+
+def _bound(name: str, bind: Bind, face: Face, view: View) -> Term:
+    try:
+        return bind(face, view)
+    except Exception as error:
+        if isinstance(error, AbsEngineError) or own(bind):
+            raise
+        raise failed(name, error) from error
 
 
 def check_leaves(

@@ -15,6 +15,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
+from abs_engine.fit.evidence import own
 from abs_engine.threads import meanwhile
 from abs_engine.tracking import seen_motion
 from abs_engine.tracking.correspondence import (
@@ -53,6 +54,7 @@ from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_
 from abs_engine.tracking.setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.sightings import sightings_of
+from abs_engine.tracking.trial import Trial
 from abs_engine.tracking.visibility import ByBlob, ByLook
 from abs_engine.video import read_frames
 
@@ -92,9 +94,13 @@ def prepare_head(
         If too little of it is seen to learn its colours; from landmarks that is no reason.
     ParameterError
         If given poses do not fit the video, or the evidence or the driver not the head.
+    TermError
+        If a plugin's evidence fails on a drawing of the average head, or is not finite there.
     """
     leaves.check("head", ("colour",))
     speaker = load_speaker(options.speaker) if speaker is None else speaker
+    if not all(own(kind.bind) for kind in leaves.kinds.values()):
+        Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
     if options.from_landmarks:
         correspondence = correspondence_of(speaker, renderer)
         try:
