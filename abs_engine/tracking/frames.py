@@ -45,12 +45,20 @@ class HeadFrame(NamedTuple):
         None where the landmark network was not asked.
     blob : LipBlob or None
         The lips as a blob, where they are followed as one.
+    balanced : (H, W, 3) uint8 RGB, or None
+        The frame in the clip's usual light, where it is known how that has changed.
     """
 
     image: Image
     pose: Pose | None
     face: SeenFace | None = None
     blob: LipBlob | None = None
+    balanced: Image | None = None
+
+    @property
+    def in_usual_light(self) -> Image:
+        """What its colours are taken from."""
+        return self.image if self.balanced is None else self.balanced
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ class HeadBinder:
         if told is not None and marks.evidence != RENDERING:
             place = mouth_place(model, base, self.camera, window, self.person, told)
         start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
-        view = View(frame.image, self.camera, self.renderer, base, window, start, place)
+        view = View(frame.in_usual_light, self.camera, self.renderer, base, window, start, place)
         terms = bound(self.kinds, self.face, view)
         beside = marks.beside(frame, self.classes.outdoing)
         problem = self._problem(base, terms, (*priors, *beside))

@@ -31,6 +31,7 @@ from abs_engine.tracking.given import GivenMotion
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_work import HeadBinder
 from abs_engine.tracking.landmark_motion import LandmarkMotion
+from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.locate import FaceBox
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
@@ -165,7 +166,10 @@ def by_landmarks(
         expression=head.expression, person_spread=PERSON_SPREAD,
     )  # fmt: skip
     tell("fitting the mouth" if clip.colours else "learning the clip's colours, fitting the mouth")
-    placed = PlacedHead(model, head.shape, head.textured, correspondence, clip.camera, renderer)
+    light = SkinLight.of(chosen)
+    placed = PlacedHead(
+        model, head.shape, head.textured, correspondence, clip.camera, renderer, light
+    )
     calibration, shape = calibrate_placed(placed, chosen, clip.colours)
     textured = replace(head.textured, shift=calibration.shift)  # the poses have it
     noisy = replace(shape, deviation=head.shape.deviation)
@@ -174,8 +178,8 @@ def by_landmarks(
     face = held_head(model, calibration.person, classes)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     binder = HeadBinder(model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds)
-    look = UsualLook.of([MouthLook.of(classes, i, s) for i, s in chosen])
-    own = LandmarkMotion(shape, textured, choice, tuple(follower.found))
+    look = UsualLook.of([MouthLook.of(classes, light.balanced(i, s), s) for i, s in chosen])
+    own = LandmarkMotion(shape, textured, choice, tuple(follower.found), light)
     motion = ShiftedMotion(own, np.zeros(len(calibration.shift)), model.pivot)
     setting = ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),

@@ -13,6 +13,7 @@ from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.light import SkinLight
 
 Image = NDArray[np.uint8]
 
@@ -29,12 +30,15 @@ class LandmarkMotion:
     choice : FaceChoice
     known : tuple of Landmarks or None
         Those of the first frames, which were looked at before.
+    light : SkinLight, optional
+        The clip's usual light; with it each frame comes in that light, too.
     """
 
     shape: LandmarkShape
     textured: TexturedHead
     choice: FaceChoice = field(default_factory=FaceChoice)
     known: tuple[Landmarks | None, ...] = ()
+    light: SkinLight | None = None
 
     @property
     def alone(self) -> bool:
@@ -68,7 +72,8 @@ class LandmarkFollower:
         )
         if seen is None or self._last is None:
             return HeadFrame(image, None)
-        return HeadFrame(image, self._last.pose, SeenFace(seen, self._last))
+        lit = None if motion.light is None else motion.light.balanced(image, seen)
+        return HeadFrame(image, self._last.pose, SeenFace(seen, self._last), balanced=lit)
 
     def finish(self) -> None:
         """Any number of frames will do."""

@@ -35,6 +35,7 @@ from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import LIPS_TOGETHER, FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
+from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.lip_landmarks import LipLandmarks, LipOutline
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.person import Calibration, fit_posture, person_problem
@@ -93,6 +94,8 @@ class PlacedHead:
     correspondence : Correspondence
     camera : Camera
     renderer : Renderer
+    light : SkinLight, optional
+        In which colours are learned; by default each frame is taken as it is.
     """
 
     model: MouthModel
@@ -101,6 +104,7 @@ class PlacedHead:
     correspondence: Correspondence
     camera: Camera
     renderer: Renderer
+    light: SkinLight | None = None
 
     def frames(
         self, shape: LandmarkShape, seen: Sequence[tuple[Image, Landmarks]]
@@ -111,8 +115,11 @@ class PlacedHead:
             return placed_fit(self.textured, shape, *one)
 
         fits = in_threads(placed, seen, workers(self.renderer))
-        pairs = zip(seen, fits, strict=True)
-        return [PlacedFrame(i, SeenFace(m, fit)) for (i, m), fit in pairs if fit is not None]
+        return [
+            PlacedFrame(i if self.light is None else self.light.balanced(i, m), SeenFace(m, fit))
+            for (i, m), fit in zip(seen, fits, strict=True)
+            if fit is not None
+        ]
 
     @cached_property
     def lips(self) -> LipLandmarks:

@@ -89,7 +89,7 @@ class ShellBinder:
     ) -> Problem:
         setting = self.setting
         base, window = PoseFrame(pose, self.face.pivot), shell_window(setting, pose)
-        view = View(frame.image, setting.camera, setting.renderer, base, window, start)
+        view = View(frame.in_usual_light, setting.camera, setting.renderer, base, window, start)
         made = problem_of(setting, pose, bound(self.kinds, self.face, view))
         beside = marks.beside(frame, setting.classes.outdoing)
         return replace(made, priors=(*made.priors, *self.priors, *beside))

@@ -41,7 +41,7 @@ class ByLook:
         """Why the mouth cannot be seen; empty where it can."""
         if frame.face is None:
             return ""
-        look = MouthLook.of(self.classes, frame.image, frame.face.landmarks)
+        look = MouthLook.of(self.classes, frame.in_usual_light, frame.face.landmarks)
         if look is None:
             return OUTSIDE
         return COVERED if self.usual.hidden(look) else ""
