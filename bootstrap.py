@@ -1,4 +1,4 @@
-"""What `./run` does: set this machine up, then start the demo, the tests or the linters.
+"""What `./run` does: set this machine up, then start the demo, the tests, the linters or the docs.
 
 Only the standard library is used, since nothing else is there yet. Everything is put into `.venv`
 beside this file; what is installed outside is Mesa's OpenGL, only where no OpenGL loads, and for
@@ -27,7 +27,8 @@ from typing import NoReturn
 ROOT = Path(__file__).resolve().parent
 USAGE = """usage: ./run demo [ARGUMENTS OF abs-engine demo]
        ./run tests [--fast] [ARGUMENTS OF pytest]    linters, then tests; --fast: tests only
-       ./run lint"""
+       ./run lint
+       ./run docs                                  build the documentation in site/"""
 
 GL_LIBRARIES = ("libEGL.so.1", "libGL.so.1")  # moderngl loads the first, the studio also the second
 GL_PACKAGES = ("libegl1", "libgl1-mesa-dri", "libgl1")
@@ -336,6 +337,19 @@ def test(machine: Machine, arguments: Sequence[str]) -> int:
     return done.returncode or failed
 
 
+def docs(machine: Machine) -> int:
+    """Build the documentation; a warning is a failure, as in the tests."""
+    status, output = machine.run(
+        [machine.venv / "bin/mkdocs", "build", "--strict"], NO_MKDOCS_2_WARNING="1"
+    )
+    if status != 0:
+        print(output, flush=True)
+        say("the documentation was NOT built")
+        return 1
+    say(f"the documentation is in {machine.root / 'site' / 'index.html'}")
+    return 0
+
+
 def demo(machine: Machine, arguments: Sequence[str]) -> NoReturn:
     """Become `abs-engine demo`, in the folder that the user stands in."""
     program = str(machine.venv / "bin/abs-engine")
@@ -357,16 +371,18 @@ def main(words: Sequence[str], machine: Machine) -> int:
     """Set up and start what the first word names; the exit status."""
     command = words[0] if words else ""
     arguments = words[1:]
-    if command not in ("demo", "tests", "lint"):
+    if command not in ("demo", "tests", "lint", "docs"):
         asked = command in ("-h", "--help")
         print(USAGE, file=sys.stdout if asked else sys.stderr)
         return 0 if asked else 2
     try:
         turn = wait_for_turn(machine)
-        prepare(machine, dev=command != "demo", gl=command != "lint")
+        prepare(machine, dev=command != "demo", gl=command in ("demo", "tests"))
         os.close(turn)
         if command == "demo":
             demo(machine, arguments)
+        if command == "docs":
+            return docs(machine)
         return test(machine, arguments) if command == "tests" else lint(machine)
     except SetupError as error:
         print(f"run: {error}", file=sys.stderr)
