@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from pages import blocks_of
 
 from abs_engine.assets import read_image
 from abs_engine.tracking.record import load_run
@@ -129,16 +130,50 @@ def test_the_sdist_holds_all_that_the_readme_speaks_of(installed):
     for name in (
         ".ci/run",
         "CHANGELOG.md",
+        "CITATION.cff",
+        "CONTRIBUTING.md",
         "LICENSE",
         "README.md",
         "bootstrap.py",
         "constraints.txt",
+        "docs/demo.jpg",
+        "docs/measured.md",
+        "examples/new_term.py",
+        "mkdocs.yml",
         "pyproject.toml",
         "run",
         "tests/test_packaging.py",
     ):
         assert name in names
     assert not [name for name in names if name.startswith((".venv", "runs/"))]
+
+
+@pytest.fixture(scope="module")
+def typed(installed, tmp_path_factory):
+    """`mypy --strict` on a user's file, against the wheel; its exit status and what it says."""
+    folder = tmp_path_factory.mktemp("typed")
+
+    def run(text: str) -> tuple[int, str]:
+        (folder / "own.py").write_text(text, encoding="utf-8")
+        python = installed.environment / "bin/python"
+        words = ["--strict", "--python-executable", python, "--cache-dir", folder / "cache"]
+        done = _run(sys.executable, "-m", "mypy", *words, "own.py", cwd=folder)
+        return done.returncode, done.stdout + done.stderr
+
+    return run
+
+
+def test_ten_lines_of_a_user_pass_mypy_strict(typed):
+    (block,) = [b for b in blocks_of(ROOT / "README.md") if b.language == "python"]
+    assert len(block.text.splitlines()) <= 10
+    assert typed(block.text) == (0, "Success: no issues found in 1 source file\n")
+
+
+def test_types_of_the_wheel_are_seen(typed):
+    """What is wrong in a user's lines is found, so that the wheel's types are not Any."""
+    status, said = typed('import abs_engine\nwidth: str = abs_engine.track("a.mp4").width\n')
+    assert status == 1
+    assert "Incompatible types in assignment" in said
 
 
 def test_version_is_that_of_the_project(installed):

@@ -305,6 +305,20 @@ def test_linters_all_run_although_one_complains(tmp_path, capsys):
     assert "mypy: FAILED\na complaint" in shown
 
 
+def test_docs_are_built_strictly_and_need_no_opengl(tmp_path, capsys):
+    machine = SimulatedMachine(tmp_path, rights=False, lacks=["context", *NO_GL])
+    assert bootstrap.main(["docs"], machine) == 0
+    assert "mkdocs build --strict" in machine.commands[-1]
+    assert capsys.readouterr().out.rstrip().endswith("index.html")
+
+
+def test_a_warning_of_the_docs_is_shown_and_fails(tmp_path, capsys):
+    machine = SimulatedMachine(tmp_path, rights=False)
+    machine.run = lambda command, **_: (1, "WARNING -  a page is missing")
+    assert bootstrap.docs(machine) == 1
+    assert "a page is missing" in capsys.readouterr().out
+
+
 def test_stamp_holds_no_more_than_it_says(tmp_path):
     machine = SimulatedMachine(tmp_path, rights=True)
     bootstrap.prepare(machine, dev=True)

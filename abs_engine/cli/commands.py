@@ -70,32 +70,15 @@ def track(chosen: Namespace) -> int:
     check_free(chosen.output)
     info = probe(chosen.video)  # says what is wrong before anything slow is loaded
 
+    from abs_engine.cli.track import track_options
     from abs_engine.core.registry import load_plugin
-    from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.output import OVERLAY, SHEET
     from abs_engine.tracking.run import check_options, track_video
     from abs_engine.tracking.scale import scale_line
-    from abs_engine.truth import load_camera
 
     for plugin in chosen.plugin:
         load_plugin(plugin)
-    options = TrackOptions(
-        person=chosen.person,
-        mouth=None if chosen.mouth is None else tuple(chosen.mouth),
-        camera=None if chosen.camera is None else load_camera(chosen.camera),
-        speaker=chosen.speaker,
-        colours=chosen.colours,
-        physics=chosen.physics,
-        poses=chosen.poses,
-        start=chosen.start,
-        face=chosen.face,
-        pupil_distance=chosen.pupil_distance,
-        evidence=chosen.evidence,
-        model=chosen.model,
-        terms=chosen.terms,
-        driver=chosen.driver,
-        preset=chosen.preset,
-    )
+    options = track_options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened
     with _renderer(chosen.renderer) as renderer, Progress("tracking") as progress:
         _print_hints(renderer)

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS
+
+if TYPE_CHECKING:
+    from abs_engine.tracking.options import TrackOptions
 
 TRACK_FORMATS = """\
 Head poses are a run's or filmed truth's (the folder), or a file of them:
@@ -116,3 +120,33 @@ def count(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text} is not 1 or more")
     return number
+
+
+def track_options(chosen: argparse.Namespace) -> TrackOptions:
+    """What was chosen on the command line, as the tracker takes it.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the camera's file cannot be read.
+    """
+    from abs_engine.tracking.options import TrackOptions
+    from abs_engine.truth import load_camera
+
+    return TrackOptions(
+        person=chosen.person,
+        mouth=None if chosen.mouth is None else tuple(chosen.mouth),
+        camera=None if chosen.camera is None else load_camera(chosen.camera),
+        speaker=chosen.speaker,
+        colours=chosen.colours,
+        physics=chosen.physics,
+        poses=chosen.poses,
+        start=chosen.start,
+        face=chosen.face,
+        pupil_distance=chosen.pupil_distance,
+        evidence=chosen.evidence,
+        model=chosen.model,
+        terms=chosen.terms,
+        driver=chosen.driver,
+        preset=chosen.preset,
+    )

@@ -1,0 +1,193 @@
+"""The README and the documentation: code blocks work, and the site is built without warnings."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pages import PAGES, ROOT, Block, PageError, Reader, blocks_of, check
+
+from abs_engine import __all__ as public
+from abs_engine.cli.parser import build_parser
+
+MEASURED = ROOT / "docs" / "measured.md"
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory) -> Reader:
+    return Reader(tmp_path_factory.mktemp("kept"))
+
+
+@pytest.fixture
+def folder(reader, tmp_path) -> Path:
+    reader.provide(tmp_path)
+    return tmp_path
+
+
+def _prose(page: Path) -> str:
+    """A page without its blocks."""
+    text = page.read_text(encoding="utf-8")
+    return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_code_block_of_a_page_works(page, reader, folder):
+    assert reader.follow(page, folder) == len(blocks_of(page))
+
+
+def test_no_block_is_overlooked():
+    for page in PAGES:
+        text = page.read_text("utf-8")
+        fences = len(re.findall(r"^\s*(?:```|~~~)", text, re.MULTILINE))
+        assert fences == 2 * len(blocks_of(page)), page.name
+        assert not re.search(r"\n\n {4,}\S", _prose(page)), f"{page.name}: indented code"
+
+
+@pytest.mark.parametrize(
+    ("language", "text", "said"),
+    [
+        ("sh", "abs-engine doctor --no-such-option\n", "unrecognized arguments"),
+        ("sh", "# Takes long\nabs-engine train\n", "the following arguments are required"),
+        ("sh", "# Takes long\nabs-engine track talk.mp4 -o r --terms color\n", "did you mean"),
+        ("sh", "# Takes long\npython tests/no_such.py\n", "there is no tests/no_such.py"),
+        ("sh", "rm -r everything\n", "'rm' is not run here"),
+        ("python", "import abs_engine\nabs_engine.no_such_name\n", "no_such_name"),
+        ("toml", "a = \n", "Invalid value"),
+        ("", "abs-engine doctor\n", "there is no language"),
+    ],
+)
+@pytest.mark.gl
+def test_a_block_that_fails_is_named(
+    language, text, said, reader, folder, tmp_path_factory, monkeypatch
+):
+    number = 2 if text.startswith("# Takes") else 1
+    page = tmp_path_factory.mktemp("page") / "page.md"
+    page.write_text(f"# Page\n\n```{language}\n{text}```\n", encoding="utf-8")
+    monkeypatch.setattr("pages.ROOT", page.parent)
+    with pytest.raises(PageError) as caught:
+        reader.follow(page, folder)
+    assert re.match(rf"page\.md:{3 + number}: ", str(caught.value))
+    assert said in str(caught.value)
+
+
+def test_commands_named_in_the_text_are_those_of_the_program():
+    """Inline `abs-engine ...`: the command and each option that is named exist."""
+    parser = build_parser()
+    commands = parser._subparsers._group_actions[0].choices
+    for page in PAGES:
+        for found in re.findall(r"`abs-engine ([^`]+)`", _prose(page)):
+            words = shlex.split(found)
+            assert words[0] in commands, f"{page.name}: {found}"
+            known = commands[words[0]]._option_string_actions
+            given = {word.strip("[]") for word in words if re.match(r"\[?-", word)}
+            assert given <= set(known), f"{page.name}: {found}"
+
+
+def test_every_script_that_measures_is_there():
+    found = set(re.findall(r"`(?:python|pytest) (tests/\w+\.py)", MEASURED.read_text("utf-8")))
+    assert len(found) >= 6
+    assert [name for name in found if not (ROOT / name).is_file()] == []
+
+
+def test_the_readme_takes_five_minutes():
+    assert (ROOT / "README.md").stat().st_size <= 8 * 1024
+    tens = [b for b in blocks_of(ROOT / "README.md") if b.language == "python"]
+    assert len([line for line in tens[0].text.splitlines() if line.strip()]) <= 10
+
+
+def test_figures_of_the_readme_are_those_that_were_measured():
+    """Each number of its table of figures is on the page that has them all."""
+    table = (ROOT / "README.md").read_text("utf-8").partition("## Figures that matter")[2]
+    rows = [line for line in table.partition("What to keep in mind")[0].splitlines()[6:] if line]
+    assert len(rows) >= 6
+    everything = set(re.findall(r"\d[\d.]*\d|\d", MEASURED.read_text("utf-8")))
+    for row in rows:
+        assert set(re.findall(r"\d[\d.]*\d|\d", row)) <= everything, row
+
+
+def test_links_of_the_readme_lead_somewhere():
+    text = (ROOT / "README.md").read_text("utf-8")
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", text) if "://" not in link]
+    assert len(links) > 8
+    for link in links:
+        path, _, heading = link.partition("#")
+        assert (ROOT / path).is_file(), link
+        if heading:
+            headings = re.findall(r"^#+ (.*)$", (ROOT / path).read_text("utf-8"), re.MULTILINE)
+            assert heading in {re.sub(r"\W+", "-", h.lower()) for h in headings}, link
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """The built site; a warning ends the build."""
+    folder = tmp_path_factory.mktemp("site") / "site"
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(folder)],
+        cwd=ROOT, env=os.environ | {"NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def test_the_site_is_built_without_warnings(site):
+    for page in (ROOT / "docs").glob("*.md"):
+        assert (site / page.with_suffix(".html").name).is_file()
+    assert (site / "demo.jpg").read_bytes() == (ROOT / "assets" / "demo.jpg").read_bytes()
+
+
+def test_every_public_name_is_documented(site):
+    page = (site / "api.html").read_text("utf-8")
+    for name in public:
+        home = f'id="abs_engine.{name}"'
+        assert home in page or f'id="{name}"' in page, name
+
+
+def _documented(heading: str) -> set[str]:
+    """The names in the first column of a table of the page on runs."""
+    text = (ROOT / "docs" / "run.md").read_text("utf-8")
+    section = text.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
+    names: set[str] = set()
+    for cell in cells:
+        given = re.findall(r"`([^`]+)`", cell)
+        names.update(given)
+        if " to " in cell and not given[-1].endswith("z"):  # shape1 to shape10
+            stem = given[0].rstrip("0123456789")
+            names.update(f"{stem}{k}" for k in range(1, int(given[-1].removeprefix(stem)) + 1))
+        elif " to " in cell:  # lip48_x ... to lip67_z
+            names.update(f"lip{k}_{axis}" for k in range(48, 68) for axis in "xyz")
+    return names
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_the_page_on_runs_names_what_a_run_holds(reader, folder):
+    reader.follow(ROOT / "docs" / "track.md", folder)
+    run = folder / "run"
+    assert {path.name for path in run.iterdir()} == _documented("Files")
+    with (run / "results.csv").open(encoding="utf-8") as file:
+        heading = next(csv.reader(file))
+    assert set(heading) == _documented("Columns of results.csv")
+    for name in ("results.npz", "mesh.npz"):
+        with np.load(run / name) as arrays:
+            assert set(arrays.files) == _documented(f"Arrays of {name}")
+
+
+def test_a_command_is_checked_without_being_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    check(["abs-engine", "demo", "-o", "d"])
+    assert not list(tmp_path.iterdir())
+    assert Block("a.md", 4, "sh", "# Takes long\na && b c # d\n").commands() == [
+        (5, ["a"]),
+        (5, ["b", "c"]),
+    ]
