@@ -222,7 +222,7 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
         lists = {k: np.asarray(v["vertices"], np.int32) for k, v in told["lists"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputFileError(
-            f"{path} is no list of points", "make it again with assets/speaker_points.py"
+            f"{path} is not a list of points", "make it again with assets/speaker_points.py"
         ) from error
     inside = all(v.size and v.min() >= 0 and v.max() < vertices for v in lists.values())
     known = kind == (POINTS_FORMAT, vertices, faces) and version in POINTS_VERSIONS

@@ -61,7 +61,7 @@ class Table:
             number = np.nan
         if not np.isfinite(number):
             raise InputFileError(
-                f"{self.path}, line {line + 2}: '{cell}' in column {name} is no number",
+                f"{self.path}, line {line + 2}: '{cell}' in column {name} is not a number",
                 "leave the cells of lost frames empty",
             )
         return number
@@ -103,7 +103,7 @@ def read_table(path: Path, *, empty_lines: bool = False) -> Table:
             f"{path} cannot be read ({error.strerror})", "check the path"
         ) from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputFileError(f"{path} is no CSV file", "give comma-separated text") from error
+        raise InputFileError(f"{path} is not a CSV file", "give comma-separated text") from error
     if len(lines) < 2:
         raise InputFileError(f"{path} holds no results", "give a line of names and a line a frame")
     names = [name.strip() for name in lines[0]]

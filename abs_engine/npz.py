@@ -71,7 +71,9 @@ def read_model(
     try:
         return make(data)
     except (KeyError, TypeError, ValueError, ParameterError) as error:
-        raise ModelFormatError(f"{path} holds no whole {name}", "learn it again") from error
+        raise ModelFormatError(
+            f"{path} does not hold a complete {name}", "learn it again"
+        ) from error
 
 
 def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) -> None:

@@ -216,10 +216,10 @@ def test_bad_input_is_one_line(tmp_path, capsys, points, more, said, kind):
     ("old", "new", "said"),
     [
         ("what,", "kind,", "the first line is not what,name,value"),
-        ("v$3$,3", "v$3$,x", "'x' are no frames"),
+        ("v$3$,3", "v$3$,x", "'x' are not frames"),
         ("v$3$,3", "v$3$,12", "names frame 12"),
         ("v$3$", "v$2$", "viseme 'v$2$' is given twice"),
-        ("point,p1,", "point,q1,", "names 'q1', which is no point"),
+        ("point,p1,", "point,q1,", "names 'q1', which is not a point"),
         ("jaw\n", "chin\n", "predictor 'jaw' asks for 'jaw'"),
         ("teeth,left,left\n", "", "upper_teeth are three points"),
     ],

@@ -130,7 +130,7 @@ def test_no_rounds_are_refused():
 
 def test_a_peer_that_is_not_there_is_named_before_anything_slow(tmp_path):
     video = written(tmp_path / "clip.mp4")
-    with pytest.raises(ParameterError, match="is no file"):
+    with pytest.raises(ParameterError, match="is not a file"):
         bench_clip(video, "cpu", tmp_path / "nowhere")
     plain = tmp_path / "python"
     plain.write_text("#!/bin/sh\necho no mediapipe >&2\nexit 1\n")

@@ -264,7 +264,7 @@ FAULTS = {
     ),
     "outer lip shuffled": (
         arrays(lambda d: d.update(outer_lip=np.sort(d["outer_lip"]))),
-        "outer_lip is no ring",
+        "outer_lip is not a ring",
     ),
     "ids one frame late": (pictures("ids", later), "ids do not lie on their facets"),
     "normals one frame late": (pictures("normals", later), "talk/front/normals"),
@@ -288,7 +288,7 @@ FAULTS = {
     ),
     "ids of another mesh": (
         pictures("ids", each(lambda i: np.where(i > 0, i + 30_000, 0).astype(np.uint16))),
-        "ids name facets that there are not",
+        "ids name facets that do not exist",
     ),
     "flow turned round": (pictures("flow", each(other_way)), "flow does not agree"),
     "flow with x and y exchanged": (
@@ -517,7 +517,7 @@ def test_findings_are_lines():
 
 
 def test_what_is_no_dataset(tmp_path):
-    with pytest.raises(InputFileError, match="is no ground truth"):
+    with pytest.raises(InputFileError, match="is not ground truth"):
         check_dataset(tmp_path)
     (tmp_path / "dataset.json").write_text('{"format": "abs_engine.dataset", "version": 9}')
     with pytest.raises(ModelFormatError, match="version 9"):
@@ -531,7 +531,7 @@ def test_the_command(clean, planted, tmp_path, capsys):
     assert cli.main(["check", str(tmp_path / "planted"), "--frames", "1"]) == 1
     assert "README.md: the file is missing\n" in capsys.readouterr().out
     assert cli.main(["check", str(tmp_path)]) == 2
-    assert "is no ground truth" in capsys.readouterr().err
+    assert "is not ground truth" in capsys.readouterr().err
 
 
 def test_phonemes_are_tuples(clean):

@@ -35,4 +35,4 @@ def test_a_part_of_a_dataset_leads_to_the_whole(data, monkeypatch, capsys, here,
 
 def test_what_is_no_dataset_is_no_part_of_one(tmp_path, capsys):
     assert main(["check", str(tmp_path)]) == 2
-    assert "is no ground truth: dataset.json is missing" in capsys.readouterr().err
+    assert "is not ground truth: dataset.json is missing" in capsys.readouterr().err

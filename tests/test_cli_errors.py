@@ -89,19 +89,19 @@ def test_a_folder_in_place_of_a_video(fails, tmp_path):
 
 def test_a_video_that_breaks_off(fails, tmp_path):
     line = fails(*track(write_broken(tmp_path / "cut.mp4"), tmp_path / "run"))
-    assert "breaks off after" in line
+    assert "is cut off after" in line
 
 
 def test_a_video_that_breaks_off_before_its_index(fails, tmp_path, noise_video):
     content = noise_video.read_bytes()
     (tmp_path / "cut.mp4").write_bytes(content[: len(content) // 2])
-    assert "breaks off before" in fails(*track(tmp_path / "cut.mp4", tmp_path / "run"))
+    assert "is cut off before" in fails(*track(tmp_path / "cut.mp4", tmp_path / "run"))
 
 
 def test_a_real_clip_without_an_index_that_breaks_off(fails, tmp_path, data_dir):
     clip = next(iter(sorted((data_dir / "grid").glob("*.mpg")))).read_bytes()
     (tmp_path / "cut.mpg").write_bytes(clip[: int(0.55 * len(clip))])
-    assert "breaks off after 42 frames" in fails(*track(tmp_path / "cut.mpg", tmp_path / "run"))
+    assert "is cut off after 42 frames" in fails(*track(tmp_path / "cut.mpg", tmp_path / "run"))
 
 
 def test_a_demo_that_fails_leaves_no_folder_for_runs(fails, tmp_path, monkeypatch):
@@ -208,7 +208,7 @@ def test_unknown_names(fails, tmp_path, noise_video):
 
 
 def test_what_is_no_run_or_no_truth(fails, tmp_path):
-    assert "is no run" in fails("evaluate", tmp_path, "--truth", tmp_path)
+    assert "is not a run" in fails("evaluate", tmp_path, "--truth", tmp_path)
     np.savez(tmp_path / "results.npz", format="abs_engine.run", version=9)
     assert "version 9" in fails("evaluate", tmp_path, "--truth", tmp_path)
 
@@ -216,7 +216,7 @@ def test_what_is_no_run_or_no_truth(fails, tmp_path):
 def test_a_command_typed_wrongly(fails):
     assert "see 'abs-engine track --help'" in fails("track")
     said = fails("dance")
-    assert "there is no command 'dance'; choose of doctor, " in said
+    assert "there is no command 'dance'; choose one of doctor, " in said
     assert "see 'abs-engine --help'" in said
     assert "there is no command 'trak'; did you mean 'track'?" in fails("trak")
     assert "is not 1 or more" in fails("demo", "--frames", "0")

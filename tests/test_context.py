@@ -146,7 +146,7 @@ def test_the_cpu_can_be_asked_for(caplog):
 
 
 def test_an_unknown_name_is_refused():
-    with pytest.raises(ParameterError, match="choose of auto, gl, egl-device"):
+    with pytest.raises(ParameterError, match="choose one of auto, gl, egl-device"):
         open_renderer("vulkan")
     with pytest.raises(OpenGLError, match="no OpenGL backend named"):
         GLContext.open("glx")

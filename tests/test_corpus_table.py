@@ -78,13 +78,13 @@ def test_frames_are_whole_numbers(tmp_path: Path, frames: object):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"upper_teeth": "abc"}, "upper_teeth is no list"),
-        ({"upper_teeth": {"right": 1, "left": 2, "front": 3}}, "upper_teeth is no list"),
-        ({"groups": {"x": "ab"}}, "group 'x' is no list"),
-        ({"groups": {"x": [1]}}, "group 'x' is no list"),
+        ({"upper_teeth": "abc"}, "upper_teeth is not a list"),
+        ({"upper_teeth": {"right": 1, "left": 2, "front": 3}}, "upper_teeth is not a list"),
+        ({"groups": {"x": "ab"}}, "group 'x' is not a list"),
+        ({"groups": {"x": [1]}}, "group 'x' is not a list"),
         ({"groups": ["x"]}, "there are no groups"),
         ({"groups": {"x": ["m1", "m2", "m1"]}}, "'m1' is given twice in group 'x'"),
-        ({"visemes": ["a"]}, "visemes are no names"),
+        ({"visemes": ["a"]}, "visemes are not names"),
         ({"visemes": {"\ud800": 1}}, "cannot be printed"),
         ({"visemes": {"a\nb": 1}}, "cannot be printed"),
         ({"visemes": {" ": 1}}, "a viseme has an empty name"),

@@ -87,8 +87,8 @@ BAD_NPZ = {
         "frame 2, which is marked as found",
     ),
     "degrees": ({"turns": np.rad2deg(TURNS)}, "frame 0 by 180 rad; give .* radians"),
-    "stretched": ({"turns": 1.01 * matrices()}, "frame 0 .* is no rotation"),
-    "mirrored": ({"turns": matrices() * [1, 1, -1]}, "frame 0 .* is no rotation"),
+    "stretched": ({"turns": 1.01 * matrices()}, "frame 0 .* is not a rotation"),
+    "mirrored": ({"turns": matrices() * [1, 1, -1]}, "frame 0 .* is not a rotation"),
 }
 
 
@@ -104,7 +104,7 @@ def test_what_is_no_file_of_poses_is_refused(tmp_path):
     with pytest.raises(InputFileError, match=r"lacks the columns head_tx .*track --help"):
         read_poses(write_csv(tmp_path / "names.csv", names=wrong))
     (tmp_path / "words.csv").write_text(",".join(COLUMNS) + "\n1,2,x,4,5,6\n")
-    with pytest.raises(InputFileError, match="'x' in column head_rz is no number"):
+    with pytest.raises(InputFileError, match="'x' in column head_rz is not a number"):
         read_poses(tmp_path / "words.csv")
     with pytest.raises(InputFileError, match="does not count the frames"):
         read_poses(write_csv(tmp_path / "order.csv", first=5))

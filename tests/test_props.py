@@ -207,7 +207,7 @@ def test_clear_occluder_is_left_where_it_is(speaker: Speaker) -> None:
         ({"offset": (0, np.nan, 0)}, "no finite place"),
         ({"turns": ((2.0, (0, np.inf, 0)),)}, "no finite place"),
         ({"turns": ((2.9, (0, 0, 0)),)}, "keyframes in order"),
-        ({"board": BOARD}, "microphone is no board"),
+        ({"board": BOARD}, "microphone is not a board"),
     ],
 )
 def test_impossible_occluders_are_refused(change: dict[str, object], words: str) -> None:

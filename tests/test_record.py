@@ -105,7 +105,7 @@ def test_the_summary(folder):
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):
-    with pytest.raises(InputFileError, match="is no run"):
+    with pytest.raises(InputFileError, match="is not a run"):
         load_run(tmp_path)
     np.savez(tmp_path / RESULTS, **(dict(run) | {"version": 2}))
     with pytest.raises(ModelFormatError, match="version 2"):

@@ -39,7 +39,7 @@ from abs_engine.video import VideoInfo
 
 def test_the_nearest_name_is_given():
     assert nearest("simplx", ["simplex", "forces"]).startswith("did you mean 'simplex'?")
-    assert nearest("zzz", ["simplex", "forces"]) == "choose of simplex, forces"
+    assert nearest("zzz", ["simplex", "forces"]) == "choose one of simplex, forces"
 
 
 @pytest.mark.parametrize("registry", [MODELS, TERMS, DRIVERS, PRESETS])
@@ -83,7 +83,7 @@ def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
         ({"model": "shel"}, "no model 'shel', nor is it a file; did you mean 'shell'"),
         ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
         ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
-        ({"terms": "+"}, "no evidence is named; choose of colour"),
+        ({"terms": "+"}, "no evidence is named; choose one of colour"),
     ],
 )
 def test_a_misspelt_leaf_is_refused_with_the_nearest(options, said):

@@ -247,7 +247,7 @@ def test_choices_that_do_not_go_together(fails, place):
     assert "takes no --unit" in fails("overlay", run, "--unit", "jawOpen=1")
     assert "needs a run" in fails("overlay")
     assert "only one" in fails("ids", run, "--truth", data)
-    assert "one frame is no film" in fails("ids", run, "--frame", 0, name="f.mp4")
+    assert "one frame is not a film" in fails("ids", run, "--frame", 0, name="f.mp4")
     assert "--values FILE, or RUN --truth DIR" in fails("error")
     assert "stored in datasets only" in fails("flow")
     assert "--rows names face units" in fails("nomogram", "--modes", 2, "--rows", "jawOpen")
@@ -270,7 +270,7 @@ def test_numbers_that_make_no_sense(fails, place):
 def test_runs_and_data_that_do_not_fit(fails, place, tmp_path):
     np.save(tmp_path / "v.npy", np.zeros(7))
     assert "holds 7 numbers, the head has" in fails("error", "--values", tmp_path / "v.npy")
-    assert "is no run" in fails("overlay", tmp_path)
+    assert "is not a run" in fails("overlay", tmp_path)
     small = tmp_path / "small.mp4"
     write_small(small)
     assert "has 32x24 pixels, the run 96x72" in fails("overlay", place / "run", "--video", small)

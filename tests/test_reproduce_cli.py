@@ -64,7 +64,7 @@ def test_reports_are_numbered(asked, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("error", "status"), [(ParameterError("it broke", "mend it"), 2), (KeyboardInterrupt(), 130)]
+    ("error", "status"), [(ParameterError("it broke", "correct it"), 2), (KeyboardInterrupt(), 130)]
 )
 def test_a_failure_leaves_nothing(error, status, tmp_path, monkeypatch, capsys):
     def fail(folder, *_, **__):

@@ -112,7 +112,7 @@ motion = { amount = 0.0 }
         ("kind = 'board'\nkeys = [{ time = 1.9 }, { time = 1, turn_degrees = [0, 0, 0] }]", None),
         ("kind = 'board'\nkeys = [{ time = 2.5, turn_degrees = [0, 0, 0] }]", "'board': the board"),
         ("kind = 'hand'\nboard = { kind = 'charuco', columns = 7, rows = 5, square = 18 }",
-         "'hand': the hand is no board"),
+         "'hand': the hand is not a board"),
     ],
 )  # fmt: skip
 def test_what_an_occluder_may_not_say(speaker, keys, words):
@@ -154,7 +154,7 @@ def test_text_in_quotes_and_odd_characters_comes_back():
         ("seed = 1.5", "seed is 1.5; give a whole number"),
         ("size = [320]", "size has 1 entries; give 2"),
         ("size = 320", "size is 320; give a list"),
-        ("background = 3", "background is no table"),
+        ("background = 3", "background is not a table"),
         ("seed = true", "seed is True"),
         ("rate = nan", "rate is nan"),
         (
@@ -187,8 +187,8 @@ def test_what_a_scene_may_not_say(text, words):
         ("[[camera]]\n[[camera]]", "2 [[camera]] named 'camera'"),
         ('[[clip]]\nname = "../up"', "[[clip]] has the name '../up'"),
         ('[[clip]]\nspeaker = "klara"', "no person 'klara' (nearest: 'clara')"),
-        ('[[clip]]\ncameras = ["cam"]', "camera 'cam', which there is not (nearest: 'camera')"),
-        ('[[clip]]\nlights = ["kee"]', "light 'kee', which there is not (nearest: 'key')"),
+        ('[[clip]]\ncameras = ["cam"]', "camera 'cam', which does not exist (nearest: 'camera')"),
+        ('[[clip]]\nlights = ["kee"]', "light 'kee', which does not exist (nearest: 'key')"),
         ('[[clip]]\noccluders = ["hand"]', "known: none"),
         ("[[clip]]\ncameras = []", "has no camera"),
         ('[[clip]]\nsay = "_ q^w"', "clip 'clip-1'"),

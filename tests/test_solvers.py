@@ -110,7 +110,7 @@ def test_a_restart_is_never_worse():
 
 
 def test_what_cannot_be_asked_for():
-    with pytest.raises(ParameterError, match="choose of sbplx"):
+    with pytest.raises(ParameterError, match="choose one of sbplx"):
         DerivativeFree("gradient")
     with pytest.raises(ParameterError, match="no residuals"):
         LevenbergMarquardt().minimise(lambda x: Evaluation(0.0), np.zeros(3), spec())

@@ -70,7 +70,9 @@ def test_timecodes_by_hand(tmp_path):
     np.testing.assert_allclose(got, [0, 150 / 151, 1])  # of no usual rate
     night = seconds_since_first(["23:59:59:0", "00:00:00:0"], tmp_path)
     np.testing.assert_allclose(night, [0, 1])
-    with pytest.raises(InputFileError, match=r"line 3 .*'1:2:3' is no timecode.*hh:mm:ss:ff\.fff"):
+    with pytest.raises(
+        InputFileError, match=r"line 3 .*'1:2:3' is not a timecode.*hh:mm:ss:ff\.fff"
+    ):
         seconds_since_first(["1:2:3:4", "1:2:3"], tmp_path)
 
 
@@ -81,7 +83,7 @@ def test_timecodes_by_hand(tmp_path):
         (["1:0:0:0,61,0,0,0,0,0"], "line 2"),
         (["1:0:0:0,61,0,0,0,0,0,0", "1:0:0:1,61,0,x,0,0,0,0"], "convert"),
         (["1:0:0:0,61,0,0,0,0,0,0", "1:0:0:1,61,0,nan,0,0,0,0"], "line 3"),
-        (["noon,61,0,0,0,0,0,0"], "'noon' is no timecode"),
+        (["noon,61,0,0,0,0,0,0"], "'noon' is not a timecode"),
         (["1:0:0:4,61,0,0,0,0,0,0", "1:0:0:2,61,0,0,0,0,0,0"], "line 3"),
     ],
 )

@@ -84,7 +84,7 @@ def test_sounds_in_a_token_share_its_time_as_by_default():
 @pytest.mark.parametrize(
     ("text", "alphabet", "named"),
     [
-        ("a S", "ipa", "'S' is no sound of the IPA"),
+        ("a S", "ipa", "'S' is not in the IPA"),
         ("aʒж", "ipa", "nearest: 'ʒ'"),
         ("^", "x-sampa", "no sound of X-SAMPA"),
         ("AA QQ", "arpabet", "nearest: 'Q'"),

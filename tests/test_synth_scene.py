@@ -138,7 +138,7 @@ def test_interrupted_and_given_again_it_goes_on_to_the_same_pixels_as_with_two_p
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=30)
     assert running.returncode == 130
-    assert f"kept in {work}; the same command goes on" in said.strip().splitlines()[-1]
+    assert f"kept in {work}; the same command resumes" in said.strip().splitlines()[-1]
     before = first.stat().st_mtime_ns
     with pytest.raises(OutputError, match="another scene"):
         studio.film_scene(parse_scene(SCENE.replace("seed = 5", "seed = 6")), tmp_path / "data")

@@ -102,7 +102,7 @@ def test_a_fit_comes_nearer(name, speech, face):
 
 def test_what_cannot_be_asked_for(speech, face):
     seen = speech.pictures
-    with pytest.raises(ParameterError, match="choose of tex_lin"):
+    with pytest.raises(ParameterError, match="choose one of tex_lin"):
         talking_problem(
             face, "aam", seen.pictures[0], CAMERA, seen.poses[0], speech.shape.neutral, RENDERER
         )

@@ -183,7 +183,7 @@ def _moved(scene: Scene) -> Scene:
 
 REFUSED = {
     "no part of its head": lambda f: {"shape": replace(f.shape, surface=_moved(f.shape.surface))},
-    "is no part": lambda f: {"shape": replace(f.shape, outer=shapes.ball(shapes.LARGE, 1))},
+    "is not a part": lambda f: {"shape": replace(f.shape, outer=shapes.ball(shapes.LARGE, 1))},
     "not finite": lambda f: {"la_scale": np.nan},
     "has no region": lambda f: {"shape": replace(f.shape, regions=(None, "skin"))},
 }

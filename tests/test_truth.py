@@ -118,7 +118,7 @@ def test_pictures_of_another_kind_are_refused(tmp_path):
     path.write_bytes(b"GIF89a" + bytes(40))
     with pytest.raises(InputFileError, match="no picture"):
         read_picture(path, "ids", (5, 3))
-    with pytest.raises(InputFileError, match="is no PNG"):
+    with pytest.raises(InputFileError, match="is not a PNG"):
         picture_header(path)
     write_picture(path, np.zeros((3, 5), np.uint8))
     with pytest.raises(ModelFormatError, match=r"\(3, 5\) uint8, wanted \(3, 5\) uint16"):
@@ -234,7 +234,7 @@ def test_offsets_are_read_chunk_by_chunk_and_few_are_kept(tmp_path, monkeypatch)
     (tmp_path / "vertices/000100.npz").unlink()
     with pytest.raises(InputFileError, match=r"000100\.npz"):
         StoredOffsets(tmp_path, 520, 3)[150]
-    with pytest.raises(ParameterError, match="are no chunk"):
+    with pytest.raises(ParameterError, match="are not a chunk"):
         write_chunk(tmp_path, 50, whole[:1])
 
 
@@ -369,7 +369,7 @@ def test_the_path_of_a_truth(made, monkeypatch):
     assert load_truth(made / "talk/side", verify=True).folder.name == "side"
     monkeypatch.chdir(made / "talk")
     assert load_truth("front").camera.matrix[0, 0] == FRONT.matrix[0, 0]
-    with pytest.raises(InputFileError, match="is no clip of"):
+    with pytest.raises(InputFileError, match="is not a clip of"):
         load_truth(made / "talk/back")
     with pytest.raises(ParameterError, match="no camera 'back'"):
         load_dataset(made).view("talk", "back")
@@ -434,7 +434,7 @@ def test_a_frame_that_is_not_there(copy):
 @pytest.mark.parametrize(
     ("text", "error", "words"),
     [
-        ("{", InputFileError, "is no list of clips"),
+        ("{", InputFileError, "is not a list of clips"),
         ("[]", ModelFormatError, "wrong one"),
         ('{"format": "abs_engine.dataset", "version": 1}', ModelFormatError, "wanted"),
         ('{"format": "abs_engine.dataset", "version": 2}', ModelFormatError, "'clips'"),
@@ -448,7 +448,7 @@ def test_bad_lists_of_clips(tmp_path, text, error, words):
 
 def test_what_is_no_ground_truth(tmp_path):
     for read in (load_dataset, load_truth):
-        with pytest.raises(InputFileError, match="is no ground truth"):
+        with pytest.raises(InputFileError, match="is not ground truth"):
             read(tmp_path)
 
 

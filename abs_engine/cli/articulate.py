@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 EPILOG = """\
 Articulatory parameters by guided principal components: each is the first component of some points'
 coordinates, of what the parameters before it leave, and takes away what it explains of all points.
-To see every file as it should be, begin with a bundled speaker, whose folder has them all:
+To see what each file looks like, start with a bundled speaker, whose folder has them all:
   abs-engine articulate --person clara -o clara
   abs-engine articulate clara/points.csv --roles clara/roles.csv -o again
 
@@ -34,22 +34,23 @@ CORPUS, points of a face in a posture for each viseme:
   point,m1,lips upper_lip            "visemes": {"ipi": 12, "a": [30, 34]},
   viseme,ipi,12                      "upper_teeth": ["m80", "m81", "m82"]}
   viseme,a,30-34
-  teeth,right,m80                    and so left and front
-  A point may be in several groups; one in none is kept out. Frames count from 0; several are one
-  viseme, their mean. teeth are three points of the upper teeth (a molar on either side, the front
-  edge), by which the head's motion is taken out; without them the points are in the frame of the
-  upper teeth already: x to the subject's left, y up, z forward. The usual predictors ask for the
-  groups lips, upper_lip, lower_lip, jaw_line, lower_teeth and face (all but lips and teeth).
---predictors, a TOML, where a language, a speaker or a set of points wants others:
+  teeth,right,m80                    likewise left and front
+  A point may be in several groups; one in no group is left out. Frames count from 0; several
+  frames of a viseme are averaged. teeth are three points of the upper teeth (a molar on either
+  side, the front edge), by which the head's motion is removed; without them the points must
+  already be in the frame of the upper teeth: x to the subject's left, y up, z forward. The usual
+  predictors ask for the groups lips, upper_lip, lower_lip, jaw_line, lower_teeth and face (all
+  but lips and teeth).
+--predictors, a TOML file, if a language, a speaker or a set of points needs others:
   format = "abs_engine.predictors"
   version = 1
   [[predictor]]                      one for each parameter, in their order
   name = "jaw1"
   points = ["jaw_line", "m17"]       groups, or points
   coordinates = "y"                  of x, y and z
-  positive = "-y"                    where they go as the parameter grows
+  positive = "-y"                    the direction in which the parameter grows
 
---model gives curves of the parameters instead, for points that are named as the model's:
+--model writes curves of the parameters instead, for points named like the model's:
   abs-engine articulate speech.c3d --roles mine.csv --model mine/model.npz -o speech.csv
 
 From Python: model = abs_engine.load_articulatory(Path("clara/model.npz")); model.transform(points)
@@ -69,17 +70,17 @@ def add_articulate(command: argparse.ArgumentParser) -> None:
         help="a bundled person's corpus instead; also writes it and its tables as CSV and TOML, "
         "and draws the head")  # fmt: skip
     add("--predictors", type=Path, metavar="FILE",
-        help="what the parameters are made of (default: Odisio and Bailly's)")  # fmt: skip
+        help="definitions of the parameters (default: Odisio and Bailly's)")  # fmt: skip
     add("--model", type=Path, metavar="FILE",
-        help="build none, but write the parameters of each frame of CORPUS by this model.npz as a "
-        "CSV; of the table only the upper teeth count")  # fmt: skip
+        help="build no model, but write the parameters of each frame of CORPUS by this "
+        "model.npz as a CSV; of the table only the upper teeth matter")  # fmt: skip
     add("--missing", choices=("refuse", "drop", "impute"),
-        help="points that some visemes lack: an error, kept out, or filled in from the model of "
+        help="points missing in some visemes: an error, left out, or filled in from the model of "
         "the others (default: refuse)")  # fmt: skip
     add("--without", action="append", default=[], metavar="NAME",
-        help="keep a viseme or a point out; may be repeated")  # fmt: skip
+        help="leave out a viseme or a point; may be repeated")  # fmt: skip
     add("--unit", choices=("mm", "cm", "m"),
-        help="of CORPUS, where it does not say (default: mm)")  # fmt: skip
+        help="unit of CORPUS, if the file does not state it (default: mm)")  # fmt: skip
 
 
 def articulate(chosen: Namespace) -> int:

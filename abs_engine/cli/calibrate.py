@@ -26,10 +26,21 @@ def add_calibrate(group: argparse._ArgumentGroup) -> None:
     """Add the options of a calibration."""
     add = group.add_argument
     add("--board", choices=("charuco", "chessboard"), default="charuco", help="(default: charuco)")
-    add("--squares", type=int, nargs=2, metavar=("COLUMNS", "ROWS"), help="squares of the board")
+    add(
+        "--squares",
+        type=int,
+        nargs=2,
+        metavar=("COLUMNS", "ROWS"),
+        help="number of squares of the board",
+    )
     add("--square", type=float, metavar="MM", help="side of a square")
     add("--marker", type=float, metavar="MM", help="side of a marker (default: 0.75 squares)")
-    add("--dictionary", default="4X4_50", metavar="NAME", help="of the markers (default: 4X4_50)")
+    add(
+        "--dictionary",
+        default="4X4_50",
+        metavar="NAME",
+        help="dictionary of the markers (default: 4X4_50)",
+    )
     add("--mirror", action="store_true", help="the pictures show the board and its mirror image")
     add("--second", type=Path, nargs="+", metavar="PICTURE",
         help="a second camera's pictures, of the same moments in the same order")  # fmt: skip
@@ -55,7 +66,7 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
         )
     if chosen.mirror and chosen.board != "charuco":
         raise ParameterError(
-            "a chessboard cannot be told from its mirror image", "use a ChArUco board"
+            "a chessboard looks the same as its mirror image", "use a ChArUco board"
         )
     if chosen.second_output is not None:
         check_free(chosen.second_output, ".json")

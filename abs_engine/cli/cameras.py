@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 _EPILOG = (
     "A yaw is in degrees to the subject's left of the face: 0 is frontal, 90 the left profile. "
     "What remains is the root mean square distance by which a node of the lips is expected to be "
-    "off, by the variance of the modes that the camera does not tell."
+    "off, from the variance of the modes that the camera leaves open."
 )
 
 
@@ -22,16 +22,16 @@ def add_cameras(command: ArgumentParser) -> None:
     add = command.add_argument
     add("physics", type=Path, metavar="LIPS", help="what 'train -o' wrote")
     add("--yaw", type=float, nargs="+", metavar="DEGREES",
-        help="where cameras may stand (default: from -90 to 90 in steps of 15)")  # fmt: skip
+        help="possible camera positions (default: from -90 to 90 in steps of 15)")  # fmt: skip
     add("--have", type=float, nargs="+", default=[], metavar="DEGREES",
-        help="where cameras stand already (default: nowhere)")  # fmt: skip
+        help="cameras that are there already (default: none)")  # fmt: skip
     add("--noise", type=float, metavar="MM",
-        help="error of a coordinate that a camera tells (default: the dots' own)")  # fmt: skip
+        help="error of a coordinate that a camera measures (default: the dots' own)")  # fmt: skip
     add("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
 
 
 def cameras(chosen: Namespace) -> int:
-    """Say where a camera would tell most about trained lips."""
+    """Rank camera positions by what they would reveal of trained lips."""
     from abs_engine.assets import load_speaker
     from abs_engine.face.shape.modal import load_physics
     from abs_engine.learn.cameras import YAWS, rank_yaws

@@ -16,7 +16,7 @@ _FRAMES = 40
 
 def add_arguments(command: ArgumentParser) -> None:
     """What can be typed after `check`."""
-    command.epilog = "Exit status: 0 where nothing is wrong, 1 otherwise; 2 for what is no dataset."
+    command.epilog = "Exit status: 0 if nothing is wrong, 1 otherwise; 2 if it is not a dataset."
     command.add_argument("dataset", type=Path, metavar="DATASET", help="what 'synth -o' made")
     command.add_argument(
         "--frames", type=_frames, default=_FRAMES, metavar="N",

@@ -30,17 +30,18 @@ if TYPE_CHECKING:
 EPILOG = """\
 three uses:
   observe VIDEO [VIDEO2] --calibration FILE [FILE2] --points FILE -o OBS.npz
-        dots followed in two videos, or in one that shows the face and its mirror image
-  observe MARKERS.c3d -o OBS.npz         (or .csv) markers of another system
+        follow dots in two videos, or in one that shows the face and its mirror image
+  observe MARKERS.c3d -o OBS.npz         (or .csv) read markers of another system
   observe calibrate PICTURES... --squares 9 6 --square 12 -o camera.json
-        a camera from pictures of a board; with --second a second one, with --mirror a mirror
+        calibrate a camera with pictures of a board; --second: also a second one, --mirror: a mirror
 
 Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
-from 0, views from 1, pixels from 0 at the top left; x and y empty: the dot cannot be seen. The
+from 0, views from 1, pixels from 0 at the top left; leave x and y empty where the dot cannot be
+seen. The
 points are 16 of the lips and the nose, in rows from the subject's right to the left:
   corner_right, upper_outer_1 to _3, corner_left, lower_outer_1 to _3, upper_inner_1 to _4,
   lower_inner_1 to _4, nose
-and further ones of the skull. To correct: look at --overlay, edit the lines of --review, and
+and others on the skull. To correct: look at --overlay, edit the lines of --review, and
 observe again with --corrections. The head frame needs one of --rigid, --pose and --unturned.
 """
 _MARKERS = (".c3d", ".csv")
@@ -63,20 +64,30 @@ def add_observe(command: argparse.ArgumentParser) -> None:
 def _add_videos(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
     add("--calibration", type=Path, nargs="+", metavar="FILE",
-        help="camera.json of one camera with a mirror, or of each of two")  # fmt: skip
+        help="camera.json of one camera with a mirror, or of each of two cameras")  # fmt: skip
     add("--points", type=Path, metavar="FILE", help="where the dots are in frame 0, in both views")
     add("--corrections", type=Path, metavar="FILE", help="where they are in other frames")
-    add("--review", type=Path, metavar="FILE", help="write what a person should look at, a CSV")
-    add("--overlay", type=Path, metavar="FILE", help="write the dots over the video, an MP4")
+    add(
+        "--review",
+        type=Path,
+        metavar="FILE",
+        help="write the places that a person should check, a CSV",
+    )
+    add(
+        "--overlay",
+        type=Path,
+        metavar="FILE",
+        help="write the video with the dots drawn on it, an MP4",
+    )
     add("--largest-error", type=float, default=1.5, metavar="PX",
         help="largest reprojection error of a point (default: 1.5)")  # fmt: skip
 
 
 def _add_head(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
-    add("--rigid", metavar="NAME,NAME,...", help="three or more points of the skull")
+    add("--rigid", metavar="NAME,NAME,...", help="three or more points on the skull")
     add("--reference", type=Path, metavar="FILE",
-        help="CSV of point, x, y, z: where the rigid ones are in the head frame, mm")  # fmt: skip
+        help="CSV of point, x, y, z: places of the rigid points in the head frame, mm")  # fmt: skip
     add("--pose", type=Path, metavar="FILE",
         help="CSV of the head's pose: frame, rx, ry, rz (radians), tx, ty, tz (mm)")  # fmt: skip
     add("--unturned", metavar="NAME", help="the head never turns; take its shift from this point")
@@ -85,8 +96,8 @@ def _add_head(group: argparse._ArgumentGroup) -> None:
 def _add_markers(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
     add("--rename", nargs="+", default=[], type=_rename, metavar="MARKER=POINT")
-    add("--rate", type=float, metavar="HZ", help="where the file does not say")
-    add("--unit", choices=("mm", "cm", "m"), help="where the file does not say (default: mm)")
+    add("--rate", type=float, metavar="HZ", help="frame rate, if the file does not state it")
+    add("--unit", choices=("mm", "cm", "m"), help="if the file does not state it (default: mm)")
 
 
 def observe(chosen: Namespace) -> int:

@@ -19,12 +19,12 @@ from abs_engine.core.registry import nearest
 from abs_engine.release import engine_version
 
 EVALUATE_FORMATS = """\
-CSV files, a line of column names first:
-  landmarks, a line a point   frame,point,x,y,unit and perhaps time,z,space: point 0 to 67 in the
+CSV files, with the column names in the first line:
+  landmarks, a row a point    frame,point,x,y,unit, optionally time,z,space: point 0 to 67 in the
                               order of 300-W, unit px or mm, space camera (default) or head
-  landmarks, a line a frame   frame, x_0 to y_67 in px and/or X_0 to Z_67 in mm, camera coordinates;
-                              perhaps timestamp, success, pose_Tx to pose_Rz (as OpenFace 2)
-  ARKit, a line a frame       the 52 face units; perhaps Timecode, HeadYaw, HeadPitch, HeadRoll
+  landmarks, a row a frame    frame, x_0 to y_67 in px and/or X_0 to Z_67 in mm, camera coordinates;
+                              optionally timestamp, success, pose_Tx to pose_Rz (as OpenFace 2)
+  ARKit, a row a frame        the 52 face units; optionally Timecode, HeadYaw, HeadPitch, HeadRoll
                               (as Live Link Face)
 Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
 Numbers in brackets are 95 % confidence intervals.
@@ -86,9 +86,9 @@ def build_parser() -> Parser:
     """The parser of the whole command line; `run` of what it returns is the command."""
     parser = Parser(
         prog="abs-engine",
-        description="Tracks 3D face and lip motion in video by rendering the face and comparing.",
-        epilog="Exit status: 0; 1 when doctor finds no OpenGL or check a fault; 2 when input or "
-        "machine are at fault; 130 when interrupted.",
+        description="Recovers 3D face and lip motion from video: it renders and compares.",
+        epilog="Exit status: 0 on success; 1 if doctor finds no OpenGL, or check a fault; 2 if the "
+        "input or the machine is at fault; 130 if interrupted.",
     )
     parser.add_argument("--version", action="version", version=f"abs-engine {engine_version()}")
     parser.set_defaults(command=None)
@@ -99,22 +99,26 @@ def build_parser() -> Parser:
         command.set_defaults(run=run)
         return command
 
-    add("doctor", commands.doctor, "say which OpenGL this machine gives, and how to mend it")
+    add("doctor", commands.doctor, "report which OpenGL this machine has, and how to repair it")
     _demo(add("demo", commands.demo, "film the bundled head, track it, compare with the truth"))
-    _synth(add("synth", commands.synth, "film a scene, with ground truth"))
-    add_observe(add("observe", observe, "calibrate cameras; dots in two views to points in space"))
-    add_train(add("train", train, "learn how lips move from dots that were observed"))
-    add_cameras(add("cameras", cameras, "say where a camera would tell most about trained lips"))
+    _synth(add("synth", commands.synth, "film a scene with ground truth"))
+    add_observe(add("observe", observe, "calibrate cameras; turn dots in two views into 3D points"))
+    add_train(add("train", train, "learn how lips move from observed dots"))
+    add_cameras(
+        add("cameras", cameras, "rank camera positions by what they would reveal of trained lips")
+    )
     _articulate(add("articulate", articulate, "build an articulatory model of a corpus of visemes"))
     tracking = add("track", commands.track, "track the lips in a video")
     tracking.more = leaves
     _output(tracking, "RUN", "folder of the results")
     add_track(tracking)
     _renderer(tracking)
-    _evaluate(add("evaluate", commands.evaluate, "score results by ground truth, ours or others'"))
-    check.add_arguments(add("check", check.check, "verify a dataset with ground truth"))
+    _evaluate(
+        add("evaluate", commands.evaluate, "score results, ours or others', against ground truth")
+    )
+    check.add_arguments(add("check", check.check, "look for faults in a dataset with ground truth"))
     report.add_arguments(
-        add("report", report.report, "write one HTML file about one run or several")
+        add("report", report.report, "write one HTML file about one or several runs")
     )
     _bench(add("bench", commands.bench, "time one evaluation, or the tracking of a clip"))
     _render(add("render", commands.render, "draw postures, nomograms, overlays, labels, errors"))
@@ -125,7 +129,7 @@ def build_parser() -> Parser:
 def _demo(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", type=Path, metavar="DIR",
-        help="report folder, must not exist; by default runs/demo, runs/demo-2, ...",
+        help="report folder, must not exist (default: runs/demo, runs/demo-2, ...)",
     )  # fmt: skip
     command.add_argument("--frames", type=count, help="length of the clip (default: 50)")
     command.add_argument(
@@ -139,22 +143,24 @@ def _demo(command: argparse.ArgumentParser) -> None:
 def _synth(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "what", metavar="SCENE",
-        help="a scene file, NAME.toml (shipped: short.toml, speech.toml, session.toml, "
+        help="a scene file, NAME.toml (bundled: short.toml, speech.toml, session.toml, "
         "ten_thousand.toml, and reference.toml, which has every key); or demo, "
         "wolves, vowels, closures, or viseme symbols in quotes: '_ m a p i _'",
     )  # fmt: skip
-    _output(command, "DIR", "folder of the data set; if interrupted, the same command goes on")
+    _output(command, "DIR", "folder of the dataset; after an interruption the same command resumes")
     command.add_argument(
-        "--processes", type=count, help="how many film at once (default: one for each core)"
+        "--processes",
+        type=count,
+        help="how many processes film at once (default: one for each core)",
     )
-    sentence = command.add_argument_group("for a sentence; a scene file says these itself")
+    sentence = command.add_argument_group("for a sentence; a scene file has its own")
     sentence.add_argument("--person", help="who is filmed (default: clara)")
     sentence.add_argument(
         "--size", type=count, nargs=2, metavar=("WIDTH", "HEIGHT"),
-        help="even numbers of pixels (default: 320 240)",
+        help="size of the picture, even numbers of pixels (default: 320 240)",
     )  # fmt: skip
-    sentence.add_argument("--frames", type=count, help="length (default: as the sentence takes)")
-    sentence.add_argument("--seed", type=int, help="of head motion and noise (default: 0)")
+    sentence.add_argument("--frames", type=count, help="length (default: that of the sentence)")
+    sentence.add_argument("--seed", type=int, help="seed of head motion and noise (default: 0)")
     sentence.add_argument(
         "--lossless", action="store_true", help="keep every picture before compression, as PNG"
     )
@@ -170,22 +176,22 @@ def _evaluate(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--truth", type=Path, nargs="+", metavar="DIR", required=True,
         help="what 'synth -o' made, or DATASET/CLIP/CAMERA; one for all, or one for each RUN, "
-        "which are then pooled as clips, too",
+        "which are then also pooled as clips",
     )  # fmt: skip
-    command.add_argument("--clip", metavar="NAME", help="of the dataset, where it has several")
-    command.add_argument("--camera", metavar="NAME", help="of the clip, where it has several")
+    command.add_argument("--clip", metavar="NAME", help="clip of the dataset, if it has several")
+    command.add_argument("--camera", metavar="NAME", help="camera of the clip, if it has several")
     command.add_argument(
         "-o", "--output", type=Path, metavar="DIR",
         help="folder of the scores, must not exist (default: RUN/evaluation)",
     )  # fmt: skip
     command.add_argument(
-        "--seed", type=int, default=0, help="of the confidence intervals (default: 0)"
+        "--seed", type=int, default=0, help="seed of the confidence intervals (default: 0)"
     )
 
 
 def _bench(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--json", type=Path, metavar="FILE", help="also write the results to this file"
+        "--json", type=Path, metavar="FILE", help="also write the results to this file, as JSON"
     )
     command.add_argument(
         "--rounds", type=count, help="repetitions of each way (default: 50; 3 with --clip)"
@@ -235,5 +241,5 @@ def _output(command: argparse.ArgumentParser, what: str, text: str) -> None:
 def _renderer(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--renderer", metavar="NAME", default="auto",
-        help="what draws; auto: OpenGL, or the CPU where none loads. Without a GPU, cpu is faster",
+        help="what draws; auto: OpenGL, or the CPU if none loads. Without a GPU, cpu is faster",
     )  # fmt: skip

@@ -36,27 +36,42 @@ def add_render(command: argparse.ArgumentParser) -> None:
         help="what is drawn, see below (default: portrait)")  # fmt: skip
     add("run_folder", nargs="?", type=Path, metavar="RUN", help="what 'track -o' made")
     add("--truth", type=Path, metavar="DIR", help="a dataset, or its clip and camera")
-    add("--clip", metavar="NAME", help="of the dataset, where it has several")
-    add("--camera", metavar="NAME", help="of the clip, where it has several")
+    add("--clip", metavar="NAME", help="clip of the dataset, if it has several")
+    add("--camera", metavar="NAME", help="camera of the clip, if it has several")
     add("--frame", type=int, metavar="N",
-        help="of the run or the dataset (default: all as MP4, 20 as PNG)")  # fmt: skip
+        help="frame of the run or the dataset (default: all as MP4, 20 as PNG)")  # fmt: skip
     add("--person", default="clara", help="who is drawn (default: clara)")
     add("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
     add("--unit", action="append", default=[], metavar="NAME=WEIGHT", type=_unit, dest="units",
         help="a face unit of the posture, such as jawOpen=0.4; may be repeated")  # fmt: skip
-    add("--palette", choices=("colour", "clay", "classes"), help="of what surface the head is")
+    add("--palette", choices=("colour", "clay", "classes"), help="what the head's surface shows")
     add("--crop", choices=("head", "mouth"),
         help="what is shown (default: the mouth for modes, else the head)")  # fmt: skip
-    add("--size", type=_count, nargs=2, metavar=("WIDTH", "HEIGHT"), help="of one picture, pixels")
-    add("--turn", type=float, default=0.0, metavar="DEGREES", help="to the head's left")
-    add("--views", type=_count, metavar="N", help="of a turntable (default: 8; 100 as MP4)")
+    add(
+        "--size",
+        type=_count,
+        nargs=2,
+        metavar=("WIDTH", "HEIGHT"),
+        help="size of one picture, pixels",
+    )
+    add("--turn", type=float, default=0.0, metavar="DEGREES", help="turn towards the head's left")
+    add(
+        "--views", type=_count, metavar="N", help="pictures of a turntable (default: 8; 100 as MP4)"
+    )
     add("--rows", nargs="+", default=[], metavar="UNIT", help="face units to show (default: all)")
-    add("--weight", type=float, default=1.0, help="of the face unit in postures (default: 1)")
+    add(
+        "--weight", type=float, default=1.0, help="weight of the face unit in postures (default: 1)"
+    )
     add("--modes", type=_count, metavar="N", help="show modes of the mouth's shape model")
-    add("--columns", type=_count, metavar="N", help="of a nomogram (default: 5; 7 for modes)")
+    add(
+        "--columns",
+        type=_count,
+        metavar="N",
+        help="columns of a nomogram (default: 5; 7 for modes)",
+    )
     add("--style", choices=("wireframe", "contour", "blend"), default="wireframe",
-        help="of an overlay (default: wireframe)")  # fmt: skip
-    add("--video", type=Path, metavar="FILE", help="the run's video, where it is not beside it")
+        help="style of an overlay (default: wireframe)")  # fmt: skip
+    add("--video", type=Path, metavar="FILE", help="the run's video, if it is not beside the run")
     add("--values", type=Path, metavar="FILE", help=".npy or .npz, one number for each vertex")
     add("--max", type=float, dest="largest", metavar="VALUE",
         help="end of the colour scale of error (mm) or flow (pixels)")  # fmt: skip

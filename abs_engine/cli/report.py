@@ -25,14 +25,14 @@ def add_arguments(command: ArgumentParser) -> None:
         "--truth", type=Path, metavar="DIR",
         help="what 'synth -o' made, or DATASET/CLIP/CAMERA; without it nothing is scored",
     )  # fmt: skip
-    command.add_argument("--clip", metavar="NAME", help="of the dataset, where it has several")
-    command.add_argument("--camera", metavar="NAME", help="of the clip, where it has several")
+    command.add_argument("--clip", metavar="NAME", help="clip of the dataset, if it has several")
+    command.add_argument("--camera", metavar="NAME", help="camera of the clip, if it has several")
     command.add_argument(
         "--video", type=Path, metavar="FILE",
         help="the video that was tracked (default: the truth's, or that beside the run)",
     )  # fmt: skip
     command.add_argument(
-        "--seed", type=int, default=0, help="of the confidence intervals (default: 0)"
+        "--seed", type=int, default=0, help="seed of the confidence intervals (default: 0)"
     )
 
 

@@ -32,18 +32,18 @@ def add_reproduce(command: ArgumentParser) -> None:
         help="000: 3D lips by learned physics (Basu, Oliver and Pentland 1998); 001: talking "
         "faces by articulatory parameters and appearance (Odisio and Bailly 2003)")  # fmt: skip
     add("-o", "--output", type=Path, metavar="DIR",
-        help="report folder, must not exist; by default runs/reproduce-000, "
-        "runs/reproduce-000-2, ... or the same with 001")  # fmt: skip
-    add("--quick", action="store_true", help="one person and few frames: some minutes")
-    add("--seed", type=int, default=0, help="of filming and learning (default: 0)")
+        help="report folder, must not exist (default: runs/reproduce-000, "
+        "runs/reproduce-000-2, ..., or the same with 001)")  # fmt: skip
+    add("--quick", action="store_true", help="one person and few frames: takes a few minutes")
+    add("--seed", type=int, default=0, help="seed of filming and learning (default: 0)")
     add("--person", metavar="NAME", default="clara",
-        help="of 001: whose face, of the bundled people (default: clara)")  # fmt: skip
+        help="for 001: whose face, one of the bundled people (default: clara)")  # fmt: skip
     add("--sentences", type=_count, metavar="N",
-        help="of 001: only so many of the 77 sentences, evenly chosen")  # fmt: skip
+        help="for 001: only N of the 77 sentences, evenly spread")  # fmt: skip
     add("--twins", type=_count, metavar="N",
-        help="of 001: the constant models on only so many of these sentences")  # fmt: skip
+        help="for 001: the constant models on only N of these sentences")  # fmt: skip
     add("--workers", type=_count, metavar="N", default=1,
-        help="of 001: processes that track sentences (default: 1)")  # fmt: skip
+        help="for 001: processes that track sentences (default: 1)")  # fmt: skip
 
 
 def reproduce(chosen: Namespace) -> int:
@@ -70,7 +70,7 @@ def _folder(chosen: Namespace, output: Path, renderer: Renderer) -> NewFolder | 
     words = chosen.paper, chosen.seed, chosen.person, renderer.description
     folder = Unfinished(output, "\n".join(map(str, (*words, engine_version()))))
     if folder.resumed:
-        print(f"going on with {folder.work}", flush=True)
+        print(f"resuming {folder.work}", flush=True)
     return folder
 
 

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from abs_engine.tracking.options import TrackOptions
 
 TRACK_FORMATS = """\
-Head poses are a run's or filmed truth's (the folder), or a file of them:
-  CSV   a line of names, then a line for each frame: head_rx head_ry head_rz (rotation vector,
+Head poses come from a run or filmed truth (its folder), or from a file:
+  CSV   a line of names, then a row for each frame: head_rx head_ry head_rz (rotation vector,
         radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
   NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
         run; NaN, or False in found, where not known
 x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
 (x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
-taken as they are with --person, else as a first guess; frames without one are not tracked.
+taken as they are with --person, otherwise as a first guess; frames without one are not tracked.
 """
 
 
@@ -39,26 +39,26 @@ def add_track(command: argparse.ArgumentParser) -> None:
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     command.epilog = TRACK_FORMATS
     command.add_argument(
-        "video", type=Path, metavar="VIDEO", help="in which somebody speaks to the camera"
+        "video", type=Path, metavar="VIDEO", help="a video of somebody who speaks to the camera"
     )
     command.add_argument(
         "--mouth", type=float, nargs=4, metavar=("X", "Y", "W", "H"),
-        help="box around the mouth that is meant, first frame, pixels; by default it is found",
+        help="box around the mouth to track in the first frame, pixels (default: it is found)",
     )  # fmt: skip
     command.add_argument(
         "--person", metavar="NAME",
-        help="a known head: one of the speaker's people (of the bundled head: clara, kofi, mei, "
-        "walter, amara, ravi); by default the average head, whose mouth is fitted",
+        help="a known head: one of the speaker's people (bundled: clara, kofi, mei, walter, "
+        "amara, ravi); default: the average head, whose mouth is fitted",
     )  # fmt: skip
     _add_parts(command)
     command.add_argument(
         "--start", choices=("landmarks", "blobs"),
-        help="how an unknown head is placed: by a landmark network, or as in the papers by colour "
+        help="how an unknown head is placed: by a landmark network, or by colour as in the papers "
         "(default: landmarks)",
     )  # fmt: skip
     command.add_argument(
         "--face", type=count, metavar="N",
-        help="which face, counted from 1, the largest first (default: the largest)",
+        help="which face to track, counted from 1, the largest first (default: the largest)",
     )  # fmt: skip
     command.add_argument(
         "--pupil-distance", type=float, metavar="MM",
@@ -66,22 +66,22 @@ def add_track(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "--evidence", choices=("both", "rendering", "landmarks"), default="both",
-        help="evidence used in each frame (default: both)",
+        help="kinds of evidence to use in each frame (default: both)",
     )  # fmt: skip
     command.add_argument(
-        "--camera", type=Path, metavar="FILE", help="camera.json of its calibration"
+        "--camera", type=Path, metavar="FILE", help="camera.json of the camera's calibration"
     )
     command.add_argument("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
     command.add_argument(
         "--colours", type=Path, metavar="FILE",
-        help="colours.npz of another run of the same person and light; by default they are learned",
+        help="colours.npz of a run of the same person and light (default: learn them)",
     )  # fmt: skip
     command.add_argument(
         "--physics", type=Path, metavar="FILE", help="how the lips move, as 'train' learned it"
     )
     command.add_argument(
         "--poses", type=Path, metavar="FILE",
-        help="head poses that are known, see below; then no face is looked for and followed",
+        help="known head poses, see below; no face is then looked for or followed",
     )  # fmt: skip
 
 

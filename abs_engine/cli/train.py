@@ -24,12 +24,12 @@ def add_train(command: ArgumentParser) -> None:
     add("-o", "--output", type=Path, metavar="FILE", required=True,
         help="the lips, an NPZ for 'track --physics' and 'cameras'; must not exist")  # fmt: skip
     add("--person", metavar="NAME",
-        help="whose head wore the dots, of the speaker's people; by default the average head is "
-        "laid on the dots")  # fmt: skip
+        help="who wore the dots, one of the speaker's people (default: the average head is fitted "
+        "to the dots)")  # fmt: skip
     add("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
-    add("--modes", type=int, default=10, metavar="N", help="how many are kept (default: 10)")
+    add("--modes", type=int, default=10, metavar="N", help="number of modes to keep (default: 10)")
     add("--train", type=int, default=140, metavar="N",
-        help="complete frames to learn from, which there must be; the rest is for testing "
+        help="complete frames to learn from, all of them required; the rest is for testing "
         "(default: 140)")  # fmt: skip
 
 

@@ -65,7 +65,9 @@ class Prior(ABC):
         ParameterError
             If it is no sum of squares.
         """
-        raise ParameterError(f"{type(self).__name__} is no sum of squares", "choose another driver")
+        raise ParameterError(
+            f"{type(self).__name__} is not a sum of squares", "choose another driver"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,7 @@ def pull_rule(name: str) -> PullRule:
     for rule in PULL_RULES:
         if rule == name:
             return rule
-    raise ParameterError(f"there is no rule '{name}'", f"choose of {', '.join(PULL_RULES)}")
+    raise ParameterError(f"there is no rule '{name}'", f"choose one of {', '.join(PULL_RULES)}")
 
 
 @dataclass(frozen=True, eq=False)

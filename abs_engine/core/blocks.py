@@ -82,7 +82,7 @@ class Blocks:
         if unknown:
             raise ParameterError(
                 f"there is no block of parameters '{min(unknown)}'",
-                f"choose of {', '.join(self.specs)}",
+                f"choose one of {', '.join(self.specs)}",
             )
         return Blocks({name: spec for name, spec in self.specs.items() if name in wanted})
 

@@ -21,7 +21,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """What to do about an unknown name: the nearest one is given, and all of them if few."""
     names = list(known)
     close = difflib.get_close_matches(name, names, 1)
-    every = f"choose of {', '.join(names)}"
+    every = f"choose one of {', '.join(names)}"
     if not close:
         return every
     return f"did you mean '{close[0]}'?" + (f" {every}" if len(names) <= _FEW else "")
@@ -117,7 +117,7 @@ def load_plugin(path: Path) -> None:
     except AbsEngineError:
         raise
     except Exception as error:
-        raise PluginError(f"{path} cannot be run ({_why(error)})", "mend it") from error
+        raise PluginError(f"{path} cannot be run ({_why(error)})", "correct it") from error
     PLUGINS.append(path)
 
 
@@ -133,7 +133,7 @@ def _loaded(kind: str, point: metadata.EntryPoint) -> Any:
     except Exception as error:  # whatever a package does as it is imported
         raise PluginError(
             f"the {kind} '{point.name}' cannot be imported from {point.value} ({_why(error)})",
-            "mend or remove the package that brings it; the others work",
+            "correct or remove the package that brings it; the others work",
         ) from error
 
 

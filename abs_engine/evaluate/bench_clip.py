@@ -135,7 +135,9 @@ def bench_clip(
     if turns < 1:
         raise ParameterError(f"{turns} turns measure nothing", "take one at least")
     if peer_python is not None and not peer_python.is_file():
-        raise ParameterError(f"{peer_python} is no file", "give the path of a Python interpreter")
+        raise ParameterError(
+            f"{peer_python} is not a file", "give the path of a Python interpreter"
+        )
     probe(video)
     with open_renderer(renderer):  # an unknown name, or OpenGL that does not load, is said at once
         pass
@@ -173,7 +175,7 @@ def _timed(command: Sequence[str], who: str) -> tuple[dict[str, Any], float]:
     took = time.perf_counter() - start
     if done.returncode:
         said = (done.stderr.strip() or "it said nothing").splitlines()[-1]
-        raise BenchError(f"{who} does not run: {said}", "mend that, or leave it out")
+        raise BenchError(f"{who} does not run: {said}", "correct that, or leave it out")
     try:
         told: dict[str, Any] = json.loads((done.stdout.strip() or "nothing").splitlines()[-1])
     except json.JSONDecodeError as error:

@@ -174,7 +174,7 @@ def _frame_rows(table: Table, clip: Reference) -> NDArray[np.int64]:
     """The frame of each row, from 0; checked against the frames and times of the clip."""
     given = table.numbers(["frame"])[:, 0]
     if not (np.isfinite(given) & (given == np.floor(given))).all():
-        raise InputFileError(f"{table.path} has frames that are no numbers", "count frames")
+        raise InputFileError(f"{table.path} has frames that are not numbers", "count frames")
     known = np.unique(given)
     first = int(known[0])
     if first not in (0, 1) or not np.array_equal(known, first + np.arange(clip.frames)):

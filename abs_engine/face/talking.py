@@ -24,7 +24,7 @@ MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
 
 def _known(name: str, names: tuple[str, ...]) -> str:
     if name not in names:
-        raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(names)}")
+        raise ParameterError(f"there is no model '{name}'", f"choose one of {', '.join(names)}")
     return name
 
 

@@ -97,7 +97,7 @@ def load_talking(path: Path) -> StoredTalker:
         problem = error.problem
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         why, problem = error, " ".join(str(error).split())
-    raise ModelFormatError(f"{path} is no whole talking face: {problem}", _REMEDY) from why
+    raise ModelFormatError(f"{path} is not a complete talking face: {problem}", _REMEDY) from why
 
 
 class _Arrays(dict[str, NDArray[np.generic]]):
@@ -267,7 +267,7 @@ def _facets(whole: Scene, some: Scene) -> NDArray[np.bool_]:
                 wanted = next(left, -1)
     if not chosen.any() or not _same(_scene_arrays(part(whole, chosen)[0]), _scene_arrays(some)):
         raise ParameterError(
-            "what is compared of the face is no part of its head", "take it by region.part"
+            "what is compared of the face is not a part of its head", "take it by region.part"
         )
     return chosen
 

@@ -124,7 +124,7 @@ class Problem:
         other = [name for name, term in self.terms.items() if not isinstance(term, Squared)]
         if other:
             raise ParameterError(
-                f"the evidence '{other[0]}' is no sum of squares",
+                f"the evidence '{other[0]}' is not a sum of squares",
                 "choose a driver that needs values alone, such as simplex",
             )
         return {name: term for name, term in self.terms.items() if isinstance(term, Squared)}
@@ -190,7 +190,7 @@ class Problem:
         return value, slope, curve
 
     def information(self, x: FloatArray) -> FloatArray | None:
-        """What the evidence and the priors tell of the parameters at `x` (N,), (N, N).
+        """What the evidence and the priors say about the parameters at `x` (N,), (N, N).
 
         The value's second derivative, without what keeps a step short. None where a term or a prior
         has none, or the value is not in nats.

@@ -125,7 +125,7 @@ def talking_problem(
     """
     shape = face.shape
     if name not in MODELS:
-        raise ParameterError(f"there is no model '{name}'", f"choose of {', '.join(MODELS)}")
+        raise ParameterError(f"there is no model '{name}'", f"choose one of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
     seen = face_window(shape, alpha, pose, camera) if window is None else window
     weaker = replace(shape.penalty, strength=WHITENED * shape.penalty.strength)

@@ -224,6 +224,6 @@ def _across(points: ShellPoints, direction: FloatArray, nodes: int) -> sparse.cs
     """W of the points' two coordinates across a direction."""
     length = float(np.linalg.norm(direction))
     if np.shape(direction) != (3,) or not length > 0:
-        raise ParameterError(f"{direction} is no direction", "give three numbers, not all 0")
+        raise ParameterError(f"{direction} is not a direction", "give three numbers, not all 0")
     basis = np.linalg.svd(np.asarray(direction, np.float64)[None] / length)[2][1:]
     return points.projected(nodes, basis)

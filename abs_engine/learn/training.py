@@ -211,8 +211,8 @@ def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) 
         )
     if n_modes >= 3 * len(LIPS16):
         raise ParameterError(
-            f"{n_modes} modes of {3 * len(LIPS16)} observed coordinates leave none to tell the "
-            "errors of observation by",
+            f"{n_modes} modes of {3 * len(LIPS16)} observed coordinates leave none to estimate the "
+            "errors of observation from",
             f"learn {3 * len(LIPS16) - 1} modes or fewer",
         )
     if complete < n_train:

@@ -78,7 +78,7 @@ class Corpus:
             lacking = sorted(set(members) - set(self.names))
             if lacking:
                 raise ParameterError(
-                    f"group '{group}' names '{lacking[0]}', which is no point",
+                    f"group '{group}' names '{lacking[0]}', which is not a point",
                     "correct the table of points",
                 )
 
@@ -96,7 +96,7 @@ class Corpus:
         """
         if group not in self.groups:
             raise ParameterError(
-                f"there is no group '{group}'", f"choose of {', '.join(self.groups)}"
+                f"there is no group '{group}'", f"choose one of {', '.join(self.groups)}"
             )
         members = set(self.groups[group])
         return np.array([k for k, n in enumerate(self.names) if n in members], np.int64)
@@ -112,7 +112,7 @@ class Corpus:
         lacking = [v for v in visemes if v not in self.visemes]
         if lacking:
             raise ParameterError(
-                f"there is no viseme '{lacking[0]}'", f"choose of {', '.join(self.visemes)}"
+                f"there is no viseme '{lacking[0]}'", f"choose one of {', '.join(self.visemes)}"
             )
         rows = [self.visemes.index(v) for v in visemes]
         return Corpus(
@@ -186,7 +186,9 @@ def load_corpus(path: Path) -> Corpus:
             tuple(map(str, data["visemes"])), groups, frame, str(data["source"]),
         )  # fmt: skip
     except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:
-        raise ModelFormatError(f"{path} is no whole corpus ({error})", "make it again") from error
+        raise ModelFormatError(
+            f"{path} is not a complete corpus ({error})", "make it again"
+        ) from error
 
 
 def bite_plane(right: FloatArray, left: FloatArray, front: FloatArray) -> Pose:

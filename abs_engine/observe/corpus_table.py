@@ -56,7 +56,7 @@ def read_table(path: Path) -> CorpusTable:
         text = path.read_text("utf-8-sig")
         return _from_json(text) if path.suffix.lower() == ".json" else _from_csv(text)
     except (OSError, ValueError, csv.Error) as error:
-        raise InputFileError(f"{path} is no table of a corpus ({error})", HOW) from error
+        raise InputFileError(f"{path} is not a table of a corpus ({error})", HOW) from error
 
 
 def _from_json(text: str) -> CorpusTable:
@@ -66,7 +66,7 @@ def _from_json(text: str) -> CorpusTable:
     groups = {group: _texts(f"group {group!r}", names) for group, names in told["groups"].items()}
     given = told.get("visemes", {})
     if not isinstance(given, dict):
-        raise ValueError("visemes are no names with frames")
+        raise ValueError("visemes are not names with frames")
     visemes = {viseme: _span(viseme, frames) for viseme, frames in given.items()}
     return _checked(groups, visemes, _texts("upper_teeth", told.get("upper_teeth", [])))
 
@@ -74,7 +74,7 @@ def _from_json(text: str) -> CorpusTable:
 def _texts(what: str, names: Any) -> tuple[str, ...]:
     """A JSON list of names; a text alone would pass for a list of its letters."""
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{what} is no list of names of points")
+        raise ValueError(f"{what} is not a list of names of points")
     return tuple(names)
 
 
@@ -108,7 +108,7 @@ def _frames(text: str, line: str) -> tuple[int, int]:
     try:
         return _span(line, [int(part) for part in text.split("-")])
     except ValueError as error:
-        raise ValueError(f"{line}: {text!r} are no frames, such as 12 or 30-34") from error
+        raise ValueError(f"{line}: {text!r} are not frames, such as 12 or 30-34") from error
 
 
 def _span(viseme: str, frames: Any) -> tuple[int, int]:

@@ -118,12 +118,12 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
             names, frames, told_rate, told_unit, expected = _c3d_parts(file)
     except _BROKEN as error:
         raise InputFileError(
-            f"{path} is no C3D file that can be read ({' '.join(str(error).split()) or 'cut'})",
+            f"{path} is not a C3D file that can be read ({' '.join(str(error).split()) or 'cut'})",
             "export it again",
         ) from error
     if len(frames) != expected:
         raise InputFileError(
-            f"{path} breaks off after {len(frames)} of {expected} frames", "export it again"
+            f"{path} is cut off after {len(frames)} of {expected} frames", "export it again"
         )
     for given, told, what in ((rate, told_rate, "rate"), (unit, told_unit, "unit")):
         if given is not None and told and given != told:
@@ -178,7 +178,7 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
     try:
         rows = [r for r in csv.reader(path.read_text("utf-8-sig").splitlines()) if any(r)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputFileError(f"{path} is no CSV file", "give C3D or CSV") from error
+        raise InputFileError(f"{path} is not a CSV file", "give C3D or CSV") from error
     if len(rows) < 2:
         raise InputFileError(f"{path} holds no markers", "give column names and frames")
     header = [name.strip() for name in rows[0]]

@@ -173,7 +173,7 @@ def _json_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
         told = parse_json(text)
         kind, rows = (told.get("format"), told.get("version")), told["points"]
     except (ValueError, KeyError, AttributeError) as error:
-        raise InputFileError(f"{path} is no JSON file of points", _REMEDY) from error
+        raise InputFileError(f"{path} is not a JSON file of points", _REMEDY) from error
     if kind != (FORMAT, VERSION):
         raise ModelFormatError(
             f"{path} is {kind[0]} version {kind[1]}, wanted {FORMAT} {VERSION}",

@@ -93,7 +93,7 @@ def follow_videos(
         Dots that there must be.
     options : FollowOptions
     watch : callable, optional
-        Told each frame as it is done.
+        Called with each frame as it is done.
 
     Raises
     ------

@@ -31,7 +31,7 @@ class Driver:
     needs : {"values", "forces", "residuals", "borders"}
         What the evidence must give: values alone, forces on the drawn surface, or residuals.
     settings : dict
-        What `make` was told, for the record of a run.
+        What `make` was given, for the record of a run.
     """
 
     make: Callable[..., Any]

@@ -52,7 +52,7 @@ class DerivativeFree:
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise ParameterError(
-                f"there is no method '{self.method}'", f"choose of {', '.join(METHODS)}"
+                f"there is no method '{self.method}'", f"choose one of {', '.join(METHODS)}"
             )
 
     def minimise(

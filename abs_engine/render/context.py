@@ -216,7 +216,8 @@ def _wanted(backend: str) -> tuple[str, ...]:
         return BACKENDS
     if backend not in BACKENDS:
         raise OpenGLError(
-            f"there is no OpenGL backend named {backend}", f"choose of auto, {', '.join(BACKENDS)}"
+            f"there is no OpenGL backend named {backend}",
+            f"choose one of auto, {', '.join(BACKENDS)}",
         )
     return (backend,)
 

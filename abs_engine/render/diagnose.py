@@ -106,7 +106,7 @@ def report_lines(diagnosis: Diagnosis) -> list[str]:
     """The diagnosis as lines of text for a terminal."""
     lines = [f"{a.backend:16} {'works' if a.ok else 'no'}: {a.detail}" for a in diagnosis.attempts]
     if diagnosis.chosen == "cpu":
-        lines.append("chosen: the CPU rasteriser, for no OpenGL works")
+        lines.append("chosen: the CPU rasteriser, as no OpenGL works")
     else:
         lines.append(f"chosen: {diagnosis.chosen} ({diagnosis.renderer}, {diagnosis.version})")
     lines.append("one evaluation (1,280 facets, 64x64 pixels):")

@@ -49,7 +49,7 @@ class OpenGLRenderer:
     def __init__(self, context: GLContext | str = "auto", vertex_path: VertexPath = "auto") -> None:
         if vertex_path not in ("auto", "thin", "instanced"):
             raise ParameterError(
-                f"there is no vertex path {vertex_path}", "choose of auto, thin, instanced"
+                f"there is no vertex path {vertex_path}", "choose one of auto, thin, instanced"
             )
         name = context.backend if isinstance(context, GLContext) else context
         self.gl = GLContext.open(name)

@@ -53,7 +53,7 @@ class Crew:
     keep : bool
         Whether finished chunks stay, to go on from, when filming is interrupted or fails.
     announce : callable
-        Told what is done next, such as 'encoding'.
+        Called with what is done next, such as 'encoding'.
     filming, encoding : callable, optional
         Called with the number of frames done and of all frames; those that were there already do
         not count.
@@ -144,7 +144,7 @@ def make(
                 journal.discard()
             elif isinstance(error, KeyboardInterrupt):
                 raise KeyboardInterrupt(
-                    f"what is filmed is kept in {journal.work}; the same command goes on from there"
+                    f"what was filmed is kept in {journal.work}; the same command resumes there"
                 ) from None
             raise
     return Filmed(made, _frames(jobs, clips), _frames(jobs, clips) - _frames(left, clips), seconds)

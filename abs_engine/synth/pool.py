@@ -23,7 +23,7 @@ from abs_engine.synth.plan import load
 from abs_engine.synth.take import Take
 
 Advance = Callable[[], None]
-_REMEDY = "free some memory, or film with fewer processes; the same command goes on"
+_REMEDY = "free some memory, or film with fewer processes; the same command continues"
 
 
 def film_here(

@@ -107,7 +107,7 @@ class Occluder:
                 f"there is no occluder '{self.kind}'", f"choose one of {', '.join(get_args(Kind))}"
             )
         if self.board is not None and self.kind != "board":
-            raise ParameterError(f"the {self.kind} is no board", "leave the board out")
+            raise ParameterError(f"the {self.kind} is not a board", "leave the board out")
         for name in ("offset", "away", "turn"):
             if getattr(self, name) is None:
                 default = {"offset": _HELD, "away": _AWAY, "turn": _TURN}[name]

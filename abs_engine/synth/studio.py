@@ -42,7 +42,7 @@ def film_scene(
 ) -> Filmed:
     """Film a scene and write a data set (see `abs_engine.truth`).
 
-    An unfinished data set of the same scene that lies beside `folder` is gone on with.
+    An unfinished data set of the same scene beside `folder` is continued.
 
     Parameters
     ----------

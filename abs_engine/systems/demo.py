@@ -95,7 +95,7 @@ def run_demo(
     prepared : callable, optional
         Called before the first frame is tracked with the seconds that the preparation took.
     stage : callable, optional
-        Told what the tracker's preparation begins, in a few words.
+        Called with what the tracker's preparation begins, in a few words.
 
     Returns
     -------

@@ -111,7 +111,9 @@ def dataset_root(path: Path) -> tuple[Path, tuple[str, ...]]:
     for depth, folder in enumerate((Path(path), *whole.parents[:_DEPTH])):
         if (folder / codec.DATASET).is_file():
             return folder, whole.parts[len(whole.parts) - depth :] if depth else ()
-    raise InputFileError(f"{path} is no ground truth: {codec.DATASET} is missing", "check the path")
+    raise InputFileError(
+        f"{path} is not ground truth: {codec.DATASET} is missing", "check the path"
+    )
 
 
 def tracked_views(dataset: Dataset, results: Sequence[Path]) -> dict[Path, tuple[str, str] | None]:

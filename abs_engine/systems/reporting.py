@@ -93,7 +93,7 @@ def write_report(
         Must not exist.
     options : ReportOptions
     stage : callable, optional
-        Told what is begun.
+        Called with what is begun.
 
     Raises
     ------

@@ -189,7 +189,7 @@ def track(
     progress : callable, optional
         Called after every frame with the number of frames done and of all frames.
     stage : callable, optional
-        Told what the preparation begins, in a few words.
+        Called with what the preparation begins, in a few words.
     **options
         What else `TrackOptions` has: ``preset``, ``model``, ``driver``, ``person``, ...
 

@@ -63,7 +63,7 @@ def doubts(
     if separability and np.mean(list(separability.values())) < LEAST_SEPARABILITY:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
         lines.append(
-            f"lips and skin have nearly the same colour here (told apart: {told}); the "
+            f"lips and skin have nearly the same colour here (separability: {told}); the "
             "result rests more on landmarks and the prior"
         )
     if agreement < LEAST_AGREEMENT:

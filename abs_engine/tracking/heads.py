@@ -81,7 +81,7 @@ def prepare_head(
     leaves : Leaves
     renderer : Renderer
     tell : callable
-        Told what is begun, in a few words.
+        Called with what is begun, in a few words.
     speaker : Speaker, optional
         The head; by default that of `options.speaker`, or the bundled one.
 

@@ -25,6 +25,6 @@ def model_of_file(path: Path) -> str:
     if found not in KINDS:
         raise ModelFormatError(
             f"{path} holds no model but {found}",
-            "give lips that 'train' learned, or a talking face (see README)",
+            "give lips that 'train' learned, or a talking face (see docs/parts.md)",
         )
     return KINDS[found]

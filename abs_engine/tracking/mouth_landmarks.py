@@ -57,7 +57,7 @@ class MouthLandmarks:
     lips : LipLandmarks, optional
         Where the network sees the lips of this head; without it what is found is not checked.
     evidence : str
-        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+        What counts: "both", or "rendering" or "landmarks" alone, to see what each adds.
     """
 
     modes: int

@@ -58,7 +58,7 @@ class TrackOptions:
     pupil_distance : float or None
         Of the person, mm: it sets the scale.
     evidence : str
-        What counts: "both", or "rendering" or "landmarks" alone, to tell what each adds.
+        What counts: "both", or "rendering" or "landmarks" alone, to see what each adds.
     model : str or None
         What is tracked, of `core.registry.MODELS`, or the file of a model; by default a head.
     model_file : Path or None

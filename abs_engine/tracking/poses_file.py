@@ -178,7 +178,9 @@ def _from_npz(path: Path) -> GivenPoses:
             f"{path} has rotations of shape {turn.shape} and translations of {shift.shape}", HELP
         )
     if not _real(turn, shift):
-        raise ModelFormatError(f"the rotations or translations of {path} are no real numbers", HELP)
+        raise ModelFormatError(
+            f"the rotations or translations of {path} are not real numbers", HELP
+        )
     turn, shift = turn.astype(np.float64), shift.astype(np.float64)
     found = _marks(path, arrays, "found", len(shift), missing=True)
     there = found
@@ -273,7 +275,7 @@ def _check_turn(path: Path, frame: int, given: FloatArray, matrix: FloatArray) -
     off = np.abs(matrix.T @ matrix - np.eye(3)).max()
     if off > _ROTATION_ERROR or np.linalg.det(matrix) < 0:
         raise ParameterError(
-            f"the matrix of frame {frame} in {path} is no rotation",
+            f"the matrix of frame {frame} in {path} is not a rotation",
             "give orthonormal matrices of determinant 1",
         )
 

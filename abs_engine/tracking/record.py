@@ -333,7 +333,7 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     path = folder / RESULTS
     if not path.is_file():
         raise InputFileError(
-            f"{folder} is no run: {RESULTS} is missing", "give the folder that 'track -o' made"
+            f"{folder} is not a run: {RESULTS} is missing", "give the folder that 'track -o' made"
         )
     arrays: dict[str, NDArray[Any]] = read_npz(path, FORMAT, VERSION)
     missing = [name for name in (*_FOR_EACH_FRAME, "lip_vertex") if name not in arrays]

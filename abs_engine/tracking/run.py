@@ -51,7 +51,7 @@ def prepare(
     renderer : Renderer
     options : TrackOptions
     stage : callable, optional
-        Told what is begun, in a few words.
+        Called with what is begun, in a few words.
 
     Raises
     ------
@@ -112,9 +112,9 @@ def track_video(
     prepared : callable, optional
         Called before the first frame with the seconds that the preparation took.
     stage : callable, optional
-        Told what the preparation begins, in a few words.
+        Called with what the preparation begins, in a few words.
     remark : callable, optional
-        Told before the first frame what is to be said of several faces.
+        Called before the first frame with a line about several faces.
     recorded : callable, optional
         Given what was prepared and recorded, once it is written.
 

@@ -67,7 +67,7 @@ def prepare_shell(
     leaves : Leaves
     renderer : Renderer
     tell : callable
-        Told what is begun, in a few words.
+        Called with what is begun, in a few words.
 
     Raises
     ------

@@ -124,7 +124,7 @@ def prepare_talker(
     leaves : Leaves
     renderer : Renderer
     tell : callable
-        Told what is begun, in a few words.
+        Called with what is begun, in a few words.
 
     Raises
     ------

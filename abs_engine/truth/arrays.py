@@ -46,7 +46,7 @@ def write_chunk(folder: Path, first: int, offsets: NDArray[np.float16]) -> Path:
     """
     if first % codec.CHUNK or not 0 < len(offsets) <= codec.CHUNK:
         raise ParameterError(
-            f"frames {first} to {first + len(offsets) - 1} are no chunk",
+            f"frames {first} to {first + len(offsets) - 1} are not a chunk",
             f"write at most {codec.CHUNK} frames from a multiple of {codec.CHUNK} on",
         )
     path = folder / codec.VERTICES / codec.chunk_name(first)

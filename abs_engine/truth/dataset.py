@@ -163,7 +163,7 @@ def read_record(folder: Path) -> Dataset:
     path = folder / codec.DATASET
     if not path.is_file():
         raise InputFileError(
-            f"{folder} is no ground truth: {codec.DATASET} is missing", "check the path"
+            f"{folder} is not ground truth: {codec.DATASET} is missing", "check the path"
         )
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
@@ -182,7 +182,7 @@ def read_record(folder: Path) -> Dataset:
             f"{path} lacks a field or has a wrong one ({error})", AGAIN
         ) from error
     except ValueError as error:
-        raise InputFileError(f"{path} is no list of clips", AGAIN) from error
+        raise InputFileError(f"{path} is not a list of clips", AGAIN) from error
     return Dataset(folder, command, engine, seed, clips, labels, record)
 
 
@@ -215,7 +215,9 @@ def load_truth(path: Path, *, verify: bool = False) -> Truth:
     dataset = read_record(folder)
     found = [view for view in dataset.views if view[: len(given)] == given]
     if not found:
-        raise InputFileError(f"{path} is no clip of {folder}", f"choose {_choices(dataset.views)}")
+        raise InputFileError(
+            f"{path} is not a clip of {folder}", f"choose {_choices(dataset.views)}"
+        )
     if len(found) > 1:
         raise ParameterError(
             f"{path} holds {len(found)} clips by cameras", f"name one: {_choices(tuple(found))}"

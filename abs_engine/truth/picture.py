@@ -78,6 +78,6 @@ def picture_header(path: Path) -> tuple[int, int, int, int]:
     except OSError as error:
         raise InputFileError(f"{path} is missing", AGAIN) from error
     if len(head) < 26 or head[:8] != b"\x89PNG\r\n\x1a\n" or head[25] not in _CHANNELS:
-        raise InputFileError(f"{path} is no PNG picture", AGAIN)
+        raise InputFileError(f"{path} is not a PNG picture", AGAIN)
     width, height, bits, colour = struct.unpack(">IIBB", head[16:26])
     return int(width), int(height), int(bits), _CHANNELS[colour]

@@ -48,7 +48,7 @@ def read_sums(folder: Path) -> dict[str, str]:
     """
     listed = folder / SUMS
     if not listed.is_file():
-        raise InputFileError(f"{folder} is no dataset: {SUMS} is missing", "check the path")
+        raise InputFileError(f"{folder} is not a dataset: {SUMS} is missing", "check the path")
     lines = listed.read_text(encoding="utf-8", errors="replace").splitlines()
     return {name: value for value, _, name in (line.partition("  ") for line in lines)}
 

@@ -42,7 +42,7 @@ def seconds_since_first(
     for line, part in enumerate(parts, 2):
         if part is None:
             raise InputFileError(
-                f"line {line} of {path}: '{codes[line - 2]}' is no timecode",
+                f"line {line} of {path}: '{codes[line - 2]}' is not a timecode",
                 "write hours, minutes, seconds and frames as hh:mm:ss:ff.fff in every row",
             )
     if not parts:

@@ -78,4 +78,4 @@ class Ending:
 def broken_off(path: Path, count: int, why: str = "") -> VideoError:
     """The error of a video that ends too early."""
     frames = "1 frame" if count == 1 else f"{count} frames"
-    return VideoError(f"{path} breaks off after {frames}{why}", "copy or export it again")
+    return VideoError(f"{path} is cut off after {frames}{why}", "copy or export it again")

@@ -37,7 +37,7 @@ def open_video(path: Path) -> av.container.InputContainer:
     except av.error.FFmpegError as error:
         if is_torn(path):
             raise VideoError(
-                f"{path} breaks off before any picture can be read", "copy or export it again"
+                f"{path} is cut off before any picture can be read", "copy or export it again"
             ) from error
         raise VideoError(f"{path} is not a video", "give MP4, AVI, MPEG, MKV or WebM") from error
     problem = _unusable(container)
@@ -59,7 +59,7 @@ def check_readable(path: Path) -> None:
         if stat.S_ISDIR(found.st_mode):
             raise InputFileError(f"{path} is a folder", "give the video file in it")
         if not stat.S_ISREG(found.st_mode):
-            raise InputFileError(f"{path} is no ordinary file", "give a video file")
+            raise InputFileError(f"{path} is not an ordinary file", "give a video file")
         with path.open("rb"):
             pass
     except (FileNotFoundError, NotADirectoryError) as error:

@@ -25,7 +25,7 @@ def class_findings(clip: Clip, name: str) -> Iterator[Finding]:
         yield Finding(name, "facet_class has not a class for every facet", f"{classes.shape}")
         return
     if classes.max() >= len(clip.class_names):
-        yield Finding(name, "facet_class names classes that there are not", f"{classes.max()}")
+        yield Finding(name, "facet_class names classes that do not exist", f"{classes.max()}")
         return
     for label, marks in _MARKS.items():
         if label in clip.class_names:

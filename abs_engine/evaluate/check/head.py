@@ -100,4 +100,4 @@ def ring_findings(points: FloatArray, clip: Clip, name: str) -> Iterator[Finding
     ring = points[lists["outer_lip"]]
     step = np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).max()
     if step > STEP:
-        yield Finding(name, "outer_lip is no ring of neighbours", f"a step of {step:.1f} mm")
+        yield Finding(name, "outer_lip is not a ring of neighbours", f"a step of {step:.1f} mm")

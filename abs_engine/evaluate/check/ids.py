@@ -34,7 +34,7 @@ HOLES = 0.005
 def id_findings(truth: Truth, sight: Sight, name: str) -> Iterator[Finding]:
     """Ids that name no facet, or one that is not under the pixel."""
     if sight.ids.max() > len(truth.faces):
-        yield Finding(name, "ids name facets that there are not", f"{sight.ids.max()}", sight.frame)
+        yield Finding(name, "ids name facets that do not exist", f"{sight.ids.max()}", sight.frame)
     if not len(sight):
         return
     outside = sight.outside.max(axis=1)

@@ -189,7 +189,7 @@ def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator
         boxes |= {a["image_id"]: (list(a["bbox"]), a["area"]) for a in data["annotations"]}
         names, images = data["categories"][0]["keypoints"], len(data["images"])
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        yield Finding(name, "is no COCO keypoints file", str(error)[:80])
+        yield Finding(name, "is not a COCO keypoints file", str(error)[:80])
         return
     if images != len(truth) or names != keypoint_names():
         yield Finding(name, "has other pictures or keypoints than the clip", f"{images} pictures")

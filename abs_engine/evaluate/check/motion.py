@@ -49,10 +49,10 @@ def shape_findings(clip: Clip, entry: ClipEntry, name: str) -> Iterator[Finding]
         elif array.dtype.kind == "f" and not np.isfinite(array).all():
             yield Finding(name, f"{label} holds NaN or infinity")
     if clip.faces.size and (clip.faces.min() < 0 or clip.faces.max() >= vertices):
-        yield Finding(name, "faces name vertices that there are not", f"{clip.faces.max()}")
+        yield Finding(name, "faces name vertices that do not exist", f"{clip.faces.max()}")
     for label, indices in clip.landmarks.items():
         if not indices.size or indices.min() < 0 or indices.max() >= vertices:
-            yield Finding(name, f"{label} names vertices that there are not")
+            yield Finding(name, f"{label} names vertices that do not exist")
     if clip.landmarks["landmark_68"].shape != (68,):
         yield Finding(name, "landmark_68 does not have 68 points")
     if entry.rate != clip.rate or not 1 <= clip.rate <= 1000:

@@ -107,7 +107,7 @@ def confidence(
         If `level` or `resamples` make no interval.
     """
     if not 0 < level < 1 or resamples < 1:
-        raise ParameterError("this is no confidence interval", "give a level between 0 and 1")
+        raise ParameterError("this is not a confidence interval", "give a level between 0 and 1")
     rng = np.random.default_rng(seed)
     part, weight = np.zeros(resamples), np.zeros(resamples)
     for _ in means:

@@ -251,7 +251,8 @@ def _array(data: Mapping[str, NDArray[np.generic]], name: str, part: str) -> Flo
 
 def _unsound(path: Path) -> ModelFormatError:
     return ModelFormatError(
-        f"{path} holds no whole set of colour classes", "take the colours.npz of another run"
+        f"{path} does not hold a complete set of colour classes",
+        "take the colours.npz of another run",
     )
 
 

@@ -50,7 +50,9 @@ class Patches:
         """
         chosen = np.asarray(vertices, np.int64)
         if chosen.ndim != 1 or len(chosen) == 0 or not (0 <= chosen.min() <= chosen.max()):
-            raise ParameterError("the points are no list of vertices", "give indices of the mesh")
+            raise ParameterError(
+                "the points are not a list of vertices", "give indices of the mesh"
+            )
         if chosen.max() >= len(scene.mean):
             raise ParameterError(
                 f"point {chosen.max()} is none of the {len(scene.mean)} vertices",

@@ -88,7 +88,8 @@ class GuidedPCA:
         for name, value in params.items():
             if name not in self.get_params():
                 raise ParameterError(
-                    f"there is no parameter '{name}'", f"choose of {', '.join(self.get_params())}"
+                    f"there is no parameter '{name}'",
+                    f"choose one of {', '.join(self.get_params())}",
                 )
             setattr(self, name, value)
         return self

@@ -215,7 +215,7 @@ def load_articulatory(path: Path) -> ArticulatoryModel:
         model = ArticulatoryModel.from_arrays(data)
     except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:
         raise ModelFormatError(
-            f"{path} is no whole articulatory model ({error})", "build it again"
+            f"{path} is not a complete articulatory model ({error})", "build it again"
         ) from error
     if not all(np.isfinite(a).all() for a in (model.mean, model.modes, model.variance)):
         raise ModelFormatError(f"{path} holds what is not finite", "build it again")

@@ -64,7 +64,9 @@ class ShellPoints:
             If a coordinate is none, or named twice.
         """
         if not coordinates or len({*coordinates} & {*AXES}) != len(coordinates):
-            raise ParameterError(f"'{coordinates}' are no coordinates", "choose of x, y and z")
+            raise ParameterError(
+                f"'{coordinates}' are not coordinates", "choose some of x, y and z"
+            )
         basis = np.eye(3)[[AXES.index(c) for c in coordinates]]
         return self.projected(nodes, basis)
 

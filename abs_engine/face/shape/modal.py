@@ -136,7 +136,7 @@ def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> Lea
         or (len(displacements) == 0)
     ):
         raise ParameterError(
-            f"displacements of shape {np.shape(displacements)} are no frames of a shell with "
+            f"displacements of shape {np.shape(displacements)} are not frames of a shell with "
             f"{len(rest)} nodes",
             "give (T, N, 3) of one frame or more",
         )

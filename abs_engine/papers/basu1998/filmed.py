@@ -125,7 +125,7 @@ def film(
         Must not exist.
     seed : int
     filming : callable, optional
-        Told the number of frames done and of all.
+        Called with the number of frames done and of all.
 
     Returns
     -------

@@ -105,7 +105,9 @@ def _made(results: Results) -> str:
         ("abs_engine", results.get("engine_version")),
     ]
     told_of = {name: str(value) for name, value in rows}
-    return table((), [(k, "not told" if v in ("None", "nan") else v) for k, v in told_of.items()])
+    return table(
+        (), [(k, "not recorded" if v in ("None", "nan") else v) for k, v in told_of.items()]
+    )
 
 
 def _goals(results: Results, goals: Sequence[Goal]) -> str:
@@ -154,7 +156,7 @@ def _cameras(results: Results) -> str:
     none, frontal = (number(given, key) for key in ("without_mm", "frontal_mm"))
     what = (
         "<p>Section 6.2 turned around: how far a node of the lips is expected to be off, RMS, by "
-        "the posterior covariance, once a camera at that yaw, to the subject's left, tells the "
+        "the posterior covariance, once a camera at that yaw, to the subject's left, shows the "
         "dots that it sees, with the noise of the dots. Without any camera: "
         f"{told(none, 'mm')}; with a frontal one: "
         f"{told(frontal, 'mm')}. For lips of your own: <code>abs-engine cameras LIPS</code>.</p>"
@@ -202,7 +204,7 @@ def _integral(results: Results, key: str) -> str:
     drivers: Any = results.get("drivers")
     of = drivers.get(key) if isinstance(drivers, Mapping) else None
     told_of = of.get("posterior_rule") if isinstance(of, Mapping) else None
-    return _INTEGRALS.get(str(told_of), "not told")
+    return _INTEGRALS.get(str(told_of), "not recorded")
 
 
 def _driven(value: float | None, column: str) -> str:

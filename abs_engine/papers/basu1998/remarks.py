@@ -8,9 +8,9 @@ WINDOWS = (
 REMARKS = (
     "What is tracked was learned from 40 seconds of authored speech, other sentences than those "
     "of the test; its colours from labelled pixels of another clip. Starts are 48 typical shapes "
-    "of the training, compared in one batch; the four best are gone on with. The lips found are "
+    "of the training, compared in one batch; the best four are refined. The lips found are "
     "the mean of the four ends by their probability; beside their error stands that of the "
-    "highest end alone, whose posterior, iterations and convergence are told.",
+    "highest end alone, whose posterior, iterations and convergence are reported.",
     "Between the shell's rings and behind its inner one, lips are drawn as the person's are at "
     "rest. How these parts follow the shell is taken from the head's face units, three numbers "
     "for each ring that hold for everybody; the filmed speech is made of such units.",

@@ -85,7 +85,7 @@ def reproduce(
         One person, few frames, and no real clips.
     seed : int
     tell : callable
-        Told what is begun.
+        Called with what is begun.
 
     Returns
     -------

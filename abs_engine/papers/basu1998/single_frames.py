@@ -237,4 +237,6 @@ def colours_of(problem: Problem) -> FacetLikelihood:
 
 def _check_driver(driver: str) -> None:
     if driver not in _EVERY:
-        raise ParameterError(f"there is no driver '{driver}'", f"choose of {', '.join(DRIVERS)}")
+        raise ParameterError(
+            f"there is no driver '{driver}'", f"choose one of {', '.join(DRIVERS)}"
+        )

@@ -91,7 +91,7 @@ def film_visemes(
     seed : int
         Of the head's motion and the sensor's noise.
     progress : callable, optional
-        Told the number of pictures done and of all.
+        Called with the number of pictures done and of all.
 
     Raises
     ------

@@ -74,7 +74,7 @@ class Report:
     seed : int
     quick : bool
     tell : callable
-        Told what is done next.
+        Called with what is done next.
     amount : Amount
     workers : int
         Processes that track sentences.

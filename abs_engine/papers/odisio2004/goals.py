@@ -64,7 +64,7 @@ _BARE_LA = (
     "another person"
 )
 _DEPTH = (
-    "most of it lies along z (see below): one camera in front hardly tells how far the jaw "
+    "most of it lies along z (see below): one camera in front hardly shows how far the jaw "
     "is pushed forward from how far the head is away"
 )
 _PICTURES = (

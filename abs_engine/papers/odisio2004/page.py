@@ -54,7 +54,7 @@ def reproduction_page(results: Results, figures: Sequence[tuple[str, str]]) -> s
     figures : sequence of (str, str)
         Address of a picture from the page, and its caption.
     """
-    made = [(name, str(results.get(key, "not told"))) for name, key in _MADE]
+    made = [(name, str(results.get(key, "not recorded"))) for name, key in _MADE]
     body = f"""{table((), made)}
 <p>Errors are those of the 275 points from where they were filmed, in head coordinates: what the
 seven parameters cannot follow is in them. Visemes are those that appearance was not learned from,
@@ -227,7 +227,7 @@ def _practice(results: Results) -> str:
     about = (
         f"<p>The first {results.get('practice_frames', 'few')} frames of a sentence that is none "
         "of the 77; settings were chosen on more of it. simplex is the paper's warm start, "
-        "predicted the same from a place foretold by the frames before, axes ours, along "
+        "predicted the same from a place predicted from the frames before, axes ours, along "
         "Gauss-Newton's axes; axes_predicted is what sentences are tracked with, and the other "
         "rows change one thing of it. Where the head's distance drifts, later in the sentence, "
         "A(a) is worth more: over 72 frames it took tex_lin from 0.48 mm, with the corpus' range "

@@ -176,7 +176,7 @@ def track_sentences(
     renderer_name : str
         What other processes open; see `open_renderer`.
     tell : callable
-        Told what is done next, and about how long the rest takes.
+        Called with what is done next, and about how long the rest takes.
 
     Raises
     ------

@@ -143,7 +143,7 @@ def track(
     postures : (V, P) float64, optional
         Of the corpus, from which a search may start again.
     progress : callable, optional
-        Told the number of frames done.
+        Called with the number of frames done.
 
     Raises
     ------

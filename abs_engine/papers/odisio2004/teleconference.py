@@ -170,7 +170,7 @@ def run_teleconference(
         How many of each sequence are tracked, from its start; by default all that were filmed.
         What is learned is learned from all.
     tell : callable
-        Told what is done next.
+        Called with what is done next.
 
     Raises
     ------

@@ -124,7 +124,7 @@ def film_speech(
         Of the corpus' noise, the head's motion and the sensor.
     visemes : sequence of str
     filming : callable, optional
-        Told the number of pictures done and of all.
+        Called with the number of pictures done and of all.
 
     Raises
     ------

@@ -94,7 +94,7 @@ def identity_vector(speaker: Speaker, person: Person) -> NDArray[np.float32]:
         if target not in known:
             raise ParameterError(
                 f"{person.name}: there is no shape target '{target}'",
-                f"choose of {', '.join(known)}",
+                f"choose one of {', '.join(known)}",
             )
         if not np.isfinite(weight):
             raise ParameterError(

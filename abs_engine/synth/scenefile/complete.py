@@ -111,7 +111,7 @@ def pick(
     for name in names:
         if name not in known:
             raise ParameterError(
-                f"{where} names the {kind} '{name}', which there is not{nearest(name, known)}",
+                f"{where} names the {kind} '{name}', which does not exist{nearest(name, known)}",
                 f"known: {', '.join(known) or 'none'}",
             )
     return tuple(known[name] for name in names)

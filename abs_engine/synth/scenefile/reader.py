@@ -61,7 +61,7 @@ def read_scene(path: Path) -> SceneFile:
             f"{path} cannot be read ({error.strerror})", "check the path of the scene file"
         ) from error
     except UnicodeDecodeError as error:
-        raise InputFileError(f"{path} is no text in UTF-8", "give a TOML file") from error
+        raise InputFileError(f"{path} is not text in UTF-8", "give a TOML file") from error
     return parse_scene(text, str(path))
 
 
@@ -70,7 +70,7 @@ def parse_scene(text: str, name: str = "the scene") -> SceneFile:
     try:
         table = parse_toml(text)
     except ValueError as error:
-        raise InputFileError(f"{name} is not TOML: {error}", "mend that line") from error
+        raise InputFileError(f"{name} is not TOML: {error}", "correct that line") from error
     found = table.get("format", "unknown"), table.get("version", 0)
     if found != (FORMAT, VERSION) or isinstance(found[1], bool):  # true == 1
         raise ModelFormatError(
@@ -98,7 +98,7 @@ def build(kind: Any, table: Any, where: str) -> Any:
         If a key is unknown, missing, or has a wrong value.
     """
     if not isinstance(table, Mapping):
-        raise ParameterError(f"{where} is no table but {_show(table)}", "give keys and values")
+        raise ParameterError(f"{where} is not a table but {_show(table)}", "give keys and values")
     fields = {field.name: field for field in dataclasses.fields(kind)}
     for key in table:
         if key not in fields:

@@ -199,7 +199,7 @@ def _tied(first: Phoneme, second: Phoneme) -> list[Phoneme]:
 def _unknown(text: str, rest: str, alphabet: str, known: tuple[str, ...]) -> ParameterError:
     where = f" in '{text}'" if rest != text else ""
     return ParameterError(
-        f"'{rest}'{where} is no sound of {_TITLES[alphabet]} (nearest: '{nearest(rest, known)}')",
+        f"'{rest}'{where} is not in {_TITLES[alphabet]} (nearest: '{nearest(rest, known)}')",
         "write sounds such as " + " ".join(known[:8]) + ", durations such as a(0.12), pauses as _",
     )
 

@@ -74,7 +74,7 @@ def _open(path: Path) -> praat.Textgrid:
     except PraatioException as error:
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputFileError(
-            f"{path} cannot be read: {reason}", "mend it in Praat and save it as text"
+            f"{path} cannot be read: {reason}", "correct it in Praat and save it as text"
         ) from error
     except (ValueError, LookupError, AttributeError, TypeError, OSError) as error:
         raise InputFileError(
@@ -98,7 +98,7 @@ def _choose(path: Path, grid: praat.Textgrid, tier: str | None) -> str:
         likely = names
     if len(likely) != 1:
         raise InputFileError(
-            f"which tier of {path} holds the phonemes is not plain",
+            f"which tier of {path} holds the phonemes is not clear",
             f"name one of {', '.join(likely or names) or '-'}",
         )
     return str(likely[0])
@@ -134,5 +134,5 @@ def _sounds(path: Path, label: str, start: float, alphabet: Alphabet) -> tuple[P
     except ParameterError as error:
         raise ParameterError(
             f"{path}, at {start:g} s: {error.problem}",
-            "mend the label, or name another tier or alphabet",
+            "correct the label, or name another tier or alphabet",
         ) from error

@@ -179,7 +179,7 @@ def _split(token: str) -> tuple[str, str]:
     found = re.fullmatch(r"(.+?)\(([^()]*)\)", token)
     if found is None and "(" in token:
         raise ParameterError(
-            f"'{token}' is no phoneme with a duration", "write such as a(0.12) or a(0.30-0.42)"
+            f"'{token}' is not a phoneme with a duration", "write such as a(0.12) or a(0.30-0.42)"
         )
     return (found[1], found[2]) if found else (token, "")
 
@@ -192,7 +192,8 @@ def _times(token: str, when: str, clock: float, usual: float) -> tuple[float, fl
     found = re.fullmatch(rf"{number}s?(?:-{number}s?)?", when)
     if found is None:
         raise ParameterError(
-            f"'{when}' in '{token}' is no duration", "write seconds, such as a(0.12) or a(0.3-0.42)"
+            f"'{when}' in '{token}' is not a duration",
+            "write seconds, such as a(0.12) or a(0.3-0.42)",
         )
     start, end = (
         (clock, clock + float(found[1])) if found[2] is None else map(float, found.groups())

@@ -59,9 +59,9 @@ def _toml(path: Path) -> dict[str, Any]:
     try:
         return parse_toml(path.read_text(encoding="utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise InputFileError(f"{path} is no text in UTF-8", "give a TOML file") from error
+        raise InputFileError(f"{path} is not text in UTF-8", "give a TOML file") from error
     except (OSError, ValueError) as error:
-        raise InputFileError(f"{path} is not TOML: {error}", "mend that line") from error
+        raise InputFileError(f"{path} is not TOML: {error}", "correct that line") from error
 
 
 def _where(path: Path, number: int, row: Any) -> str:

@@ -104,5 +104,5 @@ def unknown(what: str, name: str, known: tuple[str, ...]) -> tuple[str, str]:
     lower = {k.lower(): k for k in known}
     near = difflib.get_close_matches(name.lower(), lower, 1, 0.5)
     few = len(known) <= 12
-    choice = f"choose of {', '.join(known)}" if few else f"'{known[0]}' and the like are known"
+    choice = f"choose one of {', '.join(known)}" if few else f"'{known[0]}' and the like are known"
     return f"there is no {what} '{name}'", f"did you mean '{lower[near[0]]}'?" if near else choice

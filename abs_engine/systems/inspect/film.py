@@ -64,7 +64,7 @@ def presented(
     """
     if request.frame is not None:
         if film:
-            raise ParameterError("one frame is no film", "let the file's name end in .png")
+            raise ParameterError("one frame is not a film", "let the file's name end in .png")
         return next(painted([checked_frame(request.frame, count)]))
     if film:
         return Film(painted(list(range(count))), count, rate)

@@ -53,7 +53,9 @@ def coat(body: Body, palette: str) -> Coat:
     if palette == "clay":
         return facet_coat(CLAY_COLOURS, body.speaker.facet_class)
     if palette != "colour":
-        raise ParameterError(f"there is no palette '{palette}'", f"choose of {', '.join(PALETTES)}")
+        raise ParameterError(
+            f"there is no palette '{palette}'", f"choose one of {', '.join(PALETTES)}"
+        )
     if body.texture is None:
         raise ParameterError("this head has no texture", "choose the palette clay or classes")
     return Coat(body.speaker.uv, body.texture)

@@ -172,7 +172,7 @@ def value_text(value: float, unit: str, digits: int | None = None) -> str:
 def turn_angles(count: int) -> list[float]:
     """Angles, degrees, evenly around from 0."""
     if count < 2:
-        raise ParameterError(f"{count} views are no turntable", "give 2 or more")
+        raise ParameterError(f"{count} views are not a turntable", "give 2 or more")
     return [360.0 * k / count for k in range(count)]
 
 

@@ -1,0 +1,105 @@
+"""What users read is in plain English: words that were misused before do not come back."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+
+import pytest
+from pages import PAGES, ROOT
+
+from abs_engine.cli.parser import Parser, build_parser
+
+MISUSED = re.compile(
+    r"\b(told|tells|mend(?:s|ed|ing)?|foret(?:old|ells?)|(?:gone|goes|go|going) on with"
+    r"|choose of)\b",
+    re.IGNORECASE,
+)
+"""Most of them stood where "reports", "shows", "correct", "refined" or "resumed" belongs."""
+READ = (
+    *PAGES,
+    ROOT / "CHANGELOG.md",
+    *sorted((ROOT / "assets" / "scenes").glob("*.toml")),
+    *sorted((ROOT / "assets" / "published").glob("*/index.html")),
+    *sorted((ROOT / "examples").glob("*.py")),
+)
+SOURCES = (ROOT / "bootstrap.py", *sorted((ROOT / "abs_engine").rglob("*.py")))
+
+
+def found_in(text: str) -> list[str]:
+    """Misused words, each with what stands around it."""
+    return [text[max(0, m.start() - 40) : m.end() + 20] for m in MISUSED.finditer(text)]
+
+
+def sentences(tree: ast.Module) -> list[str]:
+    """Texts of two words and more that a module may print: no docstrings, no names."""
+    bare = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    said: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            bare |= {id(value) for value in node.values}
+            parts = (v.value if isinstance(v, ast.Constant) else "{}" for v in node.values)
+            said.append("".join(map(str, parts)))
+    said += [
+        n.value
+        for n in ast.walk(tree)
+        if isinstance(n, ast.Constant) and isinstance(n.value, str) and id(n) not in bare
+    ]
+    return [text for text in said if len(text.split()) > 1]
+
+
+def commands() -> dict[str, Parser]:
+    """The program and its commands by what is typed."""
+    parser = build_parser()
+    return {"": parser, **parser._subparsers._group_actions[0].choices}
+
+
+@pytest.mark.parametrize("path", READ, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_pages_and_files_that_users_read(path):
+    assert found_in(path.read_text("utf-8")) == []
+
+
+@pytest.mark.parametrize("name", commands())
+def test_help(name):
+    assert found_in(commands()[name].format_help()) == []
+
+
+def test_help_of_run():
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "bootstrap.py"), "--help"], capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    assert found_in(done.stdout) == []
+
+
+def test_messages_and_reports():
+    bad, count = [], 0
+    for path in SOURCES:
+        texts = sentences(ast.parse(path.read_text("utf-8")))
+        count += len(texts)
+        bad += [f"{path.relative_to(ROOT)}: {w}" for t in texts for w in found_in(t)]
+    assert count > 1500
+    assert bad == []
+
+
+def test_docstrings_that_the_api_page_shows():
+    """The public objects' own, and their public members'."""
+    import abs_engine
+
+    bad = []
+    for name in abs_engine.__all__:
+        entry = getattr(abs_engine, name)
+        own = (
+            {n: m for n, m in vars(entry).items() if n[0] != "_"} if isinstance(entry, type) else {}
+        )
+        for where, one in {name: entry, **own}.items():
+            bad += [f"{name}, {where}: {w}" for w in found_in(getattr(one, "__doc__", "") or "")]
+    assert bad == []
+
+
+@pytest.mark.parametrize("text", ["as told", "The report tells", "to mend it", "gone on with"])
+def test_a_misused_word_is_found(text):
+    tree = ast.parse(f'raise ValueError(f"{{1}}: {text}")')
+    assert [found_in(t) for t in sentences(tree)] != [[]]
