@@ -307,7 +307,7 @@ def test_lists_of_another_mesh_are_refused(tmp_path):
     path = tmp_path / "points.json"
     assert load_points(path, 5, 2) == {}
     path.write_text("[]")
-    with pytest.raises(InputFileError, match="no list of points"):
+    with pytest.raises(InputFileError, match="not a list of points"):
         load_points(path, 5, 2)
     told = {"format": "abs_engine.points", "version": 1, "vertices": 5, "faces": 2}
     path.write_text(json.dumps(told | {"lists": {"a": {"vertices": [0, 4]}}}))

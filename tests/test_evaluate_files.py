@@ -418,7 +418,7 @@ def test_the_command_refuses_on_one_line(truth, dataset, tmp_path, capsys):
     assert "does not exist" in fails(tmp_path / "no.csv", "--truth", dataset, "-o", out)
     run = write_run(tmp_path / "run", truth)
     assert "1 results and 2 truths" in fails(run, "--truth", dataset, dataset, "-o", out)
-    assert "no ground truth" in fails(run, "--truth", tmp_path, "-o", out)
+    assert "not ground truth" in fails(run, "--truth", tmp_path, "-o", out)
     junk = tmp_path / "junk.csv"
     junk.write_bytes(b"\xff\xfe\x00,\x81\n1,2\n")
     assert "no CSV file" in fails(junk, "--truth", dataset, "-o", out)

@@ -193,7 +193,7 @@ def test_patches_give_points_and_normals(scene, front):
     np.testing.assert_allclose(unit, whole, atol=1e-4)
     with pytest.raises(ParameterError, match="none of the"):
         Patches.around(scene, np.array([10**6]))
-    with pytest.raises(ParameterError, match="no list"):
+    with pytest.raises(ParameterError, match="not a list"):
         Patches.around(scene, np.array([-1]))
 
 
@@ -252,5 +252,5 @@ def test_saved_and_loaded(model, tmp_path):
     with pytest.raises(ParameterError, match="parameters for a model of 3"):
         model.at([1.0])
     np.savez(tmp_path / "u.npz", format="abs_engine.local", version=2, base=model.base)
-    with pytest.raises(ModelFormatError, match="no whole local"):
+    with pytest.raises(ModelFormatError, match="complete local"):
         LocalModel.load(tmp_path / "u.npz")

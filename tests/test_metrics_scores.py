@@ -208,5 +208,5 @@ def test_resampled_clips_have_the_length_of_the_clip():
 
 
 def test_wrong_levels_are_refused():
-    with pytest.raises(ParameterError, match="no confidence interval"):
+    with pytest.raises(ParameterError, match="not a confidence interval"):
         confidence([Mean.of([1.0])], 25.0, level=1.0)

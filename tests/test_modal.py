@@ -164,7 +164,7 @@ def test_too_little_motion_is_refused():
         learn(REST, np.zeros((5, N, 3)), 1)
     with pytest.raises(ParameterError, match="span 0"):
         learn(REST, np.repeat(motion(1), 30, axis=0), 1)
-    with pytest.raises(ParameterError, match="no frames"):
+    with pytest.raises(ParameterError, match="not frames"):
         learn(REST, np.zeros((0, N, 3)), 1)
 
 

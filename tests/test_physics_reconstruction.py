@@ -94,7 +94,7 @@ class TestCameras:
         assert gains[0].expected < 0.2 * gains[0].before
 
     def test_no_direction_and_no_camera_are_refused(self):
-        with pytest.raises(ParameterError, match="no direction"):
+        with pytest.raises(ParameterError, match="not a direction"):
             rank_cameras(directional(1, 1, 1), self.POINTS, {"nowhere": np.zeros(3)})
         with pytest.raises(ParameterError, match="no camera"):
             rank_cameras(directional(1, 1, 1), self.POINTS, {})

@@ -190,7 +190,7 @@ def test_a_long_clip_is_played_in_part(folder, monkeypatch):
     ("words", "part"),
     [
         (["nothing"], "nothing"),
-        (["exact", "--truth", "exact"], "no ground truth"),
+        (["exact", "--truth", "exact"], "not ground truth"),
         (["exact"], "--video"),
         (["marks.csv"], "marks.csv"),
         (["exact", "--truth", "data", "--video", "short.mp4"], "frames"),

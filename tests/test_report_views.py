@@ -72,7 +72,7 @@ def test_what_is_open_or_is_not_there_is_told_in_one_line(data, tmp_path):
         shown_view(data, None, "top")
     with pytest.raises(ParameterError, match="has no view 'other/side'"):
         shown_view(data / "other", None, "side")
-    with pytest.raises(InputFileError, match="no ground truth"):
+    with pytest.raises(InputFileError, match="not ground truth"):
         shown_view(tmp_path, None, None)
 
 

@@ -35,7 +35,7 @@ def test_rows_along_any_directions():
 
 @pytest.mark.parametrize("wrong", ["", "w", "xx"])
 def test_no_coordinates_are_refused(wrong):
-    with pytest.raises(ParameterError, match="no coordinates"):
+    with pytest.raises(ParameterError, match="not coordinates"):
         POINTS.rows(4, wrong)
 
 

@@ -182,7 +182,7 @@ def _moved(scene: Scene) -> Scene:
 
 
 REFUSED = {
-    "no part of its head": lambda f: {"shape": replace(f.shape, surface=_moved(f.shape.surface))},
+    "not a part of its head": lambda f: {"shape": replace(f.shape, surface=_moved(f.shape.surface))},
     "is not a part": lambda f: {"shape": replace(f.shape, outer=shapes.ball(shapes.LARGE, 1))},
     "not finite": lambda f: {"la_scale": np.nan},
     "has no region": lambda f: {"shape": replace(f.shape, regions=(None, "skin"))},
@@ -265,7 +265,7 @@ def test_every_array_of_another_shape_is_refused(whole, tmp_path):
         ("marks", -1, "marks are not on the head"),
         ("rings.upper", 10**6, "contours are not on the part"),
         ("la_lin.vertices", 10**6, "points of local appearance are not on"),
-        ("scene.faces", 10**6, "no whole talking face"),
+        ("scene.faces", 10**6, "not a complete talking face"),
         ("scene.facet_class", 7, "a facet has no region"),
         ("penalty.softness", -1, "the penalty is not positive"),
         ("la_scale", 0, "scale of local appearance is not positive"),
@@ -297,4 +297,4 @@ def test_what_is_no_archive_or_another_file_is_named(face, tmp_path):
 
 def test_text_that_is_no_json_is_refused(whole, tmp_path):
     for wrong in ("{", "[]", '{"predictors": [{}], "groups": {}}', '{"predictors": 3}'):
-        assert "no whole" in str(_refused(tmp_path, whole | {"model.told": wrong}))
+        assert "not a complete" in str(_refused(tmp_path, whole | {"model.told": wrong}))
