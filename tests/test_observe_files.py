@@ -144,7 +144,7 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
     timeless = write_long(tmp_path / "timeless.csv", NAMES, talking())
     inches = write_c3d(tmp_path / "in.c3d", NAMES, talking(), "in")
     cases = [
-        (cut, "export it again"), (none, "not a C3D file"), (empty, "no C3D file"),
+        (cut, "export it again"), (none, "not a C3D file"), (empty, "not a C3D file"),
         (gap, "skips or repeats"), (words, "left"), (few, "4 of the 17 points are missing"),
         (timeless, "frame rate"), (inches, "is in 'in'"), (tmp_path / "x.c3d", "does not exist"),
     ]  # fmt: skip

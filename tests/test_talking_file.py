@@ -182,7 +182,9 @@ def _moved(scene: Scene) -> Scene:
 
 
 REFUSED = {
-    "not a part of its head": lambda f: {"shape": replace(f.shape, surface=_moved(f.shape.surface))},
+    "not a part of its head": lambda f: {
+        "shape": replace(f.shape, surface=_moved(f.shape.surface))
+    },
     "is not a part": lambda f: {"shape": replace(f.shape, outer=shapes.ball(shapes.LARGE, 1))},
     "not finite": lambda f: {"la_scale": np.nan},
     "has no region": lambda f: {"shape": replace(f.shape, regions=(None, "skin"))},
