@@ -86,7 +86,7 @@ def own(made: object) -> bool:
 def failed(name: str, error: Exception) -> TermError:
     """What a user is told of evidence that raises an error."""
     said = " ".join(f"{type(error).__name__}: {error}".split())
-    return TermError(f"the evidence '{name}' fails ({said})", "mend its plugin")
+    return TermError(f"the evidence '{name}' fails ({said})", "correct its plugin")
 
 
 _GIVEN = {"forces": "forces", "residuals": "rows", "borders": "borders"}
@@ -119,7 +119,7 @@ def finite(name: str, what: str, *values: FloatArray | float) -> None:
     if not all(np.isfinite(value).all() for value in values):
         raise TermError(
             f"the {what} of the evidence '{name}' are not finite",
-            "mend its plugin, or use --driver simplex, which needs values alone",
+            "correct its plugin, or use --driver simplex, which needs values alone",
         )
 
 

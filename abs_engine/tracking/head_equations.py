@@ -25,6 +25,10 @@ FloatArray = NDArray[np.float64]
 _GAZE = np.array([3.0, 2.0])
 """How far eyes that look elsewhere take both pupils along, mm, across and down the face."""
 _PUPIL, _PIXEL = 0.6, 0.5  # mm and px, what each pupil is off by itself
+ALIKE = 8.0
+"""Landmarks that err together where a frame is compared with others of the person: so many count as
+one. Their factors were learned on drawn heads, whose faces move less; a jaw that opens wide pulls
+all landmarks down with it. By films of eight other heads; 32 does no better."""
 
 
 class Equations(NamedTuple):
@@ -32,6 +36,21 @@ class Equations(NamedTuple):
 
     information: FloatArray
     gradient: FloatArray
+
+    def plus(self, other: Equations) -> Equations:
+        """What both say."""
+        return Equations(self.information + other.information, self.gradient + other.gradient)
+
+    def step(self) -> FloatArray:
+        """Gauss-Newton's step (D,)."""
+        return -np.asarray(np.linalg.solve(self.information, self.gradient), np.float64)
+
+    def of_pose(self) -> FloatArray:
+        """Information (6, 6) of the first six, a pose, whatever the others are."""
+        pose, rest = slice(0, 6), slice(6, None)
+        between = self.information[pose, rest]
+        gain = np.linalg.solve(self.information[rest, rest], between.T)
+        return np.asarray(self.information[pose, pose] - between @ gain)
 
 
 class HeadGuess(NamedTuple):
@@ -53,9 +72,12 @@ class HeadGuess(NamedTuple):
 
 
 def landmark_equations(
-    shape: LandmarkShape, noise: LandmarkNoise, seen: SeenRays, guess: HeadGuess
+    shape: LandmarkShape, noise: LandmarkNoise, seen: SeenRays, guess: HeadGuess, alike: float = 1.0
 ) -> Equations:
-    """Of pose (6), identity (K), the person's error (Q) and posture (M), in this order."""
+    """Of pose (6), identity (K), the person's error (Q) and posture (M), in this order.
+
+    So many landmarks as are `alike` count as one.
+    """
     k = len(guess.identity)
     modes = np.concatenate([shape.identity, shape.posture])
     points = shape.mean + np.tensordot(np.r_[guess.identity, guess.posture], modes, 1)
@@ -73,9 +95,9 @@ def landmark_equations(
     flat = np.concatenate(parts).reshape(-1, off.size)
     root = np.sqrt(_weights(shape, noise, guess.pose, there, off).ravel())
     flat *= root  # a matrix by its own transpose: BLAS makes half of it
-    return _without(
-        Equations(flat @ flat.T, -(flat @ (root * off.ravel()))), len(flat) - len(noise.within)
-    )
+    told = Equations(flat @ flat.T, -(flat @ (root * off.ravel())))
+    information, gradient = _without(told, len(flat) - len(noise.within))
+    return Equations(information / alike, gradient / alike)
 
 
 def _reach(shape: LandmarkShape, seen: SeenRays) -> float:

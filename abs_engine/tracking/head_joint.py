@@ -248,7 +248,7 @@ class _System:
         slope = np.concatenate([e.first, e.second, e.identity])
         flat = slope.reshape(len(slope), -1)
         weighed = flat * np.repeat(e.weight, 2)
-        where = np.r_[self._at(first)[:6], self._at(second)[:6], np.arange(k)]
+        where = np.r_[self._at(first), self._at(second), np.arange(k)]
         self._add(where, weighed @ flat.T, -(weighed @ e.residual.ravel()))
 
     def step(self) -> tuple[JointHead, float]:

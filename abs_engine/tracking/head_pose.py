@@ -15,7 +15,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.threads import one_thread
-from abs_engine.tracking.head_equations import HeadGuess, landmark_equations
+from abs_engine.tracking.head_equations import ALIKE, Equations, HeadGuess, landmark_equations
 from abs_engine.tracking.head_texture import (
     Gray,
     HeadBody,
@@ -84,41 +84,35 @@ class TexturedHead:
         view = HeadView(gray, pose, vertices, nearest.normals)
         matches = match(self.body, nearest, view, self.camera, self.renderer)
         for _ in range(_STEPS):
-            information, gradient, posture = self._told(seen, pose, posture)
+            system = self._landmarks(seen, pose, posture)
             if matches is not None:
-                told = self._texture(matches, nearest, gray, pose, vertices)
-                information, gradient = information + told[0], gradient + told[1]
-            step = -np.asarray(np.linalg.solve(information, gradient), np.float64)
-            pose = turned(self.shape, pose, step)
+                system = system.plus(self._texture(matches, nearest, gray, pose, posture))
+            step = system.step()
+            pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
             if np.abs(step[:3]).max() < _SETTLED:
                 break
         if self.shift is not None:
             pose = shifted(pose, self.shift, self.shape.pivot)
-        covariance = np.linalg.inv(information) + np.diag(_FLOOR**2)
+        covariance = np.linalg.inv(system.of_pose()) + np.diag(_FLOOR**2)
         return HeldPose(pose, np.asarray(np.linalg.inv(covariance), np.float64))
 
-    def _told(
-        self, seen: SeenRays, pose: Pose, posture: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Information (6, 6) and gradient (6,) by landmarks, and the posture (M,) that they see."""
+    def _landmarks(self, seen: SeenRays, pose: Pose, posture: FloatArray) -> Equations:
+        """Of pose (6) and posture (M) by landmarks, with the posture's prior."""
         guess = HeadGuess(pose, np.zeros(0), np.zeros(0), posture)
-        told = landmark_equations(self.shape, self.noise, seen, guess)
-        whole, pull = told.information, told.gradient + np.r_[np.zeros(6), posture]
-        own = whole[6:, 6:] + np.eye(len(posture))
-        gain = np.linalg.solve(own, np.column_stack([whole[6:, :6], pull[6:]]))
-        information = whole[:6, :6] - whole[:6, 6:] @ gain[:, :6]
-        damped = information + _DAMPING * np.diag(np.diag(information))
-        return damped, pull[:6] - whole[:6, 6:] @ gain[:, 6], posture - gain[:, 6]
+        information, gradient = landmark_equations(self.shape, self.noise, seen, guess, ALIKE)
+        own = np.r_[_DAMPING * np.diag(information)[:6], np.ones(len(posture))]
+        return Equations(information + np.diag(own), gradient + np.r_[np.zeros(6), posture])
 
     def _texture(
-        self, matches: Matches, nearest: HeadView, gray: Gray, pose: Pose, vertices: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """The same (6, 6), (6,) by the texture."""
+        self, matches: Matches, nearest: HeadView, gray: Gray, pose: Pose, posture: FloatArray
+    ) -> Equations:
+        """The same by the texture."""
+        vertices = self.body.vertices(np.zeros(0), posture)
         view = HeadView(gray, pose, vertices, nearest.normals)
         e = linearised(self.body, matches, nearest, view, self.camera, who=False)
-        flat = e.second.reshape(6, -1)
+        flat = e.second.reshape(6 + len(posture), -1)
         weighed = flat * np.repeat(e.weight, 2)
-        return weighed @ flat.T, -(weighed @ e.residual.ravel())
+        return Equations(weighed @ flat.T, -(weighed @ e.residual.ravel()))
 
 
 def placed_fit(

@@ -233,8 +233,9 @@ class MatchEquations:
     ----------
     residual : (N, 2) float64, px
         Where the second frame shows the points, less where the head puts them.
-    first, second : (6, N, 2) float64
-        By how much the head puts them elsewhere for a step of either pose.
+    first, second : (6 + M, N, 2) float64
+        By how much the head puts them elsewhere for a step of either frame's pose and posture; of
+        the first only where the identity is asked for, too.
     identity : (K, N, 2) float64
     weight : (N,) float64
         Inverse variances, robust.
@@ -251,7 +252,7 @@ def linearised(
     body: HeadBody, found: Matches, first: HeadView, second: HeadView, camera: Camera,
     who: bool = True,
 ) -> MatchEquations:  # fmt: skip
-    """The matches' equations; of the identity only if `who` is asked for.
+    """The matches' equations; of the first frame and the identity only if `who` is asked for.
 
     A point stays on its ray in the first frame: where shape or pose change, it slides along the
     surface.
@@ -268,20 +269,22 @@ def linearised(
         """How far along the ray (..., N, 3) a move of the surface takes what is seen of it."""
         return np.asarray(ray * (moves * normal).sum(axis=-1, keepdims=True) / steep)
 
-    back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
-    parts = [sunk(back) - back]
+    point = found.of(second.vertices) + slide
+    posture = found.of(body.posture)
+    moves = [_moves(second.pose, point, body.pivot), posture @ second.pose.rotation.T]
     if who:
-        parts.append(sunk(found.of(body.identity)))
-    there = second.pose.apply(found.of(second.vertices) + slide)
-    moves = [p @ second.pose.rotation.T for p in parts]
-    moves.insert(1, _moves(second.pose, found.of(second.vertices) + slide, body.pivot))
+        back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
+        parts = [sunk(m) - m for m in (back, posture)] + [sunk(found.of(body.identity))]
+        moves = [*(part @ second.pose.rotation.T for part in parts), *moves]
+    there = second.pose.apply(point)
     slope = np.concatenate(moves)
     focal, depth = np.diag(camera.matrix)[:2], there[:, 2:]
     across = focal * (slope[..., :2] - there[:, :2] / depth * slope[..., 2:]) / depth
     residual = found.second - camera.project(there)
     away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
     weight = 1 / (_ALIKE * found.sigma**2 * (1 + away))
-    return MatchEquations(residual, across[:6], across[6:12], across[12:], weight)
+    n = 6 + len(posture)
+    return MatchEquations(residual, across[:-n][:n], across[-n:], across[:-n][n:], weight)
 
 
 def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:

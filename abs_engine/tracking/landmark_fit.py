@@ -136,41 +136,35 @@ def fit_frame(
     start : FrameLandmarks, optional
         Where to begin, as the frame before; by default the face is taken to look ahead.
     held : HeldPose, optional
-        What other evidence tells of the pose. It is part of the result's information.
+        What else tells of the pose, these landmarks among it: the pose stays there. It is part
+        of the result's information.
     """
     with one_thread():
         seen = SeenRays.of(landmarks, camera)
         pose = looking_ahead(shape, seen) if start is None else start.pose
         posture = np.zeros(len(shape.posture)) if start is None else start.posture
-        moved = np.zeros(6)  # from the held pose
         if held is not None:
             pose = held.pose
         for _ in range(_STEPS):
-            step = _step(_normal(shape, seen, pose, posture), held, moved, posture)
-            moved, posture = moved + step[:6], posture + step[6:]
-            base, way = (pose, step[:6]) if held is None else (held.pose, moved)
-            pose = turned(shape, base, way)
+            step = _step(_normal(shape, seen, pose, posture), posture, held is not None)
+            pose, posture = turned(shape, pose, step[:6]), posture + step[6:]
             if np.abs(np.r_[step[:3], step[6:]]).max() < _SETTLED:
                 break
         found = _normal(shape, seen, pose, posture)
-    information, gradient = found.information.copy(), found.gradient.copy()
+    information = found.information.copy()
     if held is not None:
         information[:6, :6] += held.information
-        gradient[:6] += held.information @ moved
-    return FrameLandmarks(pose, posture, information, gradient, found.misfit)
+    return FrameLandmarks(pose, posture, information, found.gradient, found.misfit)
 
 
-def _step(
-    found: _Normal, held: HeldPose | None, moved: FloatArray, posture: FloatArray
-) -> FloatArray:
+def _step(found: _Normal, posture: FloatArray, held: bool) -> FloatArray:
     """Newton's step (6 + M,); the prior of a posture is a unit Gaussian, a pose has none."""
     own = found.information + np.diag(np.r_[np.zeros(6), np.ones(len(posture))])
     pull = found.gradient + np.r_[np.zeros(6), posture]
-    if held is not None:
-        own[:6, :6] += held.information
-        pull[:6] += held.information @ moved
-    own = own + _DAMPING * np.diag(np.diag(own))
-    return -np.asarray(np.linalg.solve(own, pull), np.float64)
+    own, free = own + _DAMPING * np.diag(np.diag(own)), slice(6 if held else 0, None)
+    step = np.zeros(len(pull))
+    step[free] = -np.linalg.solve(own[free, free], pull[free])
+    return step
 
 
 def sound_fit(
