@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +24,15 @@ def told(information):
     """A problem of a Gaussian alone, about a posture that is open."""
     mean = np.r_[np.zeros(6), MODEL.prototypes[2]]
     return Problem(BASE, FACE.blocks, {}, (InformationPrior(mean, information),)), mean
+
+
+def test_brightness_alone_leaves_more_open():
+    made, x = told(400 * np.eye(N))
+    grey, colour = (
+        belief_of(made, FACE.looking(colour=SimpleNamespace(chromatic=c)), x) for c in (False, True)
+    )
+    assert belief_of(made, FACE, x).aperture == colour.aperture < grey.aperture
+    assert colour.width < grey.width
 
 
 def test_a_gaussian_gives_its_own_covariance(monkeypatch):

@@ -101,6 +101,7 @@ def test_a_black_and_white_film_runs(tmp_path):
     assert np.isfinite(found["lip_points"]).all()
     told = json.loads((folder / "run.json").read_text())
     assert told["settings"]["scale"]["source"] == "usual pupil distance"
+    assert "the video has no colour" in told["summary"]["warnings"][0]
 
 
 @pytest.mark.slow

@@ -14,6 +14,10 @@ LEAST_SEPARABILITY = 0.75
 LEAST_AGREEMENT = 0.7
 """Of apertures by colours alone with those by landmarks, a slope. Of p01 to p08 of the strangers'
 clips six have 0.76 and more; two, which are right all the same, 0.60 and less."""
+NO_COLOUR = (
+    "the video has no colour: its classes rest on brightness alone, and the result is less exact; "
+    "landmarks and the prior go on as usual"
+)
 _MOST_HELD = 0.1  # of the frames
 _UNSURE, _SHARE = 0.8, 0.15
 """Standard deviation of an aperture by landmarks, mm, and so much of it."""
@@ -45,6 +49,7 @@ def doubts(
     held: Sequence[bool],
     separability: Mapping[str, float],
     agreement: float = 1.0,
+    chromatic: bool = True,
 ) -> list[str]:
     """What a user should know of a run before believing it, a line each.
 
@@ -58,8 +63,10 @@ def doubts(
         See `ColourClasses`.
     agreement : float
         See `ColourClasses`.
+    chromatic : bool
+        Whether the video is in colour.
     """
-    lines = []
+    lines = [] if chromatic else [NO_COLOUR]
     if separability and np.mean(list(separability.values())) < LEAST_SEPARABILITY:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
         lines.append(

@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.errors import FaceNotFoundError, ParameterError
+from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
@@ -165,12 +168,14 @@ def by_landmarks(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         expression=head.expression, person_spread=PERSON_SPREAD,
     )  # fmt: skip
-    tell("fitting the mouth" if clip.colours else "learning the clip's colours, fitting the mouth")
+    chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
+    known = _usable(clip.colours, chromatic)
+    tell(_learning(known))
     light = SkinLight.of(chosen)
     placed = PlacedHead(
         model, head.shape, head.textured, correspondence, clip.camera, renderer, light
     )
-    calibration, shape = calibrate_placed(placed, chosen, clip.colours)
+    calibration, shape = calibrate_placed(placed, chosen, known, chromatic)
     textured = replace(head.textured, shift=calibration.shift)  # the poses have it
     noisy = replace(shape, deviation=head.shape.deviation)
     lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
@@ -224,6 +229,23 @@ def by_blobs(
     return ClipTracker(clip.video, clip.info, setting, scale, facts=facts)
 
 
+def _outline(model: MouthModel, pose: Pose, camera: Camera) -> NDArray[np.float64]:
+    """Points (N, 2), px, whose hull holds the upper face and the lips."""
+    head = model.head
+    points = np.vstack([head.mean[np.unique(head.faces[model.rigid])], model.border()])
+    return camera.project(pose.apply(points))
+
+
+def _usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:
+    """Classes learned before; not those of colours where the video has none."""
+    return None if classes is None or classes.chromatic != chromatic else classes
+
+
+def _learning(known: ColourClasses | None) -> str:
+    """What the preparation does next, in a few words."""
+    return "fitting the mouth" if known else "learning the clip's colours, fitting the mouth"
+
+
 @dataclass(frozen=True, eq=False)
 class BlobCalibration:
     """A head model calibrated on a clip by blobs.
@@ -254,6 +276,8 @@ def calibrated_by_blobs(
         If no face is found.
     TooFewPixelsError
         If too little of it is seen to learn its colours.
+    ParameterError
+        If the video has none, and the head is not known.
     """
     video, camera, colours = clip.video, clip.camera, clip.colours
     given = None if options.poses is None else read_poses(options.poses)
@@ -267,9 +291,18 @@ def calibrated_by_blobs(
         given.check(clip.info.frames, camera, model.pivot, held=model.known)
         motion = GivenMotion(given.poses)
         frames = _frames_of_poses(video, motion, camera, model)
-    tell("fitting the mouth" if colours else "learning the clip's colours, fitting the mouth")
+    chromatic = in_colour([(f.image, _outline(model, f.pose, camera)) for f in frames])
+    if not (chromatic or model.known):
+        raise ParameterError(
+            f"{video} has no colour, and a start by colour finds no lips in it",
+            "leave out what replaces the start from landmarks: --start blobs, --poses, a preset "
+            "or a box in which no face is seen",
+        )
+    colours = _usable(colours, chromatic)
+    tell(_learning(colours))
     told = given is not None or options.mouth is not None
-    calibration = calibrate_well(model, frames, camera, renderer, colours, placed=told)
+    found = calibrate_well(model, frames, camera, renderer, colours, placed=told)
+    calibration = replace(found, classes=replace(found.classes, chromatic=chromatic))
     if isinstance(motion, HeadMotion):
         motion = replace(motion, colours=calibration.classes, rate=clip.info.rate)
     return BlobCalibration(calibration, motion, frames, given is not None)

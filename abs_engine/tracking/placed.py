@@ -145,6 +145,7 @@ def calibrate_placed(
     head: PlacedHead,
     seen: Sequence[tuple[Image, Landmarks]],
     known: ColourClasses | None = None,
+    chromatic: bool = True,
 ) -> tuple[Calibration, LandmarkShape]:
     """Fit the person's mouth and learn the clip's colours about heads that landmarks have placed.
 
@@ -154,6 +155,8 @@ def calibrate_placed(
     seen : sequence of (image, Landmarks)
     known : ColourClasses, optional
         Colours that were learned before; then only the mouth is fitted.
+    chromatic : bool
+        Whether the clip is in colour.
 
     Returns
     -------
@@ -178,7 +181,7 @@ def calibrate_placed(
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
         head = replace(head, textured=replace(head.textured, shift=shift))
     agreement = _agreement(head, head.frames(shape, seen), found)
-    classes = replace(found.classes, agreement=agreement)
+    classes = replace(found.classes, agreement=agreement, chromatic=chromatic)
     return replace(found, shift=shift, classes=classes), shape
 
 

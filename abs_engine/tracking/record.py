@@ -235,7 +235,7 @@ class Recorder:
             "separability": dict(apart),
             "colour_agreement": classes.agreement,
             "colour_weight": classes.weight,
-            "warnings": doubts(against, held, apart, classes.agreement),
+            "warnings": doubts(against, held, apart, classes.agreement, classes.chromatic),
         }
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:

@@ -86,6 +86,11 @@ def prepare_shell(
     base = prepare_head(clip, own, plain, renderer, tell)
     head, marks = base.setting.face, base.setting.landmarks
     classes: ColourClasses = head.learned("colour")
+    if by_blobs and not classes.chromatic:
+        raise ParameterError(
+            f"{clip.video} has no colour, and lips are followed as a blob by theirs",
+            "leave out --start blobs and --preset basu1998",
+        )
     tell("cutting the shell")
     rest = head.body.mean if own.physics is None else _at_rest(speaker, physics, head)
     lips = person_lips(speaker, physics, rest)

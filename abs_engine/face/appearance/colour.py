@@ -103,6 +103,8 @@ class ColourClasses:
     agreement : float
         By how much the aperture that these colours alone give grows where landmarks say that the
         mouth opens: about 1 where both are right; 1 where it was not measured.
+    chromatic : bool
+        Whether the clip is in colour: without it the classes differ in brightness alone.
     """
 
     mixtures: dict[str, Mixture]
@@ -110,6 +112,7 @@ class ColourClasses:
     reference: float
     separability: Mapping[str, float] = field(default_factory=dict)
     agreement: float = 1.0
+    chromatic: bool = True
 
     @property
     def lips_apart(self) -> bool:
@@ -205,7 +208,7 @@ class ColourClasses:
             for name in self.mixtures
             for part in _PARTS
         }
-        parts["agreement"] = self.agreement
+        parts |= {"agreement": self.agreement, "chromatic": self.chromatic}
         parts |= {f"{name}_separability": told for name, told in self.separability.items()}
         with Path(path).open("wb") as file:  # given a name, NumPy would append its own suffix
             np.savez_compressed(
@@ -231,7 +234,8 @@ class ColourClasses:
             told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
             priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
             agreement = float(data.get("agreement", np.array(1.0)))
-            found = cls(mixtures, priors, reference, told, agreement)
+            chromatic = bool(data.get("chromatic", np.array(True)))
+            found = cls(mixtures, priors, reference, told, agreement, chromatic)
             sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
             sound = sound and bool(np.isfinite([agreement, *told.values()]).all())
             sound = sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())
