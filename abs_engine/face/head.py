@@ -17,7 +17,7 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 
 FloatArray = NDArray[np.float64]
-N_EXPRESSION = 10
+N_EXPRESSION = 20
 REACH_MM = 85.0  # what is farther than this from the mouth, but for its inside, is never in sight
 
 # Each is a pair of shape targets, less and more, and how far people vary (standard deviation)

@@ -26,6 +26,7 @@ _LONGEST = 2.0
 _EDGE = 0.01
 """By how much an edge raises the value, in the objective's units."""
 _DIFFERENCE, _STEPS, _TRIES = 1.0, 4, 3
+_FEWEST = 2  # axes of a simplex
 
 
 @dataclass(frozen=True)
@@ -121,6 +122,8 @@ def along_axes(
 ) -> Solution:
     """Nelder-Mead along the axes of a descent's last matrix, from where it ended.
 
+    Of few evaluations the first simplex takes half: then only the least certain axes have an edge.
+
     Parameters
     ----------
     values : callable
@@ -131,16 +134,16 @@ def along_axes(
     tolerance : float
         Where the simplex stops.
     limit : int
-        Largest number of evaluations; none are made where it is too small for a simplex.
+        Largest number of evaluations; none are made where it is too small for a triangle.
     edge : float
         By how much an edge of the first simplex raises the value.
     """
-    size = len(found.x)
-    if limit <= size or found.information is None:
+    size = min(len(found.x), limit // 2)
+    if size < _FEWEST or found.information is None:
         return found
     curve, axes = np.linalg.eigh(found.information)
     length = np.sqrt(edge / np.maximum(curve, 1e-12 * curve.max()))
-    turned = axes * np.minimum(length, _LONGEST) * spec.scale[:, None]
+    turned = (axes * np.minimum(length, _LONGEST) * spec.scale[:, None])[:, :size]
 
     def place(y: FloatArray) -> FloatArray:
         return spec.clip(found.x + turned @ y)

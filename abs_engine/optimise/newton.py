@@ -63,7 +63,8 @@ class Newton:
     limit : int
         Largest number of evaluations.
     polished : int
-        Of these, for the simplex, which has the last word; 0 leaves it out.
+        Of these, for the simplex, which has the last word along the axes that are least certain; 0
+        leaves it out.
     starts : int
         Of several starts, how many of the best are descended from.
     reaches : tuple of int
@@ -76,7 +77,7 @@ class Newton:
     gain: float = 0.05
     tolerance: float = 0.03
     limit: int = 100
-    polished: int = 20
+    polished: int = 16
     starts: int = 1
     reaches: tuple[int, ...] = (8, 6, 4, 3, 2, 2)
     more: float = 0.2

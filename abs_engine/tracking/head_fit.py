@@ -12,6 +12,7 @@ from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
+from abs_engine.face.head import N_EXPRESSION
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
@@ -66,7 +67,7 @@ def fit_head(
     scale: Scale,
     renderer: Renderer,
     expression: LinearShape | None = None,
-    modes: int = 10,
+    modes: int = N_EXPRESSION,
 ) -> FittedHead:
     """Identity over the whole head, by several frames, at a scale.
 
@@ -123,7 +124,7 @@ class AverageHead:
         correspondence: Correspondence,
         scale: Scale,
         expression: LinearShape | None = None,
-        modes: int = 10,
+        modes: int = N_EXPRESSION,
     ) -> AverageHead:
         """Of a speaker at a scale; see `fit_head`."""
         average = expression or mouth_shape(speaker, speaker.vertices, modes)

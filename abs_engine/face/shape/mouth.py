@@ -23,10 +23,10 @@ _ACTIONS: dict[str, tuple[float, float]] = {
     "mouthRollLower": (0.7, 0.2),
     "mouthShrugUpper": (0.3, 0.15),
     "mouthShrugLower": (0.3, 0.15),
-    "mouthLeft": (0.15, 0.1),
-    "mouthRight": (0.15, 0.1),
-    "jawLeft": (0.12, 0.1),
-    "jawRight": (0.12, 0.1),
+    "mouthLeft": (0.5, 0.15),
+    "mouthRight": (0.5, 0.15),
+    "jawLeft": (0.4, 0.12),
+    "jawRight": (0.4, 0.12),
     "jawForward": (0.3, 0.15),
 }
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
@@ -38,6 +38,7 @@ _PRESSING = {
     "mouthRollUpper": 0.045,
     "mouthShrugLower": 0.15,
 }
+_ONE_SIDED = 0.4  # how often one side of a pair takes less part than the other, as in a smirk
 JAW_LIMIT = 0.55  # wider is yawning, not speech
 
 
@@ -62,7 +63,7 @@ def mouth_shape(
     names = mouth_units()
     units = speaker.unit_matrix(names)
     return principal_shapes(
-        neutral, units, sample_postures(2000, seed), n_modes, _importance(speaker)
+        neutral, units, sample_postures(4000, seed), n_modes, _importance(speaker)
     )
 
 
@@ -84,8 +85,13 @@ def sample_postures(count: int, seed: int) -> FloatArray:
     columns["mouthClose"] = jaw * np.maximum(closing, 0.25 * rng.random(count))
     for name, (largest, share) in _ACTIONS.items():
         amount = largest * rng.random(count) * (rng.random(count) < share)
-        for side in _sides(name):
+        sides = _sides(name)
+        for side in sides:
             columns[side] = amount * rng.uniform(0.85, 1.15, count)
+        weaker = rng.integers(len(sides), size=count)
+        lone = (rng.random(count) < _ONE_SIDED) * (len(sides) == 2)
+        for k, side in enumerate(sides):
+            columns[side] *= 1 - lone * (weaker == k) * rng.random(count)
         jaw = jaw + _PRESSING.get(name, 0.0) * amount
     columns["jawOpen"] = jaw
     return np.stack([columns[name] for name in mouth_units()], axis=1)
