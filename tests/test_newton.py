@@ -36,14 +36,22 @@ def slope_by_differences(made, x: np.ndarray) -> np.ndarray:
     return np.mean(several, axis=0)
 
 
-@pytest.mark.parametrize("case", range(6))
+def aperture(x: np.ndarray) -> float:
+    return MODEL.aperture(NONE, x[6:])
+
+
+PARTED = [k for k in range(12) if aperture(start(k, ALL)) > 0.5][:6]
+"""Drawn frames whose lips are parted: where they overlap the value jumps."""
+
+
+@pytest.mark.parametrize("case", PARTED)
 def test_the_slope_is_that_of_the_value(case):
     made, x = problem(case, priors=()), start(case, ALL)
     value, slope, curve = made.newton(x, 2, local=True)
     assert value == pytest.approx(made.values(x[None])[0])
     ours, by_differences = slope * made.spec.scale, slope_by_differences(made, x)
     cosine = ours @ by_differences / np.linalg.norm(ours) / np.linalg.norm(by_differences)
-    assert cosine > 0.8  # pixels are few, and where lips close the value jumps
+    assert cosine > 0.9  # pixels are few
     np.testing.assert_allclose(curve, curve.T, atol=1e-9)
     assert np.linalg.eigvalsh(curve).min() > -1e-6
 
@@ -73,10 +81,6 @@ def test_closed_lips_part_where_the_picture_shows_what_is_behind():
     seen = len(likelihood.borders(candidate, 8, False)[1].facet)
     unparted = len(replace(likelihood, seam=()).borders(candidate, 8, False)[1].facet)
     assert seen > unparted + 10
-
-
-def aperture(x: np.ndarray) -> float:
-    return MODEL.aperture(NONE, x[6:])
 
 
 def test_a_simplex_has_the_last_word_where_it_is_asked():
