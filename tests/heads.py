@@ -15,8 +15,8 @@ from abs_engine.face.appearance.learn import learn_classes
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.detect import Face
-from abs_engine.tracking.heads import mouth_model
 
 SIZE = 320, 240
 

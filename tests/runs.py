@@ -16,7 +16,7 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.head import MouthModel
 from abs_engine.face.held_head import held_head
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.heads import mouth_model
+from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.video import VideoWriter
 

@@ -15,7 +15,7 @@ from abs_engine.core.scene import Scene
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import align
 from abs_engine.tracking.align import KnownHead, face_motions
-from abs_engine.tracking.heads import mouth_model
+from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.keyframes import Keyframes
 from abs_engine.tracking.prepare import HeadMotion, followed
 from abs_engine.tracking.rigid import RigidState

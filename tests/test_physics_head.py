@@ -12,7 +12,7 @@ from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.shape.physics_head import missed, physics_shape
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
-from abs_engine.tracking.heads import mouth_model
+from abs_engine.tracking.blob_start import mouth_model
 
 SPEAKER = load_speaker()
 

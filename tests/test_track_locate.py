@@ -9,8 +9,8 @@ from heads import SIZE, face_of, head_of, picture_of, seen_at
 from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose, rotations
+from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.detect import Face, find_face
-from abs_engine.tracking.heads import mouth_model
 from abs_engine.tracking.locate import (
     EYES_APART_MM,
     MOUTH_WIDTH,

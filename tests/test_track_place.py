@@ -10,7 +10,7 @@ from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import place
-from abs_engine.tracking.heads import mouth_model
+from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.locate import face_marks
 from abs_engine.tracking.place import (
     CalibrationFrame,

@@ -16,7 +16,7 @@ from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import prepare
 from abs_engine.tracking.align import KnownHead
-from abs_engine.tracking.heads import mouth_model
+from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.keyframes import Keyframes
 from abs_engine.tracking.locate import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
 from abs_engine.tracking.prepare import LEARN_FROM, LOOK_AT, HeadMotion, choose_frames, followed

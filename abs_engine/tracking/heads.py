@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.assets import Speaker, load_speaker
-from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError, ParameterError
-from abs_engine.core.geometry import Pose
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import in_colour
-from abs_engine.face.head import MouthModel, build_mouth_model
+from abs_engine.face.head import build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.evidence import own
 from abs_engine.threads import meanwhile
 from abs_engine.tracking import seen_motion
+from abs_engine.tracking.blob_start import (
+    by_blobs,
+    learning,
+    mouth_model,
+    physics_expression,
+    usable,
+)
 from abs_engine.tracking.correspondence import (
     USUAL_DEVIATION,
     Correspondence,
     learn_correspondence,
     load_correspondence,
 )
-from abs_engine.tracking.covered import UsualMouth
 from abs_engine.tracking.detect import find_faces
 from abs_engine.tracking.faces import FaceChoice, FaceFollower, by_size, face_lines
-from abs_engine.tracking.given import GivenMotion
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_work import HeadBinder
 from abs_engine.tracking.landmark_motion import LandmarkMotion
@@ -40,7 +41,6 @@ from abs_engine.tracking.locate import FaceBox
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
 from abs_engine.tracking.mouth_look import MouthLook, UsualLook
 from abs_engine.tracking.options import (
-    BLOBS,
     LANDMARKS,
     Clip,
     ClipTracker,
@@ -48,18 +48,14 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
-from abs_engine.tracking.person import Calibration
-from abs_engine.tracking.place import CalibrationFrame, shifted
 from abs_engine.tracking.placed import PlacedHead, calibrate_placed
-from abs_engine.tracking.poses_file import read_poses
-from abs_engine.tracking.prepare import HeadMotion, choose_frames, followed, spread_frames
-from abs_engine.tracking.restart import calibrate_well
-from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
-from abs_engine.tracking.setting import NO_FACE, NO_POSE, ClipSetting
+from abs_engine.tracking.prepare import spread_frames
+from abs_engine.tracking.scale import Scale, pupil_scale
+from abs_engine.tracking.setting import ClipSetting
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.sightings import sightings_of
 from abs_engine.tracking.trial import Trial
-from abs_engine.tracking.visibility import ByBlob, ByLook
+from abs_engine.tracking.visibility import ByLook
 from abs_engine.video import read_frames
 
 PERSON_SPREAD = 0.35
@@ -154,7 +150,7 @@ def by_landmarks(
     tell("finding the face")
     expression = None
     if options.physics is not None:
-        expression = _physics_shape(speaker, speaker.vertices, options.physics)
+        expression = physics_expression(speaker, speaker.vertices, options.physics)
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression) as average:
         found = ((image, follower.step(image)) for image in read_frames(clip.video))
@@ -169,8 +165,8 @@ def by_landmarks(
         expression=head.expression, person_spread=PERSON_SPREAD,
     )  # fmt: skip
     chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
-    known = _usable(clip.colours, chromatic)
-    tell(_learning(known))
+    known = usable(clip.colours, chromatic)
+    tell(learning(known))
     light = SkinLight.of(chosen)
     placed = PlacedHead(
         model, head.shape, head.textured, correspondence, clip.camera, renderer, light
@@ -194,120 +190,6 @@ def by_landmarks(
     return ClipTracker(clip.video, clip.info, setting, scale, faces, facts)
 
 
-def by_blobs(
-    clip: Clip,
-    speaker: Speaker,
-    renderer: Renderer,
-    options: TrackOptions,
-    leaves: Leaves,
-    tell: Tell,
-) -> ClipTracker:
-    """Start from a face's six points and the colours about them, or with a head that is known."""
-    model = mouth_model(speaker, options.person, options.physics)
-    found = calibrated_by_blobs(clip, model, renderer, options, tell)
-    calibration, given = found.calibration, found.given
-    held = given and model.known  # then poses are taken as they are
-    shift = np.zeros(len(calibration.shift)) if held else calibration.shift
-    face = held_head(model, calibration.person, calibration.classes)
-    binder = HeadBinder(
-        model, face, clip.camera, renderer, clip.info.rate, MouthLandmarks(model.n_expression),
-        leaves.kinds, held,
-    )  # fmt: skip
-    sight = ByBlob(calibration.classes, model, clip.camera, calibration.person)
-    usual = UsualMouth.of(
-        [sight.evidence(f.image, shifted(f.pose, shift, model.pivot)) for f in found.frames]
-    )
-    pupils = pupil_distance(speaker, model.whole(calibration.person))
-    motion = ShiftedMotion(found.motion, shift, model.pivot)
-    setting = ClipSetting(
-        face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
-        replace(sight, usual=usual), clip.info.times,
-        NO_POSE if given else NO_FACE, pose_held=held,
-    )  # fmt: skip
-    scale = known_scale(pupils, options.person is not None, given)
-    facts = {"start": BLOBS, "evidence": None}
-    return ClipTracker(clip.video, clip.info, setting, scale, facts=facts)
-
-
-def _outline(model: MouthModel, pose: Pose, camera: Camera) -> NDArray[np.float64]:
-    """Points (N, 2), px, whose hull holds the upper face and the lips."""
-    head = model.head
-    points = np.vstack([head.mean[np.unique(head.faces[model.rigid])], model.border()])
-    return camera.project(pose.apply(points))
-
-
-def _usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:
-    """Classes learned before; not those of colours where the video has none."""
-    return None if classes is None or classes.chromatic != chromatic else classes
-
-
-def _learning(known: ColourClasses | None) -> str:
-    """What the preparation does next, in a few words."""
-    return "fitting the mouth" if known else "learning the clip's colours, fitting the mouth"
-
-
-@dataclass(frozen=True, eq=False)
-class BlobCalibration:
-    """A head model calibrated on a clip by blobs.
-
-    Parameters
-    ----------
-    calibration : Calibration
-    motion : HeadMotion or GivenMotion
-    frames : list of CalibrationFrame
-    given : bool
-        Whether the poses were given.
-    """
-
-    calibration: Calibration
-    motion: HeadMotion | GivenMotion
-    frames: list[CalibrationFrame]
-    given: bool
-
-
-def calibrated_by_blobs(
-    clip: Clip, model: MouthModel, renderer: Renderer, options: TrackOptions, tell: Tell
-) -> BlobCalibration:
-    """Follow the face, learn the clip's colours about it and fit the mouth.
-
-    Raises
-    ------
-    FaceNotFoundError
-        If no face is found.
-    TooFewPixelsError
-        If too little of it is seen to learn its colours.
-    ParameterError
-        If the video has none, and the head is not known.
-    """
-    video, camera, colours = clip.video, clip.camera, clip.colours
-    given = None if options.poses is None else read_poses(options.poses)
-    motion: HeadMotion | GivenMotion
-    if given is None:
-        box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
-        motion = HeadMotion(model, camera, renderer, box)
-        tell("finding and following the face")
-        frames = choose_frames(followed(motion, read_frames(video)), str(video))
-    else:
-        given.check(clip.info.frames, camera, model.pivot, held=model.known)
-        motion = GivenMotion(given.poses)
-        frames = _frames_of_poses(video, motion, camera, model)
-    chromatic = in_colour([(f.image, _outline(model, f.pose, camera)) for f in frames])
-    if not (chromatic or model.known):
-        raise ParameterError(
-            f"{video} has no colour, and a start by colour finds no lips in it",
-            "leave out what replaces the start from landmarks: --start blobs, --poses, a preset "
-            "or a box in which no face is seen",
-        )
-    colours = _usable(colours, chromatic)
-    tell(_learning(colours))
-    told = given is not None or options.mouth is not None
-    found = calibrate_well(model, frames, camera, renderer, colours, placed=told)
-    calibration = replace(found, classes=replace(found.classes, chromatic=chromatic))
-    if isinstance(motion, HeadMotion):
-        motion = replace(motion, colours=calibration.classes, rate=clip.info.rate)
-    return BlobCalibration(calibration, motion, frames, given is not None)
-
-
 def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
     """Where the landmarks lie on a speaker's head: beside its file, or by drawing it and looking.
 
@@ -326,44 +208,3 @@ def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
     noise = found.noise if usual is None else replace(usual.noise, bias=found.noise.bias)
     deviation = np.maximum(found.deviation, USUAL_DEVIATION)
     return replace(found, deviation=deviation, noise=noise)
-
-
-def _frames_of_poses(
-    video: Path, motion: GivenMotion, camera: Camera, model: MouthModel
-) -> list[CalibrationFrame]:
-    """Frames to learn from, of those in whose picture the given poses put the mouth."""
-    seen = motion.seen(camera, model.pivot)
-    if all(pose is None for pose in seen.given):
-        raise FaceNotFoundError(
-            f"by the given poses the mouth is in the picture in no frame of {video}",
-            "check that they are of this video, and give the camera's calibration with --camera",
-        )
-    return choose_frames(followed(seen, read_frames(video)), str(video), least=0.0)
-
-
-def mouth_model(speaker: Speaker, person: str | None, physics: Path | None = None) -> MouthModel:
-    """The mouth model of the average head, or of a person whose head is known.
-
-    Raises
-    ------
-    InputFileError, ModelFormatError
-        If `physics` cannot be read, or was learned on another speaker.
-    """
-    neutral = speaker.vertices if person is None else speaker.named(person)
-    texture = speaker.texture(person or next(iter(speaker.people)))
-    expression = None if physics is None else _physics_shape(speaker, neutral, physics)
-    return build_mouth_model(
-        speaker, neutral, texture, free_person=person is None, expression=expression
-    )
-
-
-def _physics_shape(speaker: Speaker, neutral: NDArray[np.float32], path: Path) -> LinearShape:
-    # not for every clip: sparse matrices take a while to import
-    from abs_engine.face.shape.lip_shell import cut_lip_shell
-    from abs_engine.face.shape.modal import load_physics
-    from abs_engine.face.shape.physics_head import physics_shape
-    from abs_engine.learn.training import check_speaker
-
-    physics = load_physics(path)
-    check_speaker(physics, speaker)
-    return physics_shape(speaker, neutral, cut_lip_shell(speaker), physics)

@@ -22,8 +22,8 @@ from abs_engine.fit.talking import face_window
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.fit.view import View
 from abs_engine.learn.training import checksum
+from abs_engine.tracking.blob_start import by_blobs
 from abs_engine.tracking.face_work import FaceBinder
-from abs_engine.tracking.heads import by_blobs
 from abs_engine.tracking.options import (
     BLOBS,
     Clip,

@@ -29,8 +29,8 @@ from abs_engine.papers.basu1998.single_frames import (
     seen_shapes,
     typical_shapes,
 )
+from abs_engine.tracking.blob_start import mouth_model as head_model
 from abs_engine.tracking.given import GivenMotion
-from abs_engine.tracking.heads import mouth_model as head_model
 from abs_engine.tracking.prepare import HeadMotion
 from abs_engine.tracking.shells import BY_BLOB
 from abs_engine.truth.view import Truth
