@@ -11,6 +11,7 @@ from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Scene
+from abs_engine.face.head import N_EXPRESSION
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
@@ -74,7 +75,7 @@ def lit(person: str, pose: Pose = AHEAD, camera: Camera = CAMERA, **units: float
 @cache
 def average_shape() -> LinearShape:
     """How the average head's mouth moves."""
-    return mouth_shape(speaker(), speaker().vertices, 10)
+    return mouth_shape(speaker(), speaker().vertices, N_EXPRESSION)
 
 
 @cache

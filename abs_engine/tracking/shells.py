@@ -89,7 +89,7 @@ def prepare_shell(
     if by_blobs and not classes.chromatic:
         raise ParameterError(
             f"{clip.video} has no colour, and lips are followed as a blob by theirs",
-            "leave out --start blobs and --preset basu1998",
+            "leave out --start blobs and the preset",
         )
     tell("cutting the shell")
     rest = head.body.mean if own.physics is None else _at_rest(speaker, physics, head)
