@@ -62,7 +62,7 @@ PROTRUSION = Unknown(0.0, 0.72)
 POINTS = (Unknown(1.25, 0.11), Unknown(1.27, 0.43), Unknown(0.0, 1.38))
 """mm, along the head's axes, of the three people. Of each clip the mean offset of all points is
 left out: where an unknown head's origin lies, nothing shows."""
-ROTATION = (Unknown(least=0.06), Unknown(least=0.014), Unknown(least=0.012))
+ROTATION = (Unknown(least=0.06), Unknown(least=0.018), Unknown(least=0.012))
 TRANSLATION = (Unknown(least=1.2), Unknown(least=4.4), Unknown(least=8.0))
 """Radians about the camera's axes and mm, mostly what a person's frames all have in common."""
 
