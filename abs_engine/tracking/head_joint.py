@@ -245,7 +245,7 @@ class _System:
         """What two frames show of the same skin."""
         p, k = self.problem, self.problem.sizes[0]
         e = linearised(p.body, matches, views[first], views[second], p.camera)
-        slope = np.concatenate([e.first[:6], e.second[:6], e.identity])
+        slope = np.concatenate([e.first, e.second[:6], e.identity])
         flat = slope.reshape(len(slope), -1)
         weighed = flat * np.repeat(e.weight, 2)
         where = np.r_[self._at(first)[:6], self._at(second)[:6], np.arange(k)]

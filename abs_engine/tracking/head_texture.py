@@ -233,9 +233,11 @@ class MatchEquations:
     ----------
     residual : (N, 2) float64, px
         Where the second frame shows the points, less where the head puts them.
-    first, second : (6 + M, N, 2) float64
-        By how much the head puts them elsewhere for a step of either frame's pose and posture; of
-        the first only where the identity is asked for, too.
+    first : (6, N, 2) float64
+        By how much the head puts them elsewhere for a step of the first frame's pose; empty where
+        the identity is not asked for.
+    second : (6 + M, N, 2) float64
+        The same of the second frame's pose and posture.
     identity : (K, N, 2) float64
     weight : (N,) float64
         Inverse variances, robust.
@@ -274,7 +276,7 @@ def linearised(
     moves = [_moves(second.pose, point, body.pivot), posture @ second.pose.rotation.T]
     if who:
         back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
-        parts = [sunk(m) - m for m in (back, posture)] + [sunk(found.of(body.identity))]
+        parts = [sunk(back) - back, sunk(found.of(body.identity))]
         moves = [*(part @ second.pose.rotation.T for part in parts), *moves]
     there = second.pose.apply(point)
     slope = np.concatenate(moves)
@@ -283,8 +285,8 @@ def linearised(
     residual = found.second - camera.project(there)
     away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
     weight = 1 / (_ALIKE * found.sigma**2 * (1 + away))
-    n = 6 + len(posture)
-    return MatchEquations(residual, across[:-n][:n], across[-n:], across[:-n][n:], weight)
+    n = len(across) - 6 - len(posture)
+    return MatchEquations(residual, across[:n][:6], across[n:], across[6:n], weight)
 
 
 def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
