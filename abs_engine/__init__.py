@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from abs_engine.assets import Speaker, load_speaker
+    from abs_engine.capture.corpus_file import read_corpus
     from abs_engine.core.buffers import Buffers
     from abs_engine.core.camera import Camera, Window
     from abs_engine.core.errors import AbsEngineError
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from abs_engine.core.params import ParamSpec
     from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, RENDERERS, TERMS
     from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
+    from abs_engine.dataset import Dataset, Truth, load_dataset, load_truth
     from abs_engine.evaluate.bench import run_bench
     from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
@@ -28,29 +29,28 @@ if TYPE_CHECKING:
     from abs_engine.fit.problem import Problem
     from abs_engine.fit.terms import TermKind
     from abs_engine.fit.view import View
-    from abs_engine.observe.corpus_file import read_corpus
+    from abs_engine.io.assets import Speaker, load_speaker
     from abs_engine.optimise.base import Solution
     from abs_engine.optimise.drivers import Driver
     from abs_engine.optimise.simplex import Simplex
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
-    from abs_engine.synth.studio import film_scene
-    from abs_engine.systems.demo import film_clip, run_demo
-    from abs_engine.systems.reporting import write_report
+    from abs_engine.report.demo import film_clip, run_demo
+    from abs_engine.report.gathering import write_report
+    from abs_engine.studio.filming import film_scene
     from abs_engine.tracking.api import Run, track
+    from abs_engine.tracking.clip_setting import FrameResult
     from abs_engine.tracking.heads import prepare_head
-    from abs_engine.tracking.mesh import load_mesh
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.presets import Preset
     from abs_engine.tracking.record import load_run
     from abs_engine.tracking.run import prepare, track_video
-    from abs_engine.tracking.setting import FrameResult
-    from abs_engine.truth import Dataset, Truth, load_dataset, load_truth
+    from abs_engine.tracking.run_mesh import load_mesh
 
 _HOME = {
     # what is drawn, and by what
-    "Speaker": "assets",
-    "load_speaker": "assets",
+    "Speaker": "io.assets",
+    "load_speaker": "io.assets",
     "Mesh": "core.geometry",
     "Pose": "core.geometry",
     "Camera": "core.camera",
@@ -69,25 +69,25 @@ _HOME = {
     "track_video": "tracking.run",
     "TrackOptions": "tracking.options",
     "prepare": "tracking.run",
-    "FrameResult": "tracking.setting",
+    "FrameResult": "tracking.clip_setting",
     "load_run": "tracking.record",
-    "load_mesh": "tracking.mesh",
+    "load_mesh": "tracking.run_mesh",
     # articulatory parameters of a speaker's own corpus
-    "read_corpus": "observe.corpus_file",
+    "read_corpus": "capture.corpus_file",
     "Predictor": "face.shape.predictors",
     "GuidedPCA": "face.shape.articulatory",
     "ArticulatoryModel": "face.shape.articulatory_model",
     "load_articulatory": "face.shape.articulatory_model",
     # clips with known truth
-    "film_clip": "systems.demo",
-    "run_demo": "systems.demo",
-    "Truth": "truth",
-    "load_truth": "truth",
-    "Dataset": "truth",
-    "load_dataset": "truth",
+    "film_clip": "report.demo",
+    "run_demo": "report.demo",
+    "Truth": "dataset",
+    "load_truth": "dataset",
+    "Dataset": "dataset",
+    "load_dataset": "dataset",
     "check_dataset": "evaluate.check",
-    "film_scene": "synth.studio",
-    "write_report": "systems.reporting",
+    "film_scene": "studio.filming",
+    "write_report": "report.gathering",
     "score": "evaluate.truth_report",
     # what can be chosen by name, and what one's own is made of
     "MODELS": "core.registry",

@@ -20,18 +20,18 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Scene
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.upper_face import upper_face_modes
+from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.correspondence import FILE, Sighting, learn_correspondence, off_of
-from abs_engine.tracking.detect import find_face
+from abs_engine.tracking.face_detection import find_face
+from abs_engine.tracking.landmark_correspondence import FILE, Sighting, learn_correspondence, off_of
 from abs_engine.tracking.landmark_noise import learn_noise
 from abs_engine.tracking.landmarks import landmarks_of
-from abs_engine.tracking.sightings import (
+from abs_engine.tracking.rendered_landmarks import (
     USUAL_LIGHT,
     Light,
     lit_picture,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from abs_engine.assets import load_speaker
+from abs_engine.io.assets import load_speaker
 from abs_engine.learn.training import train
 from abs_engine.papers.basu1998.experiment import OBSERVED
 from abs_engine.papers.basu1998.motion import observed_motion, spoken_motion

@@ -8,7 +8,7 @@ import shapes
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Scene
-from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.render.cpu import CpuRenderer
 
 N_MODES = 3

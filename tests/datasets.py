@@ -10,15 +10,10 @@ import json
 
 import numpy as np
 
-from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.scene import Candidates, Scene
-from abs_engine.render.cpu import CpuRenderer
-from abs_engine.synth.contact import widest_gap
-from abs_engine.synth.mirror import Mirror
-from abs_engine.synth.sequence import deform, say
-from abs_engine.truth import (
+from abs_engine.dataset import (
     LABELS,
     ClipEntry,
     camera_json,
@@ -29,11 +24,16 @@ from abs_engine.truth import (
     write_sums,
     write_truth,
 )
-from abs_engine.truth.card import card_text
-from abs_engine.truth.coco import box_and_area, coco
-from abs_engine.truth.codec import CLOSED_BELOW
-from abs_engine.truth.picture import write_picture
-from abs_engine.video import VideoWriter
+from abs_engine.dataset.card import card_text
+from abs_engine.dataset.coco import box_and_area, coco
+from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.dataset.picture import write_picture
+from abs_engine.io.assets import load_speaker
+from abs_engine.io.video import VideoWriter
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.mirror import Mirror
+from abs_engine.studio.sequence import deform, say
 
 SIZE = (160, 120)
 FRONT = Camera(np.array([[260.0, 0, 81.3], [0, 262.0, 57.8], [0, 0, 1]]), SIZE)

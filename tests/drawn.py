@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 from heads import SIZE, lit_picture_of, picture_of, seen_at
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Scene
@@ -15,9 +14,10 @@ from abs_engine.face.head import N_EXPRESSION
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
-from abs_engine.tracking.correspondence import Correspondence, load_correspondence
-from abs_engine.tracking.detect import find_face
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.head_fit import landmark_shape
+from abs_engine.tracking.landmark_correspondence import Correspondence, load_correspondence
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks, landmarks_of
 

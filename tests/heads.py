@@ -5,18 +5,18 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, vertex_normals
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.appearance.learn import learn_classes
+from abs_engine.face.appearance.colour_learning import learn_classes
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
+from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.blob_start import mouth_model
-from abs_engine.tracking.detect import Face
+from abs_engine.tracking.face_detection import Face
 
 SIZE = 320, 240
 

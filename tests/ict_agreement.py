@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.assets import CLOSED_APERTURE, load_speaker
-from abs_engine.tracking.mesh import load_mesh
+from abs_engine.io.assets import CLOSED_APERTURE, load_speaker
 from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run_mesh import load_mesh
 
 FloatArray = NDArray[np.float64]
 

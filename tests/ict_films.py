@@ -31,8 +31,8 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING
-from abs_engine.tracking.detect import find_face
-from abs_engine.truth.camera_file import camera_json
+from abs_engine.dataset.camera_file import camera_json
+from abs_engine.tracking.face_detection import find_face
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

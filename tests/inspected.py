@@ -8,20 +8,27 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.assets import load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.dataset import (
+    camera_json,
+    codec,
+    write_chunk,
+    write_points,
+    write_sums,
+    write_truth,
+)
+from abs_engine.dataset.dataset import ClipEntry, dataset_record
+from abs_engine.dataset.picture import write_picture
+from abs_engine.io.assets import load_speaker
+from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.systems.inspect.body import Body, person_body, posed
-from abs_engine.systems.inspect.labels import LabelFrame, drawn_labels
-from abs_engine.systems.inspect.paint import coat, paint
-from abs_engine.systems.inspect.view import View
-from abs_engine.tracking.mesh import RunMesh
+from abs_engine.report.inspect.body import Body, person_body, posed
+from abs_engine.report.inspect.labels import LabelFrame, drawn_labels
+from abs_engine.report.inspect.paint import coat, paint
+from abs_engine.report.inspect.view import View
 from abs_engine.tracking.record import FORMAT, VERSION
-from abs_engine.truth import camera_json, codec, write_chunk, write_points, write_sums, write_truth
-from abs_engine.truth.dataset import ClipEntry, dataset_record
-from abs_engine.truth.picture import write_picture
-from abs_engine.video import VideoWriter
+from abs_engine.tracking.run_mesh import RunMesh
 
 CAMERA = Camera.ideal((96, 72))
 POSE = Pose(FACING, np.array([0.0, 20.0, 600.0]))

@@ -27,16 +27,16 @@ from observed import (
 from scipy.spatial.transform import Rotation
 from session_files import film_folder, write_csv
 
-from abs_engine.assets import load_speaker
+from abs_engine.capture.board import Board
+from abs_engine.capture.dot_annotations import LIPS17
+from abs_engine.capture.observations import Observations, read_observations
 from abs_engine.cli import main
 from abs_engine.core.geometry import Pose
-from abs_engine.files import png, write_new
-from abs_engine.observe.board import Board
-from abs_engine.observe.marks import LIPS17
-from abs_engine.observe.observations import Observations, read_observations
+from abs_engine.io.assets import load_speaker
+from abs_engine.io.files import png, write_new
+from abs_engine.io.video import VideoWriter
 from abs_engine.papers.basu1998.motion import RECORDED_FROM
-from abs_engine.synth.speech.livelink import play_recording, read_livelink
-from abs_engine.video import VideoWriter
+from abs_engine.studio.speech.livelink import play_recording, read_livelink
 
 RATE = 30.0
 BOARD = Board("charuco", 7, 5, 18.0)

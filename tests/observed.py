@@ -8,17 +8,17 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from abs_engine.assets import Speaker, load_speaker
+from abs_engine.capture.board import Board
+from abs_engine.capture.dot_annotations import LIPS17
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import FACING, Pose, vertex_normals
 from abs_engine.core.scene import Candidates, Scene
-from abs_engine.observe.board import Board
-from abs_engine.observe.marks import LIPS17
+from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.synth.mirror import Mirror, lines_of_sight
-from abs_engine.synth.people import Person, dots, paint
-from abs_engine.synth.people.chart import chart_of
-from abs_engine.synth.people.dots import INK
+from abs_engine.studio.mirror import Mirror, lines_of_sight
+from abs_engine.studio.people import Person, dots, paint
+from abs_engine.studio.people.chart import chart_of
+from abs_engine.studio.people.dots import INK
 
 SKULL = ("ear_middle", "ear_lower", "forehead_right", "forehead_left", "forehead")
 NAMES = (*LIPS17, *SKULL)

@@ -25,16 +25,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from abs_engine.assets import load_speaker, shipped
 from abs_engine.cli import main
 from abs_engine.cli.parser import build_parser
 from abs_engine.cli.track import track_options
 from abs_engine.core import registry
+from abs_engine.io.assets import load_speaker, shipped
+from abs_engine.io.video import probe
 from abs_engine.learn.articulatory import build
 from abs_engine.render.context import HIDE_VARIABLE
-from abs_engine.synth.corpus import speak_corpus
+from abs_engine.studio.corpus import speak_corpus
 from abs_engine.tracking.run import check_options
-from abs_engine.video import probe
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = (

@@ -1,4 +1,4 @@
-"""Draws one scene with pyrender, in a process of its own (see `test_against_pyrender.py`).
+"""Draws one scene with pyrender, in a process of its own (see `render/test_against_pyrender.py`).
 
 Two GL stacks in one process corrupt each other, so this imports nothing of abs_engine.
 Usage: pyrender_worker.py IN.npz OUT.npz

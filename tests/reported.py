@@ -14,9 +14,9 @@ from results import clip, run_arrays, speaker, surface, true_landmarks, wide_row
 from results import write_dataset as write_plain
 from results import write_run as write_perfect
 
-from abs_engine.tracking.mesh import RunMesh
-from abs_engine.truth import Truth, write_sums
-from abs_engine.video import VideoWriter
+from abs_engine.dataset import Truth, write_sums
+from abs_engine.io.video import VideoWriter
+from abs_engine.tracking.run_mesh import RunMesh
 
 FRAMES = 30
 SHIFT_MM = 2.0

@@ -11,14 +11,9 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, rotations
-from abs_engine.evaluate.estimate import Estimate, LinearSurface, of_run
-from abs_engine.evaluate.metrics import to_camera
-from abs_engine.synth.contact import widest_gap
-from abs_engine.tracking.mesh import RunMesh
-from abs_engine.truth import (
+from abs_engine.dataset import (
     ClipEntry,
     Truth,
     camera_json,
@@ -28,8 +23,13 @@ from abs_engine.truth import (
     write_sums,
     write_truth,
 )
-from abs_engine.truth.clip import LANDMARKS
-from abs_engine.truth.codec import CLOSED_BELOW
+from abs_engine.dataset.clip import LANDMARKS
+from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.evaluate.estimate import Estimate, LinearSurface, of_run
+from abs_engine.evaluate.metrics import to_camera
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.studio.contact import widest_gap
+from abs_engine.tracking.run_mesh import RunMesh
 
 FRAMES, RATE = 60, 25.0
 

@@ -10,15 +10,15 @@ from types import SimpleNamespace
 import av
 import numpy as np
 
-from abs_engine.assets import load_speaker, shipped
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.face.head import MouthModel
 from abs_engine.face.held_head import held_head
+from abs_engine.io.assets import load_speaker, shipped
+from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.blob_start import mouth_model
-from abs_engine.tracking.setting import ClipSetting, FrameResult
-from abs_engine.video import VideoWriter
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 
 SIZE = 320, 240
 

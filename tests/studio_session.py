@@ -17,17 +17,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from session_files import film_folder, write_csv
 
-from abs_engine.assets import load_speaker, shipped
+from abs_engine.capture.dot_annotations import LIPS17
+from abs_engine.capture.observations import Observations, read_observations
 from abs_engine.cli import main
 from abs_engine.core.geometry import Pose
+from abs_engine.dataset import Dataset, Truth, load_dataset
 from abs_engine.face.shape.lip_dots import lips17
-from abs_engine.observe.marks import LIPS17
-from abs_engine.observe.observations import Observations, read_observations
+from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.papers.basu1998.motion import RECORDED_FROM
-from abs_engine.synth.make import Crew
-from abs_engine.synth.scenefile import SceneFile, read_scene
-from abs_engine.synth.studio import film_scene
-from abs_engine.truth import Dataset, Truth, load_dataset
+from abs_engine.studio.filming import film_scene
+from abs_engine.studio.make import Crew
+from abs_engine.studio.scenefile import SceneFile, read_scene
 
 PLACES = 12
 """Places in which the scene holds the board, one every 0.2 s."""
@@ -128,7 +128,7 @@ class StudioSession:
         return np.stack(seen)
 
     def _reflected(self, frame: int, corners: np.ndarray) -> np.ndarray:
-        from abs_engine.synth.mirror import Mirror
+        from abs_engine.studio.mirror import Mirror
 
         view = self.speech[0]
         world = view.pose(frame).apply(self.dots()[frame])

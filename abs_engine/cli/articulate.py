@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
-from abs_engine.files import check_free, write_new
+from abs_engine.io.files import check_free, write_new
 
 if TYPE_CHECKING:
+    from abs_engine.capture.corpus import Corpus
     from abs_engine.face.shape.predictors import Predictor
-    from abs_engine.observe.corpus import Corpus
-    from abs_engine.systems.articulate.report import Heads
+    from abs_engine.report.articulation.report import Heads
 
 EPILOG = """\
 Articulatory parameters by guided principal components: each is the first component of some points'
@@ -109,7 +109,7 @@ def _check(chosen: Namespace) -> None:
 
 
 def _read(chosen: Namespace) -> Corpus:
-    from abs_engine.observe.corpus_file import read_corpus
+    from abs_engine.capture.corpus_file import read_corpus
 
     return read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit)
 
@@ -119,16 +119,16 @@ def _predictors(path: Path | None) -> tuple[Predictor, ...]:
 
     if path is None:
         return PAPER_PREDICTORS
-    from abs_engine.systems.articulate.predictor_file import read_predictors
+    from abs_engine.report.articulation.predictor_file import read_predictors
 
     return read_predictors(path)
 
 
 def _apply(chosen: Namespace) -> int:
+    from abs_engine.capture.corpus_file import read_recording
     from abs_engine.face.shape.articulatory_model import load_articulatory
-    from abs_engine.observe.corpus_file import read_recording
-    from abs_engine.systems.articulate.applied import apply_model
-    from abs_engine.systems.articulate.model_page import applied_lines
+    from abs_engine.report.articulation.applied import apply_model
+    from abs_engine.report.articulation.model_page import applied_lines
 
     model = load_articulatory(chosen.model)
     names, points = read_recording(chosen.corpus, chosen.roles, chosen.unit)
@@ -139,10 +139,10 @@ def _apply(chosen: Namespace) -> int:
 
 
 def _of_person(chosen: Namespace) -> int:
-    from abs_engine.assets import load_speaker
     from abs_engine.cli.commands import _renderer
-    from abs_engine.synth.corpus import speak_corpus
-    from abs_engine.systems.articulate.report import Heads
+    from abs_engine.io.assets import load_speaker
+    from abs_engine.report.articulation.report import Heads
+    from abs_engine.studio.corpus import speak_corpus
 
     predictors, speaker = _predictors(chosen.predictors), load_speaker()
     spoken = speak_corpus(speaker, speaker.named(chosen.person))
@@ -157,13 +157,13 @@ def _finish(
     predictors: tuple[Predictor, ...],
     heads: Heads | None = None,
 ) -> int:
-    from abs_engine.systems.articulate.analysis import analyse
-    from abs_engine.systems.articulate.model_page import (
+    from abs_engine.report.articulation.analysis import analyse
+    from abs_engine.report.articulation.model_page import (
         corpus_lines,
         error_lines,
         variance_lines,
     )
-    from abs_engine.systems.articulate.report import PAGE, write_report
+    from abs_engine.report.articulation.report import PAGE, write_report
 
     with Progress("articulate") as progress:
         progress.announce("building the model, and each time without one viseme")

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
-from abs_engine.files import check_free, write_new
+from abs_engine.io.files import check_free, write_new
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from abs_engine.capture.board import Board, Corners
     from abs_engine.core.camera import Camera
-    from abs_engine.observe.board import Board, Corners
 
     FloatArray = NDArray[np.float64]
 
@@ -49,9 +49,9 @@ def add_calibrate(group: argparse._ArgumentGroup) -> None:
 
 def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
     """Calibrate one camera, with a mirror or without, or two."""
-    from abs_engine.observe.board import Board
-    from abs_engine.observe.calibrate import calibrate_camera, calibrate_stereo
-    from abs_engine.truth import camera_json
+    from abs_engine.capture.board import Board
+    from abs_engine.capture.calibrate import calibrate_camera, calibrate_stereo
+    from abs_engine.dataset import camera_json
 
     if chosen.squares is None or chosen.square is None or not pictures:
         raise ParameterError(
@@ -108,7 +108,7 @@ def _corners(
     board: Board, pictures: Sequence[Path], mirror: bool, progress: Progress
 ) -> tuple[list[tuple[Corners | None, Corners | None]], tuple[int, int]]:
     """The board in each picture, and its mirror image; and the pictures' size."""
-    from abs_engine.assets import read_image
+    from abs_engine.io.assets import read_image
 
     found: list[tuple[Corners | None, Corners | None]] = []
     size: tuple[int, int] | None = None
@@ -128,7 +128,7 @@ def _corners(
 
 
 def _mirror(found: Sequence[tuple[Corners | None, Corners | None]], camera: Camera) -> FloatArray:
-    from abs_engine.observe.mirror import calibrate_mirror
+    from abs_engine.capture.mirror import calibrate_mirror
 
     both = [(a, b) for a, b in found if a is not None and b is not None]
     mirror = calibrate_mirror(both, camera)

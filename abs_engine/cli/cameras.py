@@ -32,8 +32,8 @@ def add_cameras(command: ArgumentParser) -> None:
 
 def cameras(chosen: Namespace) -> int:
     """Rank camera positions by what they would reveal of trained lips."""
-    from abs_engine.assets import load_speaker
     from abs_engine.face.shape.modal import load_physics
+    from abs_engine.io.assets import load_speaker
     from abs_engine.learn.cameras import YAWS, rank_yaws
 
     physics = load_physics(chosen.physics)

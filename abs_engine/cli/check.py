@@ -41,7 +41,7 @@ def check(chosen: Namespace) -> int:
 
 def _check_whole(folder: Path) -> None:
     """Raise `InputFileError` for a clip or a camera of a dataset, which is checked as a whole."""
-    from abs_engine.truth import codec
+    from abs_engine.dataset import codec
 
     if (folder / codec.DATASET).is_file():
         return

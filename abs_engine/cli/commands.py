@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
-from abs_engine.files import check_free, parent_folder, write_new
+from abs_engine.io.files import check_free, parent_folder, write_new
 
 if TYPE_CHECKING:
     from abs_engine.evaluate.bench_clip import ClipBench
@@ -35,9 +35,9 @@ def doctor(_chosen: Namespace) -> int:
 def synth(chosen: Namespace) -> int:
     """Film a scene, or a person who says a sentence."""
     from abs_engine.cli.synth import request_of
-    from abs_engine.clock import cost_lines
-    from abs_engine.synth.make import Crew
-    from abs_engine.synth.studio import film_scene
+    from abs_engine.core.clock import cost_lines
+    from abs_engine.studio.filming import film_scene
+    from abs_engine.studio.make import Crew
 
     check_free(chosen.output)
     request = request_of(chosen)
@@ -65,7 +65,7 @@ def synth(chosen: Namespace) -> int:
 
 def track(chosen: Namespace) -> int:
     """Track the lips in a video."""
-    from abs_engine.video import probe
+    from abs_engine.io.video import probe
 
     check_free(chosen.output)
     info = probe(chosen.video)  # says what is wrong before anything slow is loaded
@@ -100,8 +100,8 @@ def track(chosen: Namespace) -> int:
 
 def evaluate(chosen: Namespace) -> int:
     """Compare results with their ground truth."""
-    from abs_engine.systems.evaluation import default_folder
-    from abs_engine.systems.evaluation import evaluate as score
+    from abs_engine.report.scoring import default_folder
+    from abs_engine.report.scoring import evaluate as score
 
     folder = chosen.output or default_folder(chosen.results)
     view = chosen.clip, chosen.camera
@@ -120,7 +120,7 @@ def demo(chosen: Namespace) -> int:
 
 
 def _demo(output: Path, chosen: Namespace) -> int:
-    from abs_engine.systems.demo import DemoOptions, run_demo, score_lines
+    from abs_engine.report.demo import DemoOptions, run_demo, score_lines
 
     options = DemoOptions(person_known=not chosen.average_head)
     if chosen.frames is not None:
@@ -178,13 +178,13 @@ def _clip_bench(chosen: Namespace) -> ClipBench:
 def render(chosen: Namespace) -> int:
     """Draw an inspection picture or film."""
     from abs_engine.cli.render import request_of
-    from abs_engine.systems.inspect.output import is_film
+    from abs_engine.report.inspect.output import is_film
 
     check_free(chosen.output)
     is_film(chosen.output)
     request = request_of(chosen)
 
-    from abs_engine.systems.inspect.draw import render_to_file
+    from abs_engine.report.inspect.draw import render_to_file
 
     with _renderer(chosen.renderer) as renderer, Progress("drawing") as progress:
         render_to_file(request, renderer, progress)

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING
 from abs_engine.cli.calibrate import add_calibrate, calibrate
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
-from abs_engine.files import check_free, write_new
+from abs_engine.io.files import check_free, write_new
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from abs_engine.observe.head import HeadChoice
-    from abs_engine.observe.observations import Observations
-    from abs_engine.observe.session import Moment
-    from abs_engine.observe.view import View
-    from abs_engine.video import VideoWriter
+    from abs_engine.capture.head import HeadChoice
+    from abs_engine.capture.observations import Observations
+    from abs_engine.capture.session import Moment
+    from abs_engine.capture.view import View
+    from abs_engine.io.video import VideoWriter
 
     FloatArray = NDArray[np.float64]
 
@@ -112,11 +112,11 @@ def observe(chosen: Namespace) -> int:
 
 
 def _videos(chosen: Namespace, videos: list[Path]) -> int:
-    from abs_engine.observe.marks import initial_places, read_marks, write_marks
-    from abs_engine.observe.observations import write_observations
-    from abs_engine.observe.session import follow_videos, points_of_head, review
-    from abs_engine.observe.triangulate import triangulate
-    from abs_engine.video import probe
+    from abs_engine.capture.dot_annotations import initial_places, read_marks, write_marks
+    from abs_engine.capture.observations import write_observations
+    from abs_engine.capture.session import follow_videos, points_of_head, review
+    from abs_engine.capture.triangulate import triangulate
+    from abs_engine.io.video import probe
 
     for option in ("calibration", "points"):
         if getattr(chosen, option) is None:
@@ -154,8 +154,8 @@ def _videos(chosen: Namespace, videos: list[Path]) -> int:
 
 
 def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
-    from abs_engine.observe.view import Plane, View
-    from abs_engine.truth import load_placed_camera
+    from abs_engine.capture.view import Plane, View
+    from abs_engine.dataset import load_placed_camera
 
     placed = [load_placed_camera(path) for path in files]
     if len(placed) != len(videos):
@@ -178,8 +178,8 @@ def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
 
 
 def _head(chosen: Namespace, frames: int) -> HeadChoice:
-    from abs_engine.observe.head import HeadChoice
-    from abs_engine.observe.headfiles import read_head_poses, read_reference
+    from abs_engine.capture.head import HeadChoice
+    from abs_engine.capture.headfiles import read_head_poses, read_reference
 
     rigid = tuple(n.strip() for n in (chosen.rigid or "").split(",") if n.strip())
     if chosen.reference is not None and not rigid:
@@ -190,9 +190,9 @@ def _head(chosen: Namespace, frames: int) -> HeadChoice:
 
 
 def _markers(chosen: Namespace, files: list[Path]) -> int:
-    from abs_engine.observe.markers import read_markers
-    from abs_engine.observe.observations import write_observations
-    from abs_engine.observe.session import points_of_markers
+    from abs_engine.capture.markers import read_markers
+    from abs_engine.capture.observations import write_observations
+    from abs_engine.capture.session import points_of_markers
 
     if len(files) > 1:
         raise ParameterError("several marker files were given", "give one")
@@ -234,8 +234,8 @@ class _Overlay:
         """Append a frame."""
         if self._path is None:
             return
-        from abs_engine.observe.overlay import draw_views
-        from abs_engine.video import VideoWriter
+        from abs_engine.capture.overlay import draw_views
+        from abs_engine.io.video import VideoWriter
 
         picture = draw_views(moment.images, moment.sightings, moment.names)
         if self._writer is None:

@@ -16,7 +16,7 @@ from abs_engine.cli.reproduce import add_reproduce, reproduce
 from abs_engine.cli.track import add_track, count, leaves
 from abs_engine.cli.train import add_train, train
 from abs_engine.core.registry import nearest
-from abs_engine.release import engine_version
+from abs_engine.core.release import engine_version
 
 EVALUATE_FORMATS = """\
 CSV files, with the column names in the first line:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from abs_engine.systems.inspect.request import Request
+    from abs_engine.report.inspect.request import Request
 
 KINDS = {
     "portrait": "one picture of a posture; MP4: from all sides (the default)",
@@ -81,8 +81,8 @@ def add_render(command: argparse.ArgumentParser) -> None:
 
 def request_of(chosen: Namespace) -> Request:
     """What was typed, as a request; a wrong name is told before anything is opened."""
-    from abs_engine.systems.inspect.body import check_person
-    from abs_engine.systems.inspect.request import Request
+    from abs_engine.report.inspect.body import check_person
+    from abs_engine.report.inspect.request import Request
 
     request = Request(
         kind=chosen.kind,

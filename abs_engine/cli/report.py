@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from abs_engine.cli.progress import Progress
-from abs_engine.files import check_free
+from abs_engine.io.files import check_free
 
 
 def add_arguments(command: ArgumentParser) -> None:
@@ -40,7 +40,7 @@ def report(chosen: Namespace) -> int:
     """Write one HTML file about one run or several."""
     check_free(chosen.output, ".html")
 
-    from abs_engine.systems.reporting import ReportOptions, write_report
+    from abs_engine.report.gathering import ReportOptions, write_report
 
     options = ReportOptions(
         truth=chosen.truth,

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from abs_engine.cli.commands import _next_free, _renderer
 from abs_engine.cli.progress import Progress
 from abs_engine.cli.render import _count
-from abs_engine.files import NewFolder, check_free, parent_folder
-from abs_engine.release import engine_version
-from abs_engine.unfinished import Unfinished
+from abs_engine.core.release import engine_version
+from abs_engine.io.files import NewFolder, check_free, parent_folder
+from abs_engine.io.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from abs_engine.core.scene import Renderer
@@ -84,7 +84,7 @@ def _lips_by_physics(chosen: Namespace, folder: Path, renderer: Renderer, tell: 
 
 def _talking_faces(chosen: Namespace, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the goals."""
-    from abs_engine.assets import load_speaker
+    from abs_engine.io.assets import load_speaker
     from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
     from abs_engine.papers.odisio2004.goals import score_lines
     from abs_engine.papers.odisio2004.reproduce import reproduce as make

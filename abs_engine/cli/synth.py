@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from abs_engine.core.errors import InputFileError, ParameterError
 
 if TYPE_CHECKING:
-    from abs_engine.synth.scenefile import SceneFile
+    from abs_engine.studio.scenefile import SceneFile
 
 _OPTIONS = ("person", "size", "frames", "seed", "lossless")
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -46,7 +46,7 @@ def request_of(chosen: Namespace) -> Request:
     InputFileError, ModelFormatError
         If the scene file cannot be read.
     """
-    from abs_engine.synth.scenefile import read_scene, sentence_scene
+    from abs_engine.studio.scenefile import read_scene, sentence_scene
 
     given = {n: getattr(chosen, n) for n in _OPTIONS if getattr(chosen, n) not in (None, False)}
     path = _scene_file(chosen.what)
@@ -67,7 +67,7 @@ def request_of(chosen: Namespace) -> Request:
 
 def _scene_file(what: str) -> Path | None:
     """A scene file by its path, or one that is shipped by its bare name; None for a sentence."""
-    from abs_engine.assets import shipped
+    from abs_engine.io.assets import shipped
 
     path = Path(what)
     if path.suffix == ".toml" and (path.exists() or path.name != what):
@@ -82,8 +82,8 @@ def _scene_file(what: str) -> Path | None:
 
 def _check_sentence(what: str) -> None:
     """Raise `ParameterError` for what is no sentence, as it may be meant for a scene."""
-    from abs_engine.assets import shipped
-    from abs_engine.synth.visemes import parse
+    from abs_engine.io.assets import shipped
+    from abs_engine.studio.visemes import parse
 
     try:
         parse(what)

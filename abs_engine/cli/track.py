@@ -130,8 +130,8 @@ def track_options(chosen: argparse.Namespace) -> TrackOptions:
     InputFileError, ModelFormatError
         If the camera's file cannot be read.
     """
+    from abs_engine.dataset import load_camera
     from abs_engine.tracking.options import TrackOptions
-    from abs_engine.truth import load_camera
 
     return TrackOptions(
         person=chosen.person,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from abs_engine.files import check_free
+from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
     from abs_engine.learn.training import Training
@@ -37,9 +37,9 @@ def train(chosen: Namespace) -> int:
     """Learn how lips move from observed dots."""
     check_free(chosen.output, ".npz")
 
-    from abs_engine.assets import load_speaker
+    from abs_engine.capture.observations import read_observations
+    from abs_engine.io.assets import load_speaker
     from abs_engine.learn.training import train as learn
-    from abs_engine.observe.observations import read_observations
 
     observations = read_observations(chosen.observations)
     speaker = load_speaker(chosen.speaker)

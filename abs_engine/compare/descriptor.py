@@ -14,17 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.outline import off_outlines
-from abs_engine.compare.rows import Rows
+from abs_engine.compare.occlusion_boundaries import off_outlines
+from abs_engine.compare.residual_rows import Rows
 from abs_engine.compare.sums import pixel_sums
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
-from abs_engine.face.appearance.leftover import normalised
-from abs_engine.face.appearance.sight import check_picture
+from abs_engine.face.appearance.residual_covariance import normalised
 from abs_engine.face.appearance.texture import TextureModel
+from abs_engine.face.appearance.visibility import check_picture
 
 FloatArray = NDArray[np.float64]
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.descriptor import wrong_match
-from abs_engine.compare.rows import Rows
+from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.descriptors import DescriptorMaps
 from abs_engine.face.appearance.local import N_D, LocalModel
 from abs_engine.face.appearance.patches import Patches
-from abs_engine.face.appearance.sight import in_sight
+from abs_engine.face.appearance.visibility import in_sight
 from abs_engine.face.appearance.windows import Windows
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.scene import Scene
-from abs_engine.face.appearance.leftover import Leftover
+from abs_engine.face.appearance.residual_covariance import Leftover
 
 Float32 = NDArray[np.float32]
 
@@ -23,7 +23,7 @@ class TextureNoise:
     Parameters
     ----------
     layers : (h, w, 1 + 3 q) float32
-        See `face.appearance.leftover.Leftover.layers`.
+        See `face.appearance.residual_covariance.Leftover.layers`.
     """
 
     layers: Float32

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.csv_table import Table, read_table
+from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import (
     Areas,
@@ -27,7 +26,8 @@ from abs_engine.evaluate.estimate import (
     PointTrack,
 )
 from abs_engine.evaluate.landmark_csv import Reference
-from abs_engine.truth.timecode import seconds_since_first
+from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.io.csv_table import Table, read_table
 
 FloatArray = NDArray[np.float64]
 HEAD = ("headyaw", "headpitch", "headroll")

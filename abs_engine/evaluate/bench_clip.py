@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.clock import cost_lines
+from abs_engine.core.clock import cost_lines
 from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.evaluate import peer_worker
 from abs_engine.evaluate.machine import machine_facts
+from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
-from abs_engine.video import probe
 
 FORMAT, VERSION = "abs_engine.bench_clip", 1
 TURNS = 3

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from abs_engine.assets import CLOSED_APERTURE
-from abs_engine.truth.codec import CLOSED_BELOW
+from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.io.assets import CLOSED_APERTURE
 
 
 @dataclass(frozen=True)

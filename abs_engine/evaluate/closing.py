@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import CLOSED_APERTURE
+from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.measures import true_pixels
-from abs_engine.truth import Truth
+from abs_engine.io.assets import CLOSED_APERTURE
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]

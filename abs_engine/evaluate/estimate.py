@@ -9,8 +9,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.io.assets import CLOSED_APERTURE
 
 FloatArray = NDArray[np.float64]
 Areas = Mapping[str, NDArray[np.int32]]

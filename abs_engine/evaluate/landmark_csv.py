@@ -28,11 +28,11 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.geometry import FACING
-from abs_engine.csv_table import Table, read_table
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.closing import closed_in_picture, narrow
 from abs_engine.evaluate.estimate import ClosedBy, Estimate, PointTrack
-from abs_engine.evaluate.rest import landmark_curves
+from abs_engine.evaluate.neutral_alignment import landmark_curves
+from abs_engine.io.csv_table import Table, read_table
 
 FloatArray = NDArray[np.float64]
 COUNT = 68

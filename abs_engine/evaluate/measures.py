@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import LIPS_OF_68
+from abs_engine.dataset import Truth
+from abs_engine.dataset.codec import POINTS
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate, PointTrack
 from abs_engine.evaluate.metrics.bootstrap import Mean
-from abs_engine.truth import Truth
-from abs_engine.truth.codec import POINTS
+from abs_engine.io.assets import LIPS_OF_68
 
 FloatArray = NDArray[np.float64]
 

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import METRICS
 from abs_engine.evaluate.closing import Closures, closures
-from abs_engine.evaluate.complete import complete
+from abs_engine.evaluate.derived_rows import complete
 from abs_engine.evaluate.estimate import Estimate, within
-from abs_engine.evaluate.given import given_landmarks
+from abs_engine.evaluate.landmark_coverage import given_landmarks
 from abs_engine.evaluate.measures import (
     closure_means,
     curve_means,
@@ -29,8 +30,7 @@ from abs_engine.evaluate.measures import (
 )
 from abs_engine.evaluate.metrics.bootstrap import Mean, confidence, value
 from abs_engine.evaluate.metrics.failure import LIMIT_MM, LIMIT_NORMALISED
-from abs_engine.evaluate.rest import landmark_curves
-from abs_engine.truth import Truth
+from abs_engine.evaluate.neutral_alignment import landmark_curves
 
 FloatArray = NDArray[np.float64]
 PRIMARY = ("lip_landmarks", "lip_points", "lips", "landmarks", "face", "jaw")

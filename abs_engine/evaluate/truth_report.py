@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import OutputError
+from abs_engine.dataset import Truth
 from abs_engine.evaluate.closing import Closures, narrow
 from abs_engine.evaluate.estimate import check_run
 from abs_engine.evaluate.metrics import (
@@ -28,7 +29,6 @@ from abs_engine.evaluate.metrics import (
     to_camera,
     without_constant_offset,
 )
-from abs_engine.truth import Truth
 
 Run = Mapping[str, NDArray[Any]]
 SPIKE = 3.0

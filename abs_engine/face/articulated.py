@@ -14,7 +14,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import Candidates, Scene
-from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 

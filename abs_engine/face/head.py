@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 N_EXPRESSION = 20

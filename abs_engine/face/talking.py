@@ -14,7 +14,7 @@ from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import RINGS, Body, Face
-from abs_engine.face.looks import LocalLooks, TextureLooks
+from abs_engine.face.learned_appearance import LocalLooks, TextureLooks
 
 FloatArray = NDArray[np.float64]
 TEXTURES, LOCALS = ("tex_lin", "tex_cst"), ("la_lin", "la_cst")

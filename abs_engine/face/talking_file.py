@@ -22,8 +22,8 @@ from abs_engine.face.base import RINGS
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.talking import TalkingFace
-from abs_engine.inputs import name_problem
-from abs_engine.npz import read_npz, write_npz
+from abs_engine.io.inputs import name_problem
+from abs_engine.io.npz import read_npz, write_npz
 
 T = TypeVar("T")
 FORMAT, VERSION = "abs_engine.talking_face", 1

@@ -14,12 +14,12 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.pose import pose_moves
 from abs_engine.face.base import RINGS, Face, lip_front, lip_gap
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
+from abs_engine.io.assets import CLOSED_APERTURE
 
 FloatArray = NDArray[np.float64]
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.borders import Borders
-from abs_engine.compare.rows import Rows
+from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import AbsEngineError, TermError
 from abs_engine.core.scene import Candidates, Scene

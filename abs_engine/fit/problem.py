@@ -24,7 +24,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.fit.evidence import Bordered, Pushing, Squared, Term, finite, valued
-from abs_engine.fit.moved import moved_along
+from abs_engine.fit.surface_jacobian import moved_along
 
 FloatArray = NDArray[np.float64]
 NEAR = 2

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from abs_engine.compare.descriptor import TextureError, texture_error
 from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.pull import Pull
-from abs_engine.compare.rows import Rows
+from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.core.registry import TERMS
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.base import Face
-from abs_engine.face.looks import LocalLooks, TextureLooks
+from abs_engine.face.learned_appearance import LocalLooks, TextureLooks
 from abs_engine.fit.evidence import Term, failed, own
 from abs_engine.fit.head_frame import (
     DRAWN_MOUTH,

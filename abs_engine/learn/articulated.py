@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from abs_engine.assets import Speaker
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
 from abs_engine.face.articulated import STEP, FaceShape
 from abs_engine.face.head import colour_classes, lip_rings
 from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
 from abs_engine.learn.spoken import SpokenCorpus
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.capture.corpus import Corpus
 from abs_engine.core.errors import AbsEngineError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.articulatory import GuidedPCA, Missing
 from abs_engine.face.shape.articulatory_dense import dense_units
@@ -15,7 +16,6 @@ from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.spoken import SpokenCorpus
-from abs_engine.observe.corpus import Corpus
 
 FloatArray = NDArray[np.float64]
 MOST_BUILT = 100

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.correspondence import shell_points
 from abs_engine.learn.reconstruction import CameraGain, rank_cameras
 from abs_engine.learn.training import check_speaker

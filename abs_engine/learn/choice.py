@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import LIPS_OF_68, Speaker
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import vertex_normals
+from abs_engine.io.assets import LIPS_OF_68, Speaker
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]

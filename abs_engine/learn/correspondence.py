@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.assets import Speaker
+from abs_engine.capture.dot_annotations import LIPS16
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.dots import ShellPoints, nearest_points
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import LipShell
-from abs_engine.observe.marks import LIPS16
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
+from abs_engine.capture.corpus import Corpus
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.choice import Points
-from abs_engine.observe.corpus import Corpus
 
 FloatArray = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
-from abs_engine.face.appearance.choose import N_POINTS
 from abs_engine.face.appearance.information import choose_informative, information
 from abs_engine.face.appearance.local import learn_local
-from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.appearance.point_selection import N_POINTS
 from abs_engine.face.appearance.texture import learn_texture
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
+from abs_engine.capture.dot_annotations import LIPS16
+from abs_engine.capture.observations import Observations
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.lip_shell import LipShell, cut_lip_shell
+from abs_engine.face.shape.minimum_norm_deformation import reach
 from abs_engine.face.shape.modal import LearnedPhysics, learn
-from abs_engine.face.shape.reach import reach
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.correspondence import Correspondence, correspond
-from abs_engine.observe.marks import LIPS16
-from abs_engine.observe.observations import Observations
 
 FloatArray = NDArray[np.float64]
 MODES, TRAINED = 10, 140

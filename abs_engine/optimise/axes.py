@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
 from abs_engine.optimise.base import Solution
-from abs_engine.optimise.held import Held, Quadratic, check_quadratic
 from abs_engine.optimise.history import checked_start
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.simplex import Simplex

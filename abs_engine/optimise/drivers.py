@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.axes import AxesSimplex
-from abs_engine.optimise.free import DerivativeFree
+from abs_engine.optimise.derivative_free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.restarted import RestartedSimplex

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
 from abs_engine.optimise.base import Solution
-from abs_engine.optimise.held import Held, Quadratic, check_quadratic
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 
 FloatArray = NDArray[np.float64]

@@ -15,15 +15,15 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
+from abs_engine.core.threads import closed_after
+from abs_engine.dataset import load_camera
+from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
-from abs_engine.threads import closed_after
-from abs_engine.tracking.mesh import RunMesh
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.run import check_options, prepare, settings_of, track_video
-from abs_engine.truth import load_camera
-from abs_engine.video import probe
+from abs_engine.tracking.run_mesh import RunMesh
 
 if TYPE_CHECKING:
     from pandas import DataFrame

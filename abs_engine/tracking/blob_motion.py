@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.tracking.follow import LipFollower
-from abs_engine.tracking.frames import HeadFrame, Memory, Motion
+from abs_engine.tracking.blob_filter import LipFollower
+from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -18,11 +17,18 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
-from abs_engine.tracking.covered import UsualMouth
-from abs_engine.tracking.given import GivenMotion
-from abs_engine.tracking.head_work import HeadBinder
-from abs_engine.tracking.locate import FaceBox
+from abs_engine.io.assets import Speaker
+from abs_engine.io.video import read_frames
+from abs_engine.tracking.blob_visibility import UsualMouth
+from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
+from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.head_frame import HeadBinder
+from abs_engine.tracking.head_tracking import HeadMotion, choose_frames, followed
+from abs_engine.tracking.identity_fit import Calibration
+from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
+from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.multistart import calibrate_well
 from abs_engine.tracking.options import (
     BLOBS,
     Clip,
@@ -31,16 +37,10 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
-from abs_engine.tracking.person import Calibration
-from abs_engine.tracking.place import CalibrationFrame, shifted
 from abs_engine.tracking.poses_file import read_poses
-from abs_engine.tracking.prepare import HeadMotion, choose_frames, followed
-from abs_engine.tracking.restart import calibrate_well
 from abs_engine.tracking.scale import known_scale, pupil_distance
-from abs_engine.tracking.setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.visibility import ByBlob
-from abs_engine.video import read_frames
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.setting import ClipSetting, FrameResult
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 
 Image = NDArray[np.uint8]
 FloatArray = NDArray[np.float64]

@@ -15,10 +15,10 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
 from abs_engine.tracking.landmark_fit import STRAY, shown
+from abs_engine.tracking.landmark_jacobian import seen_motion
 from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.seen_motion import seen_motion
-from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 

@@ -8,20 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
+from abs_engine.core.threads import one_thread
 from abs_engine.face.head import N_EXPRESSION
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.upper_face import upper_face_modes
-from abs_engine.threads import one_thread
-from abs_engine.tracking.correspondence import Correspondence
+from abs_engine.io.assets import Speaker
 from abs_engine.tracking.head_joint import HeadFrameSeen, HeadProblem, fit_jointly, views_of
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, gray_of
+from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.pupils import pupils_of

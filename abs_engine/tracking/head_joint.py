@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
-from abs_engine.threads import in_threads, workers
+from abs_engine.core.threads import in_threads, workers
 from abs_engine.tracking.head_equations import (
     Equations,
     HeadGuess,
@@ -26,9 +26,9 @@ from abs_engine.tracking.head_equations import (
 from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, linearised, match
 from abs_engine.tracking.landmark_fit import looking_ahead, turned
 from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
-from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 

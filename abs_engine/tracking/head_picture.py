@@ -9,8 +9,8 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Candidates, Scene
-from abs_engine.tracking.placed import in_picture
-from abs_engine.tracking.setting import ClipSetting, FrameResult
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.landmark_calibration import in_picture
 
 Image = NDArray[np.uint8]
 

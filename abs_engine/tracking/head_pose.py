@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
-from abs_engine.threads import one_thread
+from abs_engine.core.threads import one_thread
 from abs_engine.tracking.head_equations import ALIKE, Equations, HeadGuess, landmark_equations
 from abs_engine.tracking.head_texture import (
     Gray,
@@ -33,10 +33,10 @@ from abs_engine.tracking.landmark_fit import (
     turned,
 )
 from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
-from abs_engine.tracking.place import shifted
-from abs_engine.tracking.seen_rays import SeenRays
+from abs_engine.tracking.mouth_search import shifted
 
 FloatArray = NDArray[np.float64]
 

@@ -15,13 +15,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer, Scene
-from abs_engine.tracking.carried_picture import at_pixels
-from abs_engine.tracking.rigid import flow
+from abs_engine.io.assets import Speaker
+from abs_engine.tracking.interpolation import at_pixels
+from abs_engine.tracking.rigid_motion import flow
 
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]

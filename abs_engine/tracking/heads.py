@@ -7,16 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
+from abs_engine.core.threads import meanwhile
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.head import build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.evidence import own
-from abs_engine.threads import meanwhile
-from abs_engine.tracking import seen_motion
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.video import read_frames
+from abs_engine.tracking import landmark_jacobian
 from abs_engine.tracking.blob_start import (
     by_blobs,
     learning,
@@ -24,22 +25,25 @@ from abs_engine.tracking.blob_start import (
     physics_expression,
     usable,
 )
-from abs_engine.tracking.correspondence import (
+from abs_engine.tracking.clip_setting import ClipSetting
+from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
+from abs_engine.tracking.face_detection import find_faces
+from abs_engine.tracking.head_fit import AverageHead, seen_in
+from abs_engine.tracking.head_frame import HeadBinder
+from abs_engine.tracking.head_tracking import spread_frames
+from abs_engine.tracking.initial_pose import FaceBox
+from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
+from abs_engine.tracking.landmark_correspondence import (
     USUAL_DEVIATION,
     Correspondence,
     learn_correspondence,
     load_correspondence,
 )
-from abs_engine.tracking.detect import find_faces
-from abs_engine.tracking.faces import FaceChoice, FaceFollower, by_size, face_lines
-from abs_engine.tracking.head_fit import AverageHead, seen_in
-from abs_engine.tracking.head_work import HeadBinder
 from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.lip_landmarks import LipLandmarks
-from abs_engine.tracking.locate import FaceBox
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
-from abs_engine.tracking.mouth_look import MouthLook, UsualLook
+from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 from abs_engine.tracking.options import (
     LANDMARKS,
     Clip,
@@ -48,15 +52,11 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
-from abs_engine.tracking.placed import PlacedHead, calibrate_placed
-from abs_engine.tracking.prepare import spread_frames
+from abs_engine.tracking.plugin_trial import Trial
+from abs_engine.tracking.rendered_landmarks import sightings_of
 from abs_engine.tracking.scale import Scale, pupil_scale
-from abs_engine.tracking.setting import ClipSetting
 from abs_engine.tracking.shifted_motion import ShiftedMotion
-from abs_engine.tracking.sightings import sightings_of
-from abs_engine.tracking.trial import Trial
 from abs_engine.tracking.visibility import ByLook
-from abs_engine.video import read_frames
 
 PERSON_SPREAD = 0.35
 """How far a mouth may differ from that of a head fitted to landmarks, as a share of how far people
@@ -119,7 +119,7 @@ def _average(
 ) -> AverageHead:
     """The head before anything was seen of a person; compiled functions are loaded beside it."""
     average = AverageHead.of(speaker, correspondence, scale, expression)
-    seen_motion.load()
+    landmark_jacobian.load()
     return average
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.rigid import LEAST_POINTS, RigidReference, RigidState, follow
+from abs_engine.tracking.rigid_motion import LEAST_POINTS, RigidReference, RigidState, follow
 
 Image = NDArray[np.uint8]
 LEAST_SEEN = 0.35  # of a reference's points; below, the face counts as lost by it

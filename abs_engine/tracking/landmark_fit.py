@@ -15,11 +15,11 @@ from abs_engine.compare.prior import InformationPrior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import at_base
-from abs_engine.threads import one_thread
+from abs_engine.core.threads import one_thread
+from abs_engine.tracking.landmark_jacobian import seen_motion
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, LIPS, Landmarks
-from abs_engine.tracking.seen_motion import seen_motion
-from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.tracking.faces import FaceChoice, FaceFollower
-from abs_engine.tracking.frames import HeadFrame, Memory, SeenFace
+from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
+from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT
-from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.correspondence import Correspondence
+from abs_engine.tracking.landmark_correspondence import Correspondence
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import INNER_RING, Landmarks
-from abs_engine.tracking.seen_rays import SeenRays
 
 FloatArray = NDArray[np.float64]
 

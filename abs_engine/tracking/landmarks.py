@@ -2,8 +2,8 @@
 
 "Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", arXiv:1907.06724. The
 network is MediaPipe's, as shipped in `assets/detector`. It says where to begin, and is one soft
-piece of evidence with a measured noise (`tracking.correspondence`); what is reported comes from
-rendering and comparing. A process has one network, which threads use by turns.
+piece of evidence with a measured noise (`tracking.landmark_correspondence`); what is reported comes
+from rendering and comparing. A process has one network, which threads use by turns.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import shipped
-from abs_engine.tracking.detect import MARKS, Face
+from abs_engine.io.assets import shipped
+from abs_engine.tracking.face_detection import MARKS, Face
 from abs_engine.tracking.network import Network
 
 FloatArray = NDArray[np.float64]

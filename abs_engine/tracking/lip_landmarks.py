@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.rows import Rows
+from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates

@@ -13,14 +13,14 @@ from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.core.scene import ConcurrentRenderer
+from abs_engine.core.threads import ahead, closed_after, one_thread
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found, averaged, search
-from abs_engine.threads import ahead, closed_after, one_thread
-from abs_engine.tracking.covered import OUTSIDE
-from abs_engine.tracking.frames import HeadFrame, Memory
-from abs_engine.tracking.setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
+from abs_engine.tracking.blob_visibility import OUTSIDE
+from abs_engine.tracking.clip_setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
+from abs_engine.tracking.frame_state import HeadFrame, Memory
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]

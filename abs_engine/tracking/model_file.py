@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from abs_engine.core.errors import ModelFormatError
-from abs_engine.npz import read_kind
+from abs_engine.io.npz import read_kind
 
 KINDS = {"abs_engine.learned_physics": "shell", "abs_engine.talking_face": "talking"}
 """The model that each format of file is of."""

@@ -13,9 +13,9 @@ from abs_engine.compare.prior import InformationPrior
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.fit.problem import Problem
-from abs_engine.tracking.frames import HeadFrame
+from abs_engine.tracking.frame_state import HeadFrame
+from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.lip_landmarks import LipLandmarks
-from abs_engine.tracking.person import POSE_DEVIATION
 
 FloatArray = NDArray[np.float64]
 BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")

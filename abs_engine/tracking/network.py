@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import shipped
+from abs_engine.io.assets import shipped
 
 _ENGINE = ("ENGINE_CLASSIC",)
 """OpenCV's engine, where it has several: the newer one runs a network anew for each output."""

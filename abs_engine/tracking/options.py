@@ -15,13 +15,13 @@ from abs_engine.core.registry import DRIVERS, MODELS
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.fit.terms import TermKind, check_leaves, term_kinds
+from abs_engine.io.video import VideoInfo, read_frames
 from abs_engine.optimise.drivers import Driver
-from abs_engine.tracking.frames import Memory
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
 from abs_engine.tracking.scale import Scale
-from abs_engine.tracking.setting import ClipSetting, FrameResult
-from abs_engine.video import VideoInfo, read_frames
 
 Image = NDArray[np.uint8]
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from abs_engine.files import png
-from abs_engine.threads import closed_after
+from abs_engine.core.threads import closed_after
+from abs_engine.io.files import png
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.contours import Image
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.setting import ClipSetting, FrameResult
 from abs_engine.tracking.sheet import ContactSheet
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"

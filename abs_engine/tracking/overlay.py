@@ -9,9 +9,11 @@ from types import TracebackType
 import cv2
 import numpy as np
 
-from abs_engine.assets import CLOSED_APERTURE
 from abs_engine.core.camera import Window
-from abs_engine.threads import Behind
+from abs_engine.core.threads import Behind
+from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.io.video import VideoWriter
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.contours import (
     GREY,
     LEGEND,
@@ -24,8 +26,6 @@ from abs_engine.tracking.contours import (
     write_text,
 )  # fmt: skip
 from abs_engine.tracking.record import closed_frames, contradicted_frames
-from abs_engine.tracking.setting import ClipSetting, FrameResult
-from abs_engine.video import VideoWriter
 
 OVERLAY = "overlay"  # what it is called among what frames cost
 LEAST_HEIGHT = 640  # of the drawn frame

@@ -27,12 +27,12 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose, rotations
-from abs_engine.csv_table import read_table
-from abs_engine.npz import check_format, format_of, read_arrays
-from abs_engine.tracking.given import other_count
+from abs_engine.dataset import load_truth
+from abs_engine.dataset.codec import FORMAT as TRUTH_FORMAT
+from abs_engine.io.csv_table import read_table
+from abs_engine.io.npz import check_format, format_of, read_arrays
+from abs_engine.tracking.external_poses import other_count
 from abs_engine.tracking.record import FORMAT, RESULTS, VERSION
-from abs_engine.truth import load_truth
-from abs_engine.truth.codec import FORMAT as TRUTH_FORMAT
 
 FloatArray = NDArray[np.float64]
 

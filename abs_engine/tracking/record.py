@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.pose import POSE_NAMES, parted
+from abs_engine.core.release import engine_version
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.npz import read_npz
-from abs_engine.release import engine_version
-from abs_engine.tracking.doubt import contradicted, doubts
+from abs_engine.io.assets import CLOSED_APERTURE, LIPS_OF_68
+from abs_engine.io.npz import read_npz
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.mesh import RunMesh
-from abs_engine.tracking.setting import ClipSetting, FrameResult
+from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.run_warnings import contradicted, doubts
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -78,7 +78,7 @@ class Recorder:
             and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
             `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
             `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
-            `tracking.doubt`; `landmark_distance` and
+            `tracking.run_warnings`; `landmark_distance` and
             `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
             `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
             `value_unit` (T,); `person_weights` (Q,); `camera_matrix`, `camera_distortion`,

@@ -12,9 +12,11 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import PLUGINS, nearest
 from abs_engine.core.scene import Renderer
+from abs_engine.core.threads import one_thread
+from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.files import NewFolder
-from abs_engine.threads import one_thread
+from abs_engine.io.files import NewFolder
+from abs_engine.io.video import VideoInfo, probe
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import (
     BLOBS,
@@ -31,8 +33,6 @@ from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
-from abs_engine.truth.sums import digest
-from abs_engine.video import VideoInfo, probe
 
 DEFAULTS = TrackOptions()
 

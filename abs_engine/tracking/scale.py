@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.errors import ParameterError
+from abs_engine.io.assets import Speaker
 
 USUAL_PUPILS, PUPILS_SPREAD = 63.4, 3.8
 """Distance of adults' pupils, mm, and its standard deviation (Dodgson 2004, 3,976 people)."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.contours import LOST, WHITE, Image, LipDrawing, cut, write_text
 from abs_engine.tracking.record import closed_frames
-from abs_engine.tracking.setting import ClipSetting, FrameResult
 
 MOST_TILES = 80
 COLUMNS = 8

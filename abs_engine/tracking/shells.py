@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker, load_speaker, shipped
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.pose import mode_block
@@ -27,9 +26,11 @@ from abs_engine.fit.shell import (
     shell_colours,
 )
 from abs_engine.fit.view import View
+from abs_engine.io.assets import Speaker, load_speaker, shipped
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.blob_motion import BlobMotion
 from abs_engine.tracking.heads import prepare_head
+from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.options import (
     BLOBS,
@@ -39,8 +40,7 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
-from abs_engine.tracking.person import POSE_DEVIATION
-from abs_engine.tracking.shell_work import ShellBinder
+from abs_engine.tracking.shell_frame import ShellBinder
 
 FloatArray = NDArray[np.float64]
 BY_BLOB = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])

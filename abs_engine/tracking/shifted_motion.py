@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.tracking.frames import Follower, HeadFrame, Memory, Motion
-from abs_engine.tracking.place import shifted
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
+from abs_engine.tracking.mouth_search import shifted
 
 FloatArray = NDArray[np.float64]
 

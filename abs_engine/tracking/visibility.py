@@ -11,15 +11,15 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
-from abs_engine.tracking.covered import (
+from abs_engine.tracking.blob_visibility import (
     COVERED,
     OUTSIDE,
     MouthEvidence,
     UsualMouth,
     mouth_evidence,
 )
-from abs_engine.tracking.frames import HeadFrame
-from abs_engine.tracking.mouth_look import MouthLook, UsualLook
+from abs_engine.tracking.frame_state import HeadFrame
+from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 
 Image = NDArray[np.uint8]
 

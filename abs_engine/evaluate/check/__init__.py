@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.errors import AbsEngineError
+from abs_engine.dataset import ClipEntry, Dataset, Truth, codec, load_clip
+from abs_engine.dataset.camera_file import load_camera
+from abs_engine.dataset.dataset import read_record
+from abs_engine.dataset.view import load_view
 from abs_engine.evaluate.check import classes, files, footage, head, ids, marks, motion, speech
 from abs_engine.evaluate.check import surface as labels
 from abs_engine.evaluate.check.finding import Finding, merged
-from abs_engine.evaluate.check.sight import FloatArray, look
+from abs_engine.evaluate.check.visibility import FloatArray, look
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.truth import ClipEntry, Dataset, Truth, codec, load_clip
-from abs_engine.truth.camera_file import load_camera
-from abs_engine.truth.dataset import read_record
-from abs_engine.truth.view import load_view
 
 __all__ = ["Finding", "check_dataset"]
 

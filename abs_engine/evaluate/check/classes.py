@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.dataset import Clip
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.truth import Clip
 
 FloatArray = NDArray[np.float64]
 

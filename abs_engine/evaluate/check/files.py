@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.dataset import codec
+from abs_engine.dataset.dataset import ClipEntry, Dataset
+from abs_engine.dataset.picture import picture_header
+from abs_engine.dataset.sums import SUMS, file_names, read_sums, wrong_sums
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.truth import codec
-from abs_engine.truth.dataset import ClipEntry, Dataset
-from abs_engine.truth.picture import picture_header
-from abs_engine.truth.sums import SUMS, file_names, read_sums, wrong_sums
 
 _TOP = (codec.SCENE, codec.README)
 _VIEW = (codec.CAMERA, codec.VIDEO, codec.POINTS, codec.COCO)

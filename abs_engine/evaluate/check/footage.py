@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import AbsEngineError
+from abs_engine.dataset import Truth
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.sight import Head, Sight
 from abs_engine.evaluate.check.surface import smooth_normals
-from abs_engine.truth import Truth
-from abs_engine.video import probe, read_frames
+from abs_engine.evaluate.check.visibility import Head, Sight
+from abs_engine.io.video import probe, read_frames
 
 FloatArray = NDArray[np.float64]
 LAGS = (-1, 0, 1)

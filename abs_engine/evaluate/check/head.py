@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.geometry import vertex_normals
+from abs_engine.dataset import Clip
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.truth import Clip
 
 FloatArray = NDArray[np.float64]
 EYES_APART = (45.0, 80.0)

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Scene
+from abs_engine.dataset import Truth, codec
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.sight import FloatArray, Head, Reflection, Sight, in_mirror
+from abs_engine.evaluate.check.visibility import FloatArray, Head, Reflection, Sight, in_mirror
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.truth import Truth, codec
 
 EDGE = 0.05
 """Rounding of a rasteriser's vertices: a pixel may be outside of its facet by this, px."""

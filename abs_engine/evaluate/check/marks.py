@@ -10,10 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.dataset import Truth
+from abs_engine.dataset.coco import box_and_area, keypoint_names, keypoints
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.sight import FloatArray, Reflection, Sight, in_mirror, reflection
-from abs_engine.truth import Truth
-from abs_engine.truth.coco import box_and_area, keypoint_names, keypoints
+from abs_engine.evaluate.check.visibility import (
+    FloatArray,
+    Reflection,
+    Sight,
+    in_mirror,
+    reflection,
+)
 
 PLACE = 0.02
 """px by which a landmark may be off its projection."""

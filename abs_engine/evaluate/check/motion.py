@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.geometry import Pose
+from abs_engine.dataset import Clip, Truth
+from abs_engine.dataset.dataset import ClipEntry
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.truth import Clip, Truth
-from abs_engine.truth.dataset import ClipEntry
 
 OFFSET = 80.0
 """No face unit moves a vertex farther than this, mm."""

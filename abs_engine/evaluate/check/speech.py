@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.dataset import Clip, Phoneme
+from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.dataset.lip_gap import lip_edges, widest_gap
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.truth import Clip, Phoneme
-from abs_engine.truth.codec import CLOSED_BELOW
-from abs_engine.truth.lip_gap import lip_edges, widest_gap
 
 GAP = 0.05
 """mm by which `gap` may differ from the mesh."""

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.geometry import vertex_normals
+from abs_engine.dataset import DEPTH_STEP, Truth
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.sight import FloatArray, Head, Sight
-from abs_engine.truth import DEPTH_STEP, Truth
+from abs_engine.evaluate.check.visibility import FloatArray, Head, Sight
 
 STRAY = 0.02
 """Share of the pixels whose label may be off; facets that are seen edge-on are never exact."""

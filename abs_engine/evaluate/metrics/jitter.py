@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.evaluate.metrics.given import mean_of_given
+from abs_engine.evaluate.metrics.partial_means import mean_of_given
 
 FloatArray = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import rotations
-from abs_engine.evaluate.metrics.given import mean_of_given
+from abs_engine.evaluate.metrics.partial_means import mean_of_given
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import MeshError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
-from abs_engine.face.appearance.sight import FloatArray, Sighting, depth_of, in_sight
+from abs_engine.face.appearance.visibility import FloatArray, Sighting, depth_of, in_sight
 
 SIZES = 64, 1024
 """Least and largest side of an atlas, texels."""

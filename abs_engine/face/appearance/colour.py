@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.mixture import Mixture
-from abs_engine.npz import read_npz
+from abs_engine.io.npz import read_npz
 
 FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "teeth", "dark")

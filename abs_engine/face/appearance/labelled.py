@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, luminance
-from abs_engine.face.appearance.learn import LEAST_PIXELS, LIP_COMPONENTS, SKIN_COMPONENTS, bordered
+from abs_engine.face.appearance.colour_learning import (
+    LEAST_PIXELS,
+    LIP_COMPONENTS,
+    SKIN_COMPONENTS,
+    bordered,
+)
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
 
 FloatArray = NDArray[np.float64]

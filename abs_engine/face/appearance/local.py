@@ -17,9 +17,9 @@ from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
-from abs_engine.face.appearance.sight import Sighting, depth_of, in_sight
+from abs_engine.face.appearance.visibility import Sighting, depth_of, in_sight
 from abs_engine.face.appearance.windows import Windows
-from abs_engine.npz import read_model, write_npz
+from abs_engine.io.npz import read_model, write_npz
 
 FORMAT, VERSION = "abs_engine.local", 2
 RIDGE = 1.0

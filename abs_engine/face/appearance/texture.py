@@ -14,10 +14,10 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.atlas import Atlas, warp
-from abs_engine.face.appearance.leftover import Leftover, leftover, normalised
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
-from abs_engine.face.appearance.sight import Sighting
-from abs_engine.npz import read_model, write_npz
+from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
+from abs_engine.face.appearance.visibility import Sighting
+from abs_engine.io.npz import read_model, write_npz
 
 FORMAT, VERSION = "abs_engine.texture", 2
 RIDGE = 1.0

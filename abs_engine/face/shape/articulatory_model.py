@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.predictors import Predictor
-from abs_engine.inputs import parse_json
-from abs_engine.npz import read_npz, write_npz
+from abs_engine.io.inputs import parse_json
+from abs_engine.io.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.articulatory_model", 1

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.face.shape.proportions import with_proportions
 from abs_engine.face.shape.smooth import smooth_modes
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.geometry import vertex_normals
+from abs_engine.io.assets import Speaker
 
 _LIPS16 = (
     ("lower_lip", -0.94, 0.5), ("upper_lip", -0.48, 0.2), ("upper_lip", 0.0, 0.15),

@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.errors import MeshError
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 

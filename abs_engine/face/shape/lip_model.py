@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.shape.lip_follow import followed, leaders, led
 from abs_engine.face.shape.lip_shell import COLUMNS, LIP_ROWS, LipShell, lips_besides, skin_around
 from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 SKIN, LIPS, INTERIOR = 1, 2, 3

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh.triangles import closest_point
 
-from abs_engine.assets import Speaker
 from abs_engine.face.shape.fem import Material, ThinShell
 from abs_engine.face.shape.lip_edge import lip_edge
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 COLUMNS = 34

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError, ParameterError
-from abs_engine.npz import read_npz, write_npz
+from abs_engine.io.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.face.shape.mouth import mouth_units
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 _LIPS = 3.0  # how much more a node of the lips counts than one of the skin

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError, TooFewPointsError
-from abs_engine.inputs import name_problem
+from abs_engine.io.inputs import name_problem
 
 AXES = "xyz"
 TAKEN = ("frame", "rms_mm", "points", "total")

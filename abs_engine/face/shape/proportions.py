@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
+from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from abs_engine.core.scene import Renderer
-from abs_engine.files import png
+from abs_engine.dataset.view import Truth
+from abs_engine.io.files import png
 from abs_engine.papers.basu1998.error_plot import error_plot
 from abs_engine.papers.basu1998.experiment import FrameError, TrainedLips
 from abs_engine.papers.basu1998.filmed import FRONT, YAWS, camera_name
@@ -20,7 +21,6 @@ from abs_engine.papers.basu1998.pictures import (
     fits_figure,
     probability_figure,
 )
-from abs_engine.truth.view import Truth
 
 BEST = "simplex"
 """The driver whose errors are held against the goals."""

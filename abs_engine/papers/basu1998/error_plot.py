@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.evaluate.report.colours import SYSTEMS
+from abs_engine.report.colours import SYSTEMS
 
 FloatArray = NDArray[np.float64]
 WIDTH, HEIGHT = 900, 300

@@ -9,15 +9,16 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
+from abs_engine.dataset.view import Truth
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.shape.lip_model import LipModel, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.shell import POSE_FREE, ShellSetting
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.training import Training, train
 from abs_engine.papers.basu1998.motion import Motion, observed_motion, spoken_motion
 from abs_engine.papers.basu1998.placing import BlobPlaces
@@ -30,10 +31,9 @@ from abs_engine.papers.basu1998.single_frames import (
     typical_shapes,
 )
 from abs_engine.tracking.blob_start import mouth_model as head_model
-from abs_engine.tracking.given import GivenMotion
-from abs_engine.tracking.prepare import HeadMotion
+from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.head_tracking import HeadMotion
 from abs_engine.tracking.shells import BY_BLOB
-from abs_engine.truth.view import Truth
 
 FloatArray = NDArray[np.float64]
 OBSERVED = 0.12

@@ -15,8 +15,8 @@ from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.learn.correspondence import Correspondence
-from abs_engine.systems.inspect.layout import Image, beside, captioned, label, stacked
-from abs_engine.systems.inspect.smooth import smooth_picture
+from abs_engine.report.inspect.layout import Image, beside, captioned, label, stacked
+from abs_engine.report.inspect.smooth import smooth_picture
 
 FloatArray = NDArray[np.float64]
 

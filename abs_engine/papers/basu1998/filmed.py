@@ -11,14 +11,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.dataset import load_dataset
+from abs_engine.dataset.view import Truth
 from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.face.appearance.labelled import train_classes
-from abs_engine.synth.make import Crew
-from abs_engine.synth.scenefile import parse_scene
-from abs_engine.synth.studio import film_scene
-from abs_engine.truth import load_dataset
-from abs_engine.truth.view import Truth
+from abs_engine.studio.filming import film_scene
+from abs_engine.studio.make import Crew
+from abs_engine.studio.scenefile import parse_scene
 
 SIZE = (640, 480)
 YAWS = (-45, -22, 0, 22, 45)  # degrees from which the head is seen

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
+from abs_engine.capture.dot_annotations import LIPS16, LIPS17
+from abs_engine.capture.observations import Observations
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.training import MODES, TRAINED
-from abs_engine.observe.marks import LIPS16, LIPS17
-from abs_engine.observe.observations import Observations
-from abs_engine.synth.speech import (
+from abs_engine.studio.speech import (
     Segment,
     Utterance,
     articulate,

@@ -24,8 +24,8 @@ from abs_engine.papers.basu1998.scores import (
     remark,
     told,
 )
-from abs_engine.systems.reproduced import figures as pictures
-from abs_engine.systems.reproduced import page, table
+from abs_engine.report.reproduction import figures as pictures
+from abs_engine.report.reproduction import page, table
 
 DRIVERS = {
     "forces": "forces at the borders of classes: the whole derivative of eq. 7 (ours)",

@@ -27,7 +27,7 @@ from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
 from abs_engine.papers.basu1998.figures import Posture, draw_postures
 from abs_engine.papers.basu1998.single_frames import ITERATIONS, colours_of, fit_frame
 from abs_engine.papers.basu1998.wireframe import CloseUp, arrows
-from abs_engine.systems.inspect.layout import Image, beside, captioned, framed, sheet, stacked
+from abs_engine.report.inspect.layout import Image, beside, captioned, framed, sheet, stacked
 
 FloatArray = NDArray[np.float64]
 TILE = 250  # pixels across a tile

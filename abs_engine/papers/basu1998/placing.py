@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import find_lips
-from abs_engine.tracking.frames import Follower, HeadFrame, Memory
-from abs_engine.tracking.given import GivenMotion
+from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory
 
 Image = NDArray[np.uint8]
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import shipped
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.metrics import spikes
+from abs_engine.io.assets import shipped
 from abs_engine.papers.basu1998.motion import data_folder
 from abs_engine.tracking.options import BLOBS, TrackOptions
 from abs_engine.tracking.record import load_run

@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.release import engine_version
 from abs_engine.core.scene import Renderer
+from abs_engine.dataset.view import Truth
+from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.cameras import camera_results
 from abs_engine.learn.reconstruction import table_1
 from abs_engine.learn.training import train
@@ -41,7 +43,11 @@ from abs_engine.papers.basu1998.filmed import (
     film,
     learn_colours,
 )
-from abs_engine.papers.basu1998.further import further_motion, further_trained, settled_shapes
+from abs_engine.papers.basu1998.incremental_training import (
+    further_motion,
+    further_trained,
+    settled_shapes,
+)
 from abs_engine.papers.basu1998.motion import (
     Motion,
     authored_motion,
@@ -52,8 +58,6 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
-from abs_engine.release import engine_version
-from abs_engine.truth.view import Truth
 
 Views = dict[tuple[str, str, str], Truth]
 WAYS: tuple[tuple[str, str, str, Integral], ...] = (

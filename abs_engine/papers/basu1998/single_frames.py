@@ -30,12 +30,12 @@ from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.papers.basu1998.placing import Clock
-from abs_engine.tracking.frames import Motion
-from abs_engine.tracking.given import GivenMotion
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_state import Motion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
-from abs_engine.tracking.setting import ClipSetting, FrameResult
-from abs_engine.tracking.shell_work import ShellBinder
+from abs_engine.tracking.shell_frame import ShellBinder
 
 FloatArray = NDArray[np.float64]
 STARTS = 48

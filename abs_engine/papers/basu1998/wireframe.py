@@ -12,8 +12,8 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.shape.lip_shell import LipShell
-from abs_engine.systems.inspect.layout import Image
-from abs_engine.systems.inspect.wire import line_cover
+from abs_engine.report.inspect.layout import Image
+from abs_engine.report.inspect.wire import line_cover
 
 FloatArray = NDArray[np.float64]
 FINER = 3

@@ -1,6 +1,6 @@
 """Visemes filmed for the appearance models: the corpus as pictures, with the head's motion known.
 
-The studio's pictures (`abs_engine.synth`) have lamps, shading, blur and noise that the tracker's
+The studio's pictures (`abs_engine.studio`) have lamps, shading, blur and noise that the tracker's
 own renderer does not have.
 """
 
@@ -13,19 +13,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.face.appearance.sight import Sighting
+from abs_engine.dataset import load_truth
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.spoken import SpokenCorpus
-from abs_engine.synth.look import Look
-from abs_engine.synth.make import Crew, Order, Progress, make
-from abs_engine.synth.people import Person, dots, paint
-from abs_engine.synth.sequence import Sequence, portrait, wander
-from abs_engine.synth.studio import plan_of
-from abs_engine.truth import load_truth
+from abs_engine.studio.filming import plan_of
+from abs_engine.studio.look import Look
+from abs_engine.studio.make import Crew, Order, Progress, make
+from abs_engine.studio.people import Person, dots, paint
+from abs_engine.studio.sequence import Sequence, portrait, wander
 
 FloatArray = NDArray[np.float64]
 SIZE = (320, 240)

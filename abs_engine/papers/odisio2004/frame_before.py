@@ -13,8 +13,8 @@ from abs_engine.core.pose import at_base, parted
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Again
 from abs_engine.fit.talking import explained_share
-from abs_engine.tracking.frames import Follower, HeadFrame, Memory, Motion
-from abs_engine.tracking.setting import UNEXPLAINED, Work
+from abs_engine.tracking.clip_setting import UNEXPLAINED, Work
+from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]

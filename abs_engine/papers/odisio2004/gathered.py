@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from abs_engine.assets import Speaker
 from abs_engine.core.scene import Renderer
+from abs_engine.io.assets import Speaker
 
 STAGES = "stages"
 """Folder of the stages that an interrupted run finished."""

@@ -10,9 +10,9 @@ from abs_engine.face.talking import MODELS
 from abs_engine.papers.odisio2004.goals import NOT_MEASURED, Results, goal_rows, number
 from abs_engine.papers.odisio2004.sequence import PAPER
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED
-from abs_engine.systems.articulate.tables import PAPER_TOTAL, PAPER_VARIANCE
-from abs_engine.systems.reproduced import figures as pictures
-from abs_engine.systems.reproduced import page, table
+from abs_engine.report.articulation.tables import PAPER_TOTAL, PAPER_VARIANCE
+from abs_engine.report.reproduction import figures as pictures
+from abs_engine.report.reproduction import page, table
 
 _WORST = 5
 _MADE = (

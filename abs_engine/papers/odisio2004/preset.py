@@ -8,10 +8,10 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.papers.odisio2004.frame_before import FrameBefore
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
-from abs_engine.tracking.face_work import LEAST
+from abs_engine.tracking.face_frame import LEAST
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.presets import Preset
-from abs_engine.tracking.talkers import found_talker
+from abs_engine.tracking.talking_faces import found_talker
 
 APPEARANCE = {"texture": "tex_lin", "local": "la_lin"}
 SEARCHES = {"simplex": AS_PRINTED, "axes": Settings()}
@@ -28,7 +28,7 @@ def prepare(
     ParameterError
         If more than one appearance model, or another driver, is asked for.
     AbsEngineError
-        As `tracking.talkers.found_talker`.
+        As `tracking.talking_faces.found_talker`.
     """
     name = next(iter(leaves.kinds))
     if len(leaves.kinds) > 1 or name not in APPEARANCE:

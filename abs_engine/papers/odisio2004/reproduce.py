@@ -9,9 +9,10 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
+from abs_engine.core.release import engine_version
 from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.face.talking_file import save_talking
-from abs_engine.files import png
+from abs_engine.io.files import png
 from abs_engine.learn.articulatory import dense_head, left_out_errors
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import BEADS
@@ -32,9 +33,8 @@ from abs_engine.papers.odisio2004.visemes import (
     splits,
     summary,
 )
-from abs_engine.release import engine_version
-from abs_engine.systems.articulate.figures import boxplot_figure, figure_bytes, nomogram_figure
-from abs_engine.systems.articulate.tables import boxes, results, variance_text
+from abs_engine.report.articulation.figures import boxplot_figure, figure_bytes, nomogram_figure
+from abs_engine.report.articulation.tables import boxes, results, variance_text
 
 RESULTS, PAGE, FACE = "results.json", "index.html", "face.npz"
 FILMED = "filmed"

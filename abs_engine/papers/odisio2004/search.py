@@ -17,7 +17,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.talking import FROM_NEUTRAL, Solver, talking_problem
-from abs_engine.optimise.free import DerivativeFree
+from abs_engine.optimise.derivative_free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.restarted import RestartedSimplex
 from abs_engine.optimise.simplex import Simplex

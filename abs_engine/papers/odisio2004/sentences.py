@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.assets import Speaker
 from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import MODELS, TalkingFace
+from abs_engine.io.assets import Speaker
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import RATE, Filmed
 from abs_engine.papers.odisio2004.sentences_scores import Closures, Curves, closing_gap, closures
@@ -25,8 +25,8 @@ from abs_engine.papers.odisio2004.trees import (
     trees_figure,
 )
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.synth.french import SENTENCES, Sentence
-from abs_engine.systems.articulate.figures import figure_bytes
+from abs_engine.report.articulation.figures import figure_bytes
+from abs_engine.studio.french import SENTENCES, Sentence
 
 FIGURE, TREES = "figure8.svg", "figure7.svg"
 

@@ -7,20 +7,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.synth.contact import widest_gap
-from abs_engine.synth.corpus.subtle import subtle
-from abs_engine.synth.french import Sentence
-from abs_engine.synth.look import Look
-from abs_engine.synth.people import Person, dots, paint
-from abs_engine.synth.plan import ClipPlan
-from abs_engine.synth.sequence import Sequence, deform, expression, portrait, wander
-from abs_engine.synth.speech import Utterance, articulate
-from abs_engine.synth.studio import plan_of
-from abs_engine.synth.take import Take
-from abs_engine.truth.codec import CLOSED_BELOW
+from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.io.assets import Speaker
+from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.corpus.subtle import subtle
+from abs_engine.studio.filming import plan_of
+from abs_engine.studio.french import Sentence
+from abs_engine.studio.look import Look
+from abs_engine.studio.people import Person, dots, paint
+from abs_engine.studio.plan import ClipPlan
+from abs_engine.studio.sequence import Sequence, deform, expression, portrait, wander
+from abs_engine.studio.speech import Utterance, articulate
+from abs_engine.studio.take import Take
 
 FloatArray = NDArray[np.float64]
 RATE = 25.0
@@ -43,7 +43,7 @@ class Filmed:
     points : (T, N, 3) float64, mm, head frame
         Where the named points are.
     gaps : (T,) float64, mm
-        Widest gap between the lips; see `abs_engine.synth.contact.widest_gap`.
+        Widest gap between the lips; see `abs_engine.studio.contact.widest_gap`.
     """
 
     name: str

@@ -25,7 +25,7 @@ from abs_engine.papers.odisio2004.teleconference import FIGURE as FIGURE_10
 from abs_engine.papers.odisio2004.teleconference import run_teleconference
 from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
 from abs_engine.papers.odisio2004.visemes import Speech, film_speech
-from abs_engine.synth.french import PRACTICE, SENTENCES
+from abs_engine.studio.french import PRACTICE, SENTENCES
 
 TRACKED = "tracked"
 TREE_MODEL = "tex_cst"

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.evaluate.metrics.closure import closed_intervals
 from abs_engine.face.articulated import FaceShape
+from abs_engine.io.assets import Speaker
 from abs_engine.papers.odisio2004.sentences_filmed import RATE, Filmed
 from abs_engine.papers.odisio2004.sequence import Tracked
-from abs_engine.synth.contact import widest_gap
-from abs_engine.synth.speech import Segment
+from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.speech import Segment
 
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -17,11 +17,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker, load_speaker
 from abs_engine.core.camera import Camera
+from abs_engine.core.release import engine_version
 from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import LOCALS, TalkingFace
-from abs_engine.papers.odisio2004.kept import Kept, digest
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.papers.odisio2004.result_cache import Kept, digest
 from abs_engine.papers.odisio2004.sentences_filmed import (
     Filmed,
     cut,
@@ -30,10 +31,9 @@ from abs_engine.papers.odisio2004.sentences_filmed import (
     truth_of,
 )
 from abs_engine.papers.odisio2004.sequence import Settings, Tracked, track
-from abs_engine.release import engine_version
 from abs_engine.render.select import open_renderer
-from abs_engine.synth.french import Sentence
-from abs_engine.synth.plan import ClipPlan
+from abs_engine.studio.french import Sentence
+from abs_engine.studio.plan import ClipPlan
 
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]

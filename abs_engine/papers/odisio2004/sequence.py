@@ -21,9 +21,9 @@ from abs_engine.fit.talking import talking_problem
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.papers.odisio2004.frame_before import FrameBefore, TalkBinder
+from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import AGAIN, at_rest
 from abs_engine.tracking.loop import track as track_frames
-from abs_engine.tracking.setting import ClipSetting, FrameResult
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -46,7 +46,7 @@ class Settings:
     coarse, tolerance : float
         Where the descent, and where the simplex, stops; in what a wrong match costs.
     inertia : float
-        See `optimise.held.Held`.
+        See `optimise.anchored.Held`.
     unusual : float
         Times the median epsilon of the last frames.
     pose_known : bool
@@ -135,7 +135,7 @@ def track(
     pictures : iterable of (H, W, 3) uint8 RGB
     camera : Camera
     pose : Pose
-        Head to camera in the first frame, about; from `tracking.prepare.HeadMotion` or given.
+        Head to camera in the first frame, about; from `tracking.head_tracking.HeadMotion` or given.
     alpha : (P,) float64
         Posture in the first frame, about.
     renderer : Renderer

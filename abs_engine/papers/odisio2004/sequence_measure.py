@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.choose import choose_points
 from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.talking import TalkingFace
 from abs_engine.learn.talking import SPACING
 from abs_engine.papers.odisio2004.sentences_filmed import Filmed

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import parted
@@ -17,10 +16,11 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
 from abs_engine.face.appearance.local import learn_local
-from abs_engine.face.appearance.sight import Sighting
 from abs_engine.face.appearance.texture import learn_texture
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.talking import SPACING
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import (
@@ -34,11 +34,11 @@ from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
 from abs_engine.papers.odisio2004.sequence import Tracked, track
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.synth.cameras import stand
-from abs_engine.synth.french import SENTENCES, Sentence
-from abs_engine.synth.plan import ClipPlan, compose, vectors
-from abs_engine.synth.scenefile import CameraEntry
-from abs_engine.systems.articulate.figures import figure_bytes
+from abs_engine.report.articulation.figures import figure_bytes
+from abs_engine.studio.cameras import stand
+from abs_engine.studio.french import SENTENCES, Sentence
+from abs_engine.studio.plan import ClipPlan, compose, vectors
+from abs_engine.studio.scenefile import CameraEntry
 
 FloatArray = NDArray[np.float64]
 FIGURE = "figure10.svg"

@@ -14,7 +14,7 @@ from scipy.cluster.hierarchy import dendrogram, fcluster
 from scipy.spatial.distance import cdist
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.synth.speech import Segment
+from abs_engine.studio.speech import Segment
 
 FloatArray = NDArray[np.float64]
 Faces = Mapping[str, FloatArray]

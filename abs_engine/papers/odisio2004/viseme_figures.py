@@ -15,7 +15,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.face.talking import TalkingFace
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED, Speech, VisemeError
-from abs_engine.systems.inspect.layout import Image, beside, captioned, stacked
+from abs_engine.report.inspect.layout import Image, beside, captioned, stacked
 
 FloatArray = NDArray[np.float64]
 DEVIATIONS = (-2.0, 0.0, 2.0)

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.assets import Speaker
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.sight import Sighting
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import (
     MODELS,
@@ -19,6 +18,7 @@ from abs_engine.face.talking import (
 )
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.talking import FROM_NEUTRAL, fit, talking_problem, usual_tolerance
+from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.spoken import SpokenCorpus
@@ -33,7 +33,7 @@ from abs_engine.papers.odisio2004.filmed import (
     sightings,
     split,
 )
-from abs_engine.synth.corpus import NOISE, PAPER_VISEMES, speak_corpus
+from abs_engine.studio.corpus import NOISE, PAPER_VISEMES, speak_corpus
 
 FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"

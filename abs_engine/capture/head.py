@@ -1,0 +1,118 @@
+"""What the head frame is made from, as a user chooses it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.capture.headframe import (
+    HeadMotion,
+    check_names,
+    follow_point,
+    mouth_axes,
+    reference_of,
+    rigid_motion,
+)
+from abs_engine.core.errors import ParameterError, TooFewPointsError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class HeadChoice:
+    """One of three ways to the head frame.
+
+    Parameters
+    ----------
+    rigid : sequence of str
+        Three or more points of the skull.
+    reference : mapping of str to (3,) float64, mm, optional
+        Where the rigid points are in the head frame. Without it the axes are those of
+        `mouth_axes` in the first frame in which they can be told, the origin is the nose.
+    motion : HeadMotion, optional
+        The head's pose, from elsewhere.
+    unturned : str, optional
+        A point of the skull, for a head that is held so that it does not turn: only its shift is
+        removed. Axes and origin as without a reference.
+    """
+
+    rigid: Sequence[str] = ()
+    reference: Mapping[str, FloatArray] | None = None
+    motion: HeadMotion | None = None
+    unturned: str | None = None
+
+    def check(self, names: Sequence[str]) -> None:
+        """Raise unless exactly one way is chosen and its points are among the names.
+
+        Raises
+        ------
+        ParameterError
+            If several ways are chosen, or a point has no such name.
+        TooFewPointsError
+            If none is, or fewer than three rigid points are named.
+        ModelFormatError
+            If the reference lacks a rigid point.
+        """
+        ways = [bool(self.rigid), self.motion is not None, self.unturned is not None]
+        if sum(ways) > 1:
+            raise ParameterError(
+                "the head frame is asked for in several ways",
+                "choose rigid points, the head's pose, or a head that does not turn",
+            )
+        if not any(ways):
+            raise TooFewPointsError(
+                "nothing is said of the head's motion, and the nose alone does not fix its "
+                "rotation",
+                "name three points of the skull (--rigid), give the head's pose (--pose), or say "
+                "that the head does not turn (--unturned)",
+            )
+        check_names(names, [*self.rigid, *([self.unturned] if self.unturned else [])])
+        if self.rigid and len(set(self.rigid)) < 3:
+            raise TooFewPointsError(
+                f"{len(set(self.rigid))} rigid points do not fix the head's rotation",
+                "name three or more that do not move with the face",
+            )
+        if self.reference is not None:
+            reference_of(self.reference, self.rigid)
+
+
+def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) -> HeadMotion:
+    """The head's motion in the chosen way.
+
+    Parameters
+    ----------
+    points : (T, N, 3) float64, mm, world frame; NaN where not known
+    names : sequence of str
+    choice : HeadChoice
+
+    Raises
+    ------
+    ParameterError, ModelFormatError
+        See `HeadChoice.check`.
+    TooFewPointsError, DegenerateViewsError
+        If the points do not tell the head's rotation.
+    """
+    choice.check(names)
+    if choice.motion is not None:
+        return choice.motion
+    if choice.unturned is not None:
+        at = int(check_names(names, [choice.unturned])[0])
+        axes = mouth_axes(points[_whole(points)], names)
+        return follow_point(points[:, at], axes)
+    rigid = points[:, check_names(names, choice.rigid)]
+    if choice.reference is not None:
+        return rigid_motion(rigid, reference_of(choice.reference, choice.rigid))
+    motion = rigid_motion(rigid)
+    start = rigid[int(np.isfinite(rigid).all(axis=(1, 2)).argmax())]
+    steady = motion.to_head(points)[_whole(points)]
+    axes = mouth_axes(steady, names)
+    origin = steady[list(names).index("nose")] if "nose" in names else steady.mean(axis=0)
+    return rigid_motion(rigid, (start - origin) @ axes.T)
+
+
+def _whole(points: FloatArray) -> int:
+    """The first frame in which all points were found, or that in which most were."""
+    return int(np.isfinite(points).all(axis=2).sum(axis=1).argmax())

@@ -1,0 +1,256 @@
+"""Marker files of other systems, C3D and CSV, read into points."""
+
+from __future__ import annotations
+
+import csv
+import struct
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import c3d
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.io.inputs import check_file
+
+FloatArray = NDArray[np.float64]
+
+UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+"""Millimetres of each unit."""
+
+_BROKEN = (ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError,
+           EOFError, OverflowError, struct.error, OSError)  # fmt: skip
+"""What the C3D library raises on files that are none, or are cut."""
+_UNEVEN = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """Markers as recorded.
+
+    Parameters
+    ----------
+    names : tuple of str, N
+    points : (T, N, 3) float64, mm, the recording system's frame
+        NaN where a marker is missing.
+    residual : (T, N) float64, mm
+        As the file states it; 0 in a CSV.
+    rate : float
+        Frames per second.
+    """
+
+    names: tuple[str, ...]
+    points: FloatArray
+    residual: FloatArray
+    rate: float
+
+    def renamed(self, names: Mapping[str, str]) -> Markers:
+        """The same with other names for some.
+
+        Raises
+        ------
+        ParameterError
+            If a marker is not there, or two come to have one name.
+        """
+        lacking = [name for name in names if name not in self.names]
+        if lacking:
+            raise ParameterError(
+                f"there is no marker '{lacking[0]}'", f"the markers are {', '.join(self.names)}"
+            )
+        new = tuple(names.get(name, name) for name in self.names)
+        _check_unique(new)
+        return Markers(new, self.points, self.residual, self.rate)
+
+
+def read_markers(path: Path, rate: float | None = None, unit: str | None = None) -> Markers:
+    """Read a marker file, C3D by its suffix, else CSV.
+
+    A CSV has a column ``frame`` and/or ``time`` (seconds), and ``NAME_x``, ``NAME_y``, ``NAME_z``
+    for each marker; or a line for each marker with ``point``, ``x``, ``y``, ``z``. Empty cells: the
+    marker is missing.
+
+    Parameters
+    ----------
+    path : Path
+    rate : float, optional
+        Frames per second, where the file does not say.
+    unit : {"mm", "cm", "m"}, optional
+        Where the file does not say; mm by default.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing, cut or of another kind, holds no marker or what is infinite, or its
+        rate is not known.
+    ParameterError
+        If the unit is unknown, or the file states another unit or rate.
+    """
+    path = Path(path)
+    if unit is not None and unit not in UNITS:
+        raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
+    check_file(path)
+    read = _read_c3d if path.suffix.lower() == ".c3d" else _read_csv
+    markers = read(path, rate, unit)
+    if not markers.names or not len(markers.points):
+        raise InputFileError(f"{path} holds no markers", "check the file")
+    refuse_infinite(path, markers.names, markers.points)
+    return markers
+
+
+def refuse_infinite(path: Path, names: tuple[str, ...], points: FloatArray) -> None:
+    """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap."""
+    frames, which = np.nonzero(np.isinf(points).any(axis=2))
+    if len(frames):
+        raise InputFileError(
+            f"{path}: '{names[which[0]]}' is infinite in frame {frames[0]}",
+            "leave its place empty where a point is missing",
+        )
+
+
+def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
+    try:
+        with path.open("rb") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that there are no analogue channels
+            names, frames, told_rate, told_unit, expected = _c3d_parts(file)
+    except _BROKEN as error:
+        raise InputFileError(
+            f"{path} is not a C3D file that can be read ({' '.join(str(error).split()) or 'cut'})",
+            "export it again",
+        ) from error
+    if len(frames) != expected:
+        raise InputFileError(
+            f"{path} is cut off after {len(frames)} of {expected} frames", "export it again"
+        )
+    for given, told, what in ((rate, told_rate, "rate"), (unit, told_unit, "unit")):
+        if given is not None and told and given != told:
+            raise ParameterError(f"{path} states the {what} {told}", "leave the option out")
+    used = told_unit or unit or "mm"
+    if used not in UNITS:
+        raise InputFileError(f"{path} is in '{used}'", f"export it in {', '.join(UNITS)}")
+    values = np.stack(frames)[:, : len(names)] if frames else np.zeros((0, 0, 5))
+    points, residual = values[..., :3] * UNITS[used], values[..., 3] * UNITS[used]
+    missing = values[..., 3] < 0
+    points[missing], residual[missing] = np.nan, np.nan
+    return Markers(names, points, residual, _rate(path, told_rate or rate))
+
+
+def _c3d_parts(
+    file: BinaryIO,
+) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
+    """Names, frames (N, 5), rate, unit (empty where it is not stated), number of frames."""
+    reader = c3d.Reader(file)
+    names = tuple(str(label).strip() for label in reader.point_labels)
+    _check_unique(names)
+    stated = reader.get("POINT.UNITS")
+    unit = "" if stated is None else stated.string_value.strip().strip("\0").lower()
+    frames = [np.array(p, np.float64) for _, p, _ in reader.read_frames(copy=True)]
+    return names, frames, float(reader.point_rate), unit, int(reader.frame_count)
+
+
+def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
+    header, table = _cells(path)
+    scale = UNITS[unit or "mm"]
+    frame = table[:, header.index("frame")] if "frame" in header else None
+    time = table[:, header.index("time")] if "time" in header else None
+    names = tuple(n[:-2] for n in header if n.endswith("_x"))
+    _check_unique(names)
+    lacking = [f"{n}_{c}" for n in names for c in "xyz" if f"{n}_{c}" not in header]
+    if lacking or not names or (frame is None and time is None):
+        raise InputFileError(
+            f"{path} has no column {lacking[0] if lacking else 'frame, time or NAME_x'}",
+            "give frame or time, and NAME_x, NAME_y, NAME_z for each marker",
+        )
+    columns = [[header.index(f"{n}_{c}") for c in "xyz"] for n in names]
+    points = table[:, columns] * scale
+    points[np.isnan(points).any(axis=2)] = np.nan
+    if frame is not None and np.any(np.diff(frame) != 1):
+        raise InputFileError(f"{path} skips or repeats a frame", "give a line for every frame")
+    residual = np.where(np.isnan(points[..., 0]), np.nan, 0.0)
+    return Markers(names, points, residual, _rate(path, rate or _rate_of(path, time)))
+
+
+def _cells(path: Path) -> tuple[list[str], FloatArray]:
+    """Column names, and numbers (T, columns) with NaN for empty cells."""
+    try:
+        rows = [r for r in csv.reader(path.read_text("utf-8-sig").splitlines()) if any(r)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputFileError(f"{path} is not a CSV file", "give C3D or CSV") from error
+    if len(rows) < 2:
+        raise InputFileError(f"{path} holds no markers", "give column names and frames")
+    header = [name.strip() for name in rows[0]]
+    if "point" in header:
+        header, rows = _widened(path, header, rows[1:])
+    else:
+        rows = rows[1:]
+    table = np.full((len(rows), len(header)), np.nan)
+    for k, row in enumerate(rows):
+        if len(row) != len(header):
+            raise InputFileError(
+                f"{path}, frame {k + 1} has {len(row)} values for {len(header)} columns",
+                "check the file",
+            )
+        try:
+            table[k] = [float(cell) if cell.strip() else np.nan for cell in row]
+        except ValueError as error:
+            raise InputFileError(f"{path}, frame {k + 1}: {error}", "give numbers") from error
+    return header, table
+
+
+def _widened(
+    path: Path, header: list[str], rows: list[list[str]]
+) -> tuple[list[str], list[list[str]]]:
+    """A line for each frame, of lines for each marker."""
+    key = next((k for k in ("frame", "time") if k in header), None)
+    if key is None:
+        raise InputFileError(f"{path} has no column frame or time", "give one of them")
+    lacking = [name for name in "xyz" if name not in header]
+    if lacking:
+        raise InputFileError(
+            f"{path} has no column {lacking[0]}", "give frame or time, point, x, y and z"
+        )
+    at = {name: header.index(name) for name in (key, "point", "x", "y", "z")}
+    names: dict[str, None] = {}
+    frames: dict[float, dict[str, list[str]]] = {}
+    for number, row in enumerate(rows, start=2):
+        try:
+            when, name = float(row[at[key]]), row[at["point"]].strip()
+            here = frames.setdefault(when, {})
+            if name in here:
+                raise ValueError(f"'{name}' is given twice")
+            here[name] = [row[at[c]] for c in "xyz"]
+        except (ValueError, IndexError) as error:
+            raise InputFileError(f"{path}, line {number}: {error}", "check the file") from error
+        names[name] = None
+    wide = [key, *(f"{n}_{c}" for n in names for c in "xyz")]
+    empty = ["", "", ""]
+    return wide, [
+        [repr(when), *(cell for n in names for cell in frames[when].get(n, empty))]
+        for when in sorted(frames)
+    ]
+
+
+def _rate_of(path: Path, time: FloatArray | None) -> float:
+    if time is None or len(time) < 2:
+        return 0.0
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    if not np.isfinite(time).all() or not usual > 0 or steps.min() < usual / _UNEVEN \
+            or steps.max() > _UNEVEN * usual:  # fmt: skip
+        raise InputFileError(f"{path} is not evenly spaced in time", "give a line for every frame")
+    return float((len(time) - 1) / (time[-1] - time[0]))
+
+
+def _rate(path: Path, rate: float | None) -> float:
+    if not rate or not np.isfinite(rate) or rate <= 0:
+        raise InputFileError(f"{path} does not state its frame rate", "give --rate")
+    return rate
+
+
+def _check_unique(names: tuple[str, ...]) -> None:
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ParameterError(f"two markers are named '{twice[0]}'", "give each its own name")

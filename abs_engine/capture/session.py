@@ -1,0 +1,291 @@
+"""A whole session: dots followed through two views of a face, made into points of the head."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.capture.dot_annotations import LIPS17, Mark, check_view, initial_places
+from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, Sighting
+from abs_engine.capture.dots import Image
+from abs_engine.capture.head import HeadChoice, head_motion
+from abs_engine.capture.markers import Markers
+from abs_engine.capture.observations import Observations
+from abs_engine.capture.triangulate import triangulate
+from abs_engine.capture.view import View
+from abs_engine.core.errors import ParameterError, TooFewPointsError, VideoError
+from abs_engine.io.video import probe, read_frames
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_RATES = 1e-3
+"""Rates of two videos may differ by this share."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A frame and what was found in it.
+
+    Parameters
+    ----------
+    frame : int
+    names : tuple of str
+        Of the dots.
+    images : sequence of (H, W, 3) uint8 RGB
+        For each view; the same object twice where both views are in one picture.
+    sightings : sequence of Sighting
+    """
+
+    frame: int
+    names: tuple[str, ...]
+    images: Sequence[Image]
+    sightings: Sequence[Sighting]
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """Dots in the pictures, V views, T frames, N dots.
+
+    Parameters
+    ----------
+    names : tuple of str
+    pixels : (V, T, N, 2) float64; NaN where a dot is lost
+    scores : (V, T, N) float64
+    corrected : (V, T, N) bool
+        A person said so after the dots had been followed; those of frame 0 are pointed at before.
+    rate : float
+        Frames per second.
+    """
+
+    names: tuple[str, ...]
+    pixels: FloatArray
+    scores: FloatArray
+    corrected: BoolArray
+    rate: float
+
+
+def follow_videos(
+    videos: Sequence[Path],
+    points: Sequence[Mark],
+    corrections: Sequence[Mark] = (),
+    needed: Sequence[str] = LIPS17,
+    options: FollowOptions = USUAL,
+    watch: Callable[[Moment], None] | None = None,
+) -> Tracks:
+    """Follow the dots of two views through two videos, or through one that shows both.
+
+    Memory does not grow with the frames but for the places found.
+
+    Parameters
+    ----------
+    videos : one path (a mirror: both views are in each picture) or two (one for each view)
+    points : sequence of Mark
+        Every dot in both views in frame 0.
+    corrections : sequence of Mark
+        What a person says of later frames; it replaces what was found, and is gone on from.
+    needed : sequence of str
+        Dots that there must be.
+    options : FollowOptions
+    watch : callable, optional
+        Called with each frame as it is done.
+
+    Raises
+    ------
+    VideoError
+        If a video cannot be read, or two differ in rate or length.
+    TooFewPointsError
+        If a dot is not given in a view.
+    ModelFormatError, ParameterError
+        If a mark names a view, a dot or a frame that there is not.
+    """
+    rate, frames = _rate_and_frames(videos)
+    again = {(m.frame, m.view, m.point) for m in corrections}
+    marks = [*(m for m in points if (m.frame, m.view, m.point) not in again), *corrections]
+    names, places = initial_places(marks, 2, needed)
+    given = _by_frame([m for m in marks if m.frame], names)
+    if given and max(given) >= frames:
+        raise ParameterError(
+            f"a correction is for frame {max(given)}", f"the video has frames 0 to {frames - 1}"
+        )
+    followers: list[DotFollower] = []
+    seen: list[list[Sighting]] = []
+    for frame, images in enumerate(_together(videos)):
+        if frame == 0:
+            _check_inside(places, images, names)
+            followers = [DotFollower(i, p, options) for i, p in zip(images, places, strict=True)]
+            now = [f.start for f in followers]
+        else:
+            told = given.pop(frame, ({}, {}))
+            now = [f.step(i, t) for f, i, t in zip(followers, images, told, strict=True)]
+        seen.append(now)
+        if watch is not None:
+            watch(Moment(frame, names, images, now))
+    pixels, scores, corrected = (_gathered(seen, p) for p in ("places", "scores", "corrected"))
+    corrected[:, 0] = [[(0, view, name) in again for name in names] for view in range(2)]
+    return Tracks(names, pixels, scores, corrected, rate)
+
+
+def _gathered(seen: Sequence[Sequence[Sighting]], part: str) -> NDArray[Any]:
+    """A part (2, T, ...) of what was seen (T, 2)."""
+    return np.stack([[getattr(now[view], part) for now in seen] for view in range(2)])
+
+
+def _rate_and_frames(videos: Sequence[Path]) -> tuple[float, int]:
+    """Frames per second and their number; raise if they differ or are not one or two."""
+    if len(videos) not in (1, 2):
+        raise ParameterError(f"{len(videos)} videos were given", "give one or two")
+    infos = [probe(video) for video in videos]
+    first, last = infos[0], infos[-1]
+    if abs(first.rate / last.rate - 1) > _RATES:
+        raise VideoError(
+            f"the videos have {first.rate:g} and {last.rate:g} frames/s",
+            "give two that were taken together",
+        )
+    if first.frames != last.frames:
+        raise VideoError(
+            f"the videos have {first.frames} and {last.frames} frames",
+            "cut them to begin and end together",
+        )
+    return first.rate, first.frames
+
+
+def points_of_head(
+    tracks: Tracks,
+    views: Sequence[View],
+    head: HeadChoice,
+    largest_error: float = 1.5,
+    sure: float = USUAL.sure,
+    source: str = "",
+) -> Observations:
+    """Triangulate dots and take them into the head frame.
+
+    Parameters
+    ----------
+    tracks : Tracks
+    views : sequence of View
+    head : HeadChoice
+    largest_error : float, px
+        A point whose reprojection error is larger counts as not found.
+    sure : float
+        A point with a lower correlation in one of the views counts as uncertain, unless a person
+        corrected it there.
+    source : str
+
+    Raises
+    ------
+    DegenerateViewsError
+        If the views leave depth open, or the rigid points a rotation.
+    TooFewPointsError
+        If the rigid points are too few.
+    """
+    made = triangulate(views, tracks.pixels)
+    agreed = made.known & (made.error <= largest_error)
+    world = np.where(agreed[..., None], made.points, np.nan)
+    motion = head_motion(world, tracks.names, head)
+    points = motion.to_head(world)
+    found = np.asarray(agreed & motion.found[:, None])
+    score = tracks.scores.min(axis=0)
+    doubtful = ((tracks.scores < sure) & ~tracks.corrected).any(axis=0)
+    return Observations(
+        points, tracks.names, found, found & doubtful, made.error, score, tracks.rate,
+        motion.rotations, motion.translations, motion.error, tracks.pixels, source,
+    )  # fmt: skip
+
+
+def points_of_markers(
+    markers: Markers, head: HeadChoice, needed: Sequence[str] = LIPS17, source: str = ""
+) -> Observations:
+    """Take the markers of a file into the head frame.
+
+    Raises
+    ------
+    TooFewPointsError
+        If a needed marker is not there, or the rigid points are too few.
+    DegenerateViewsError
+        If the rigid points leave a rotation open.
+    """
+    lacking = [name for name in needed if name not in markers.names]
+    if lacking:
+        raise TooFewPointsError(
+            f"{len(lacking)} of the {len(needed)} points are missing: {lacking[0]}, ...",
+            f"rename the markers (there are {', '.join(markers.names[:8])}, ...)",
+        )
+    names = (*needed, *(n for n in markers.names if n not in needed))
+    order = [markers.names.index(n) for n in names]
+    world = markers.points[:, order]
+    motion = head_motion(world, names, head)
+    points = motion.to_head(world)
+    found = np.asarray(np.isfinite(points).all(axis=2))
+    return Observations(
+        points, names, found, np.zeros_like(found), markers.residual[:, order],
+        found.astype(float), markers.rate, motion.rotations, motion.translations, motion.error,
+        source=source,
+    )  # fmt: skip
+
+
+def review(
+    tracks: Tracks, observed: Observations, sure: float = USUAL.sure
+) -> Iterator[tuple[Mark, dict[str, object]]]:
+    """What a person should look at: places that are lost, uncertain, or on which views disagree.
+
+    Written with `marks.write_marks` it is a file of corrections: edit x and y where they are
+    wrong, leave them empty where the dot cannot be seen, delete the other lines.
+    """
+    for frame, view, point in np.ndindex(tracks.pixels.shape[1], 2, len(tracks.names)):
+        score = float(tracks.scores[view, frame, point])
+        if tracks.corrected[view, frame, point]:
+            continue
+        place = tracks.pixels[view, frame, point]
+        error = float(observed.error[frame, point])
+        if not np.isfinite(place).all():
+            why = "lost"
+        elif np.isfinite(error) and not observed.found[frame, point]:
+            head = np.isfinite(observed.rotations[frame]).all()
+            why = "views disagree" if head else "views disagree, or head not found"
+        elif score < sure:
+            why = "uncertain"
+        else:
+            continue
+        at = (float(place[0]), float(place[1])) if why != "lost" else None
+        mark = Mark(frame, view, tracks.names[point], at)
+        yield mark, {"score": f"{score:.2f}", "error_px": f"{error:.2f}", "why": why}
+
+
+def _together(videos: Sequence[Path]) -> Iterator[tuple[Image, Image]]:
+    if len(videos) == 1:
+        for image in read_frames(videos[0]):
+            yield image, image
+        return
+    yield from zip(*(read_frames(v) for v in videos), strict=True)
+
+
+def _by_frame(
+    marks: Sequence[Mark], names: tuple[str, ...]
+) -> dict[int, tuple[dict[int, tuple[float, float] | None], ...]]:
+    out: dict[int, tuple[dict[int, tuple[float, float] | None], ...]] = {}
+    for mark in marks:
+        check_view(mark, 2)
+        if mark.point not in names:
+            raise ParameterError(
+                f"a correction is for the point '{mark.point}'", f"there are {', '.join(names)}"
+            )
+        here = out.setdefault(mark.frame, ({}, {}))[mark.view]
+        here[names.index(mark.point)] = mark.place
+    return out
+
+
+def _check_inside(places: FloatArray, images: Sequence[Image], names: Sequence[str]) -> None:
+    for view, (at, image) in enumerate(zip(places, images, strict=True)):
+        limit = np.array([image.shape[1], image.shape[0]]) - 0.5
+        outside = np.flatnonzero(((at < -0.5) | (at > limit)).any(axis=1))
+        if len(outside):
+            raise ParameterError(
+                f"point '{names[outside[0]]}' of view {view + 1} is outside of the picture",
+                "give pixels, counted from 0 at the top left",
+            )

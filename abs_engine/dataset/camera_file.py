@@ -1,0 +1,144 @@
+"""``core.camera.json``: a camera's intrinsics and distortion, where it stands, and its mirror."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.dataset.codec import CAMERA_FORMAT, VERSION
+from abs_engine.io.inputs import check_file, parse_json
+
+FloatArray = NDArray[np.float64]
+
+MEND = (
+    "a camera file is JSON with format, version, size [w, h], matrix (3 rows, px), distortion "
+    "(a list), near and far (mm), as `abs-engine synth` writes it for each camera"
+)
+"""What to do about a bad file, whoever wrote it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedCamera:
+    """A camera and where it stands.
+
+    Parameters
+    ----------
+    camera : Camera
+    rotations : (N, 3) float64
+        Rotation vectors, world to camera, radians; N is 1 where the camera stands still, else the
+        number of frames.
+    translations : (N, 3) float64, mm, camera frame
+    mirror : (4, 3) float64, mm, camera frame, optional
+        Corners of a plane mirror that stands still before the camera.
+    """
+
+    camera: Camera
+    rotations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
+    translations: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
+    mirror: FloatArray | None = None
+
+    def pose(self, frame: int) -> Pose:
+        """World to camera in a frame."""
+        at = 0 if len(self.rotations) == 1 else frame
+        return Pose.from_vectors(self.rotations[at], self.translations[at])
+
+
+def camera_json(
+    camera: Camera,
+    rotations: ArrayLike | None = None,
+    translations: ArrayLike | None = None,
+    mirror: ArrayLike | None = None,
+) -> str:
+    """The text of a ``core.camera.json``; see `PlacedCamera` for what its parts are."""
+    fields = {
+        "format": CAMERA_FORMAT,
+        "version": VERSION,
+        "size": list(camera.size),
+        "matrix": camera.matrix.tolist(),
+        "distortion": camera.distortion.tolist(),
+        "near": camera.near,
+        "far": camera.far,
+        "rotations": _rows(rotations),
+        "translations": _rows(translations),
+    }
+    if mirror is not None:
+        fields["mirror"] = {"rectangle": np.asarray(mirror, np.float64).reshape(4, 3).tolist()}
+    return json.dumps(fields, indent=1) + "\n"
+
+
+def _rows(vectors: ArrayLike | None) -> list[list[float]]:
+    given = np.zeros((1, 3)) if vectors is None else np.asarray(vectors, np.float64)
+    rows: list[list[float]] = given.reshape(-1, 3).tolist()
+    return rows
+
+
+def load_camera(path: Path) -> Camera:
+    """Read the intrinsics and the distortion of a ``core.camera.json``.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no JSON.
+    ModelFormatError
+        If it has another format or version, or lacks a field.
+    """
+    return load_placed_camera(path).camera
+
+
+def load_placed_camera(path: Path) -> PlacedCamera:
+    """Read a ``core.camera.json``; one without `rotations` stands at the origin of the world.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no JSON.
+    ModelFormatError
+        If it has another format or version, or lacks a field.
+    ParameterError
+        If there can be no such camera.
+    """
+    path = Path(path)
+    check_file(path)
+    try:
+        return _parse(path, parse_json(path.read_text(encoding="utf-8")))
+    except KeyError as error:
+        raise ModelFormatError(f"{path} lacks the field {error}", MEND) from error
+    except (TypeError, IndexError, AttributeError) as error:
+        raise ModelFormatError(f"{path} has a field that is a wrong one ({error})", MEND) from error
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {error.problem}", error.remedy) from error
+    except ValueError as error:
+        raise InputFileError(f"{path} is not a camera file ({error})", MEND) from error
+
+
+def _parse(path: Path, fields: dict[str, Any]) -> PlacedCamera:
+    kind = fields["format"], fields["version"]
+    if kind != (CAMERA_FORMAT, VERSION):
+        raise ModelFormatError(
+            f"{path} is {kind[0]} version {kind[1]}, wanted {CAMERA_FORMAT} {VERSION}", MEND
+        )
+    width, height = (int(n) for n in fields["size"])
+    matrix, distortion = (np.array(fields[k], np.float64) for k in ("matrix", "distortion"))
+    camera = Camera(
+        matrix, (width, height), distortion, float(fields["near"]), float(fields["far"])
+    )
+    rotations, translations = (
+        np.array(fields.get(k, [[0, 0, 0]]), np.float64).reshape(-1, 3)
+        for k in ("rotations", "translations")
+    )
+    if len(rotations) != len(translations) or not len(rotations):
+        raise ModelFormatError(
+            f"{path} has rotations without translations: {len(rotations)} and {len(translations)}",
+            "give as many of both, one where the camera stands still, or leave both out",
+        )
+    mirror = fields.get("mirror")
+    corners = None if mirror is None else np.array(mirror["rectangle"], np.float64).reshape(4, 3)
+    return PlacedCamera(camera, rotations, translations, corners)

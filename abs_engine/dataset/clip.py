@@ -1,0 +1,174 @@
+"""What is true of a clip, whichever camera looks: the person, the motion, what is said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.core.geometry import Pose
+from abs_engine.dataset.codec import FORMAT, TRUTH, VERSION
+from abs_engine.dataset.offsets import Offsets, StoredOffsets
+from abs_engine.dataset.picture import AGAIN
+from abs_engine.io.npz import read_npz
+
+FloatArray = NDArray[np.float64]
+
+LANDMARKS = ("outer_lip", "outer_lip_20", "inner_lip_8", "mouth_corners", "landmark_68")
+
+
+class Phoneme(NamedTuple):
+    """What is said from `start` to `end`, seconds."""
+
+    label: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Clip:
+    """A person who says something. Lengths in mm, angles in radians.
+
+    Parameters
+    ----------
+    name : str
+        Of the clip in its dataset.
+    rate : float
+        Frames per second.
+    person, sentence, command : str
+        Who is filmed, what is said, and the command that filmed it.
+    seed : int
+    unit_names : tuple of str
+    unit_weights : (T, 52) float64
+    identity_weights : (K,) float32
+    neutral : (V, 3) float32, head frame
+        The person at rest.
+    offsets : `Offsets`, (T, V, 3) float16, head frame
+        What was filmed is exactly neutral + offsets.
+    faces : (F, 3) int32
+    facet_class : (F,) uint8, index into `class_names`
+    class_names : tuple of str
+    uv : (V, 2) float32
+        Texture coordinates, v down from the top; empty where there are none.
+    world_rotations : (T, 3) float64
+        Rotation vectors, head to world.
+    world_translations : (T, 3) float64, world frame
+    phonemes : tuple of str
+        One for each frame.
+    intervals : tuple of `Phoneme`
+    closed : (T,) bool
+        The lips touch all along, measured on the mesh.
+    gap : (T,) float64
+        Widest gap between the lips, mm; negative where they overlap everywhere.
+    landmarks : mapping of str to int32 vertex indices
+        outer_lip, outer_lip_20, inner_lip_8, mouth_corners, landmark_68.
+    """
+
+    name: str = ""
+    rate: float
+    person: str
+    sentence: str
+    command: str
+    seed: int
+    unit_names: tuple[str, ...]
+    unit_weights: FloatArray
+    identity_weights: NDArray[np.float32]
+    neutral: NDArray[np.float32]
+    offsets: Offsets
+    faces: NDArray[np.int32]
+    facet_class: NDArray[np.uint8]
+    class_names: tuple[str, ...]
+    uv: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 2), np.float32))
+    world_rotations: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    world_translations: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    phonemes: tuple[str, ...] = ()
+    intervals: tuple[Phoneme, ...] = ()
+    closed: NDArray[np.bool_]
+    gap: FloatArray = field(default_factory=lambda: np.zeros(0))
+    landmarks: Mapping[str, NDArray[np.int32]]
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.offsets)
+
+    def vertices(self, frame: int) -> NDArray[np.float32]:
+        """Vertices (V, 3), mm, head frame, in a frame."""
+        return np.asarray(self.neutral + self.offsets[frame].astype(np.float32), np.float32)
+
+    def points(self, vertex: NDArray[np.integer]) -> FloatArray:
+        """The paths (T, N, 3), mm, head frame, of some vertices (N,); read frame after frame."""
+        out = np.empty((len(self), len(vertex), 3))
+        for frame in range(len(self)):
+            out[frame] = self.offsets[frame][vertex]
+        return np.asarray(out + self.neutral[vertex])
+
+    def world_pose(self, frame: int) -> Pose:
+        """Head to world in a frame."""
+        return Pose.from_vectors(self.world_rotations[frame], self.world_translations[frame])
+
+    @cached_property
+    def weld(self) -> NDArray[np.int64]:
+        """Number (V,) of the place where each vertex rests; copies at texture seams share it."""
+        _, number = np.unique(self.neutral, axis=0, return_inverse=True)
+        return np.asarray(number.ravel())
+
+    @cached_property
+    def aperture(self) -> FloatArray:
+        """Height (T,), mm, between the inner lips in the middle; 0 where they overlap.
+
+        y of point 62 less y of point 66 of the 68 (`inner_lip_8` 2 and 6), head frame.
+        """
+        inner = self.points(np.asarray(self.landmarks["inner_lip_8"])[[2, 6]])
+        return np.asarray(np.maximum(inner[:, 0, 1] - inner[:, 1, 1], 0.0))
+
+    @cached_property
+    def width(self) -> FloatArray:
+        """Distance (T,), mm, between the outer corners of the mouth."""
+        corners = self.points(self.landmarks["mouth_corners"])
+        return np.asarray(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1))
+
+
+_FIELDS: dict[str, Callable[[Any], Any]] = {
+    "rate": float,
+    "seed": int,
+    **dict.fromkeys(("person", "sentence", "command"), str),
+    **dict.fromkeys(("unit_names", "class_names", "phonemes"), lambda a: tuple(map(str, a))),
+    **dict.fromkeys(("unit_weights", "identity_weights", "neutral", "uv"), np.asarray),
+    **dict.fromkeys(("faces", "facet_class", "closed", "gap"), np.asarray),
+}
+
+
+def load_clip(folder: Path) -> Clip:
+    """Read the ``dataset.npz`` of a clip's folder; the vertex offsets are read when wanted.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or cannot be read.
+    ModelFormatError
+        If it has another format or version, or lacks an array.
+    """
+    path = folder / TRUTH
+    data: Mapping[str, Any] = read_npz(path, FORMAT, VERSION)
+    try:
+        fields = {name: convert(data[name]) for name, convert in _FIELDS.items()}
+        spoken = (data[f"phoneme_{n}"].tolist() for n in ("label", "start", "end"))
+        return Clip(
+            name=folder.name,
+            world_rotations=data["rotations"],
+            world_translations=data["translations"],
+            intervals=tuple(Phoneme(*row) for row in zip(*spoken, strict=True)),
+            landmarks={name: data[name] for name in LANDMARKS},
+            offsets=StoredOffsets(folder, len(data["rotations"]), len(data["neutral"])),
+            **fields,
+        )
+    except KeyError as error:
+        raise ModelFormatError(f"{path} lacks {error}", AGAIN) from error
+    except (ValueError, TypeError) as error:
+        raise ModelFormatError(f"{path} has arrays of wrong kinds ({error})", AGAIN) from error

@@ -1,0 +1,260 @@
+"""A dataset: clips, each seen by one or more cameras."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.dataset import codec
+from abs_engine.dataset.clip import Clip, load_clip
+from abs_engine.dataset.picture import AGAIN
+from abs_engine.dataset.sums import check_sums, read_sums
+from abs_engine.dataset.view import Truth, load_view
+
+
+@dataclass(frozen=True)
+class ClipEntry:
+    """A clip as ``dataset.json`` lists it.
+
+    Parameters
+    ----------
+    name, person, sentence : str
+    frames : int
+    rate : float
+        Frames per second.
+    cameras : tuple of str
+    """
+
+    name: str
+    person: str
+    sentence: str
+    frames: int
+    rate: float
+    cameras: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A dataset on disk. Iterating gives the `Truth` of every clip by every camera.
+
+    Parameters
+    ----------
+    folder : Path
+    command, engine : str
+        What made it, and which version of this package that was.
+    seed : int
+    clips : tuple of `ClipEntry`
+    labels : tuple of str
+        Which label pictures there are, of `codec.LABELS`.
+    record : dict
+        All that ``dataset.json`` holds.
+    """
+
+    folder: Path
+    command: str
+    engine: str
+    seed: int
+    clips: tuple[ClipEntry, ...]
+    labels: tuple[str, ...]
+    record: dict[str, Any] = field(repr=False, compare=False)
+
+    @property
+    def views(self) -> tuple[tuple[str, str], ...]:
+        """Names of clip and camera of every view, in the order of iteration."""
+        return tuple((clip.name, camera) for clip in self.clips for camera in clip.cameras)
+
+    def __len__(self) -> int:
+        """Return the number of views."""
+        return len(self.views)
+
+    def __iter__(self) -> Iterator[Truth]:
+        """Yield every view; those of one clip share its vertices."""
+        for entry in self.clips:
+            clip = self.clip(entry.name)
+            for camera in entry.cameras:
+                yield load_view(clip, self.folder / entry.name / camera)
+
+    def clip(self, name: str) -> Clip:
+        """Read what is true of a clip for all its cameras."""
+        return load_clip(self.folder / self._entry(name).name)
+
+    def view(self, clip: str, camera: str) -> Truth:
+        """The truth of a clip as one camera sees it.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such clip or camera.
+        """
+        cameras = self._entry(clip).cameras
+        if camera not in cameras:
+            raise ParameterError(
+                f"clip '{clip}' has no camera '{camera}'", f"choose one of {', '.join(cameras)}"
+            )
+        return load_view(self.clip(clip), self.folder / clip / camera)
+
+    def _entry(self, name: str) -> ClipEntry:
+        for entry in self.clips:
+            if entry.name == name:
+                return entry
+        names = ", ".join(entry.name for entry in self.clips)
+        raise ParameterError(f"{self.folder} has no clip '{name}'", f"choose one of {names}")
+
+
+def dataset_record(
+    *,
+    command: str,
+    seed: int,
+    engine: str,
+    clips: list[ClipEntry],
+    labels: tuple[str, ...],
+    **more: object,
+) -> dict[str, Any]:
+    """What a ``dataset.json`` holds; `more` is kept beside it, such as what a frame cost."""
+    return {
+        "format": codec.DATASET_FORMAT,
+        "version": codec.VERSION,
+        "command": command,
+        "seed": seed,
+        "engine": engine,
+        "clips": [{**vars(clip), "cameras": list(clip.cameras)} for clip in clips],
+        "labels": list(labels),
+        **more,
+    }
+
+
+def load_dataset(folder: Path, *, verify: bool = False) -> Dataset:
+    """Read a dataset's list of clips; the clips themselves are read when wanted.
+
+    Parameters
+    ----------
+    folder : Path
+    verify : bool
+        Check every file against its checksum; otherwise only ``dataset.json`` and, of each clip
+        and camera, the files that hold numbers.
+
+    Raises
+    ------
+    InputFileError
+        If it is no dataset or a file is missing.
+    ModelFormatError
+        If a file was altered, or has another format or version.
+    """
+    folder = Path(folder)
+    dataset = read_record(folder)
+    check_sums(folder, None if verify else _number_files(dataset, dataset.views))
+    return dataset
+
+
+def read_record(folder: Path) -> Dataset:
+    """Read ``dataset.json`` without looking at any other file.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no JSON.
+    ModelFormatError
+        If it has another format or version, or lacks a field.
+    """
+    path = folder / codec.DATASET
+    if not path.is_file():
+        raise InputFileError(
+            f"{folder} is not ground truth: {codec.DATASET} is missing", "check the path"
+        )
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        kind = record["format"], record["version"]
+        if kind != (codec.DATASET_FORMAT, codec.VERSION):
+            raise ModelFormatError(
+                f"{path} is {kind[0]} version {kind[1]}, wanted {codec.DATASET_FORMAT} "
+                f"version {codec.VERSION}",
+                AGAIN,
+            )
+        clips = tuple(_entry(item) for item in record["clips"])
+        labels = tuple(map(str, record["labels"]))
+        command, engine, seed = str(record["command"]), str(record["engine"]), int(record["seed"])
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ModelFormatError(
+            f"{path} lacks a field or has a wrong one ({error})", AGAIN
+        ) from error
+    except ValueError as error:
+        raise InputFileError(f"{path} is not a list of clips", AGAIN) from error
+    return Dataset(folder, command, engine, seed, clips, labels, record)
+
+
+def _entry(item: dict[str, Any]) -> ClipEntry:
+    name, person, sentence = (str(item[key]) for key in ("name", "person", "sentence"))
+    cameras = tuple(map(str, item["cameras"]))
+    return ClipEntry(name, person, sentence, int(item["frames"]), float(item["rate"]), cameras)
+
+
+def load_truth(path: Path, *, verify: bool = False) -> Truth:
+    """Read the ground truth of one clip by one camera.
+
+    Parameters
+    ----------
+    path : Path
+        A dataset of one clip and camera, DATASET/CLIP of one camera, or DATASET/CLIP/CAMERA.
+    verify : bool
+        As in `load_dataset`, for the files of this clip and camera.
+
+    Raises
+    ------
+    InputFileError
+        If it is no dataset or a file is missing.
+    ModelFormatError
+        If a file was altered, or has another format or version.
+    ParameterError
+        If there are several clips or cameras to choose from.
+    """
+    folder, given = _root(Path(path))
+    dataset = read_record(folder)
+    found = [view for view in dataset.views if view[: len(given)] == given]
+    if not found:
+        raise InputFileError(
+            f"{path} is not a clip of {folder}", f"choose {_choices(dataset.views)}"
+        )
+    if len(found) > 1:
+        raise ParameterError(
+            f"{path} holds {len(found)} clips by cameras", f"name one: {_choices(tuple(found))}"
+        )
+    names = _all_files(dataset, found[0]) if verify else _number_files(dataset, tuple(found))
+    check_sums(folder, names)
+    return dataset.view(*found[0])
+
+
+def _root(path: Path) -> tuple[Path, tuple[str, ...]]:
+    """The dataset's folder, and the names of clip and camera that the path gives."""
+    whole = path.resolve()
+    for depth in range(3):
+        folder = (path, *whole.parents)[depth] if depth else path
+        if (folder / codec.DATASET).is_file():
+            return folder, whole.parts[len(whole.parts) - depth :] if depth else ()
+    return path, ()
+
+
+def _choices(views: tuple[tuple[str, str], ...]) -> str:
+    shown = ["/".join(view) for view in views[:6]]
+    return ", ".join(shown) + (", ..." if len(views) > len(shown) else "")
+
+
+def _number_files(dataset: Dataset, views: tuple[tuple[str, str], ...]) -> list[str]:
+    """``dataset.json`` and what holds numbers but no pictures and no vertices."""
+    clips = dict.fromkeys(clip for clip, _ in views)
+    return [
+        codec.DATASET,
+        *(f"{clip}/{codec.TRUTH}" for clip in clips),
+        *(f"{c}/{v}/{name}" for c, v in views for name in (codec.CAMERA, codec.POINTS)),
+    ]
+
+
+def _all_files(dataset: Dataset, view: tuple[str, str]) -> list[str]:
+    clip, camera = view
+    shared = f"{clip}/{codec.TRUTH}", codec.DATASET
+    starts = f"{clip}/{codec.VERTICES}/", f"{clip}/{camera}/"
+    listed = [n for n in read_sums(dataset.folder) if n in shared or n.startswith(starts)]
+    return list(dict.fromkeys([*_number_files(dataset, (view,)), *listed]))

@@ -1,0 +1,87 @@
+"""Vertex offsets of a clip, in files of `CHUNK` frames that are read when they are wanted."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.dataset.codec import CHUNK, OFFSETS_FORMAT, VERSION, VERTICES, chunk_name
+from abs_engine.dataset.picture import AGAIN
+from abs_engine.io.npz import read_npz
+
+Offset = NDArray[np.float16]
+_KEPT = 3
+
+
+class Offsets(Protocol):
+    """What a clip's offsets are: `StoredOffsets`, or any array (T, V, 3) float16."""
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        ...
+
+    def __getitem__(self, frame: int, /) -> Offset:
+        """Offsets (V, 3), mm, of a frame."""
+        ...
+
+
+class StoredOffsets:
+    """Offsets in a folder; only the last few files that were read are kept in memory.
+
+    Parameters
+    ----------
+    folder : Path
+        That of the clip.
+    frames, vertices : int
+        How many there must be.
+    """
+
+    def __init__(self, folder: Path, frames: int, vertices: int) -> None:
+        self._folder, self._frames, self._vertices = folder / VERTICES, frames, vertices
+        self._kept: OrderedDict[str, Offset] = OrderedDict()
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self._frames
+
+    def __getitem__(self, frame: int) -> Offset:
+        """Offsets (V, 3) float16, mm, of a frame.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such frame.
+        InputFileError
+            If its file is missing or broken.
+        ModelFormatError
+            If its file is of other frames or of another mesh.
+        """
+        check_frame(frame, self._frames)
+        name = chunk_name(frame)
+        if name not in self._kept:
+            self._kept[name] = self._read(name, frame // CHUNK * CHUNK)
+            while len(self._kept) > _KEPT:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(name)
+        return np.asarray(self._kept[name][frame % CHUNK])
+
+    def _read(self, name: str, first: int) -> Offset:
+        path = self._folder / name
+        offsets = read_npz(path, OFFSETS_FORMAT, VERSION).get("offsets", np.zeros(0))
+        shape = min(CHUNK, self._frames - first), self._vertices, 3
+        if offsets.shape != shape or offsets.dtype != np.float16:
+            raise ModelFormatError(
+                f"{path} holds {offsets.shape} {offsets.dtype}, wanted {shape} float16", AGAIN
+            )
+        return np.asarray(offsets)
+
+
+def check_frame(frame: int, frames: int) -> None:
+    """Raise `ParameterError` unless there is such a frame."""
+    if not 0 <= frame < frames:
+        raise ParameterError(f"there is no frame {frame}", f"give 0 to {frames - 1}")

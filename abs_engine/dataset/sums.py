@@ -1,0 +1,91 @@
+"""``SHA256SUMS``: what a folder's files were when it was written, as ``sha256sum -c`` reads it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.dataset.picture import AGAIN
+
+SUMS = "SHA256SUMS"
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
+    """Write the list of all other files of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+    known : mapping of str to str, optional
+        Digests that were taken already, by name relative to the folder; the rest are taken here.
+    """
+    known = {} if known is None else known
+    lines = [f"{known.get(name) or digest(folder / name)}  {name}\n" for name in file_names(folder)]
+    (folder / SUMS).write_text("".join(lines), encoding="utf-8")
+
+
+def file_names(folder: Path) -> list[str]:
+    """Names of all files below a folder but the list itself, sorted, with '/' between."""
+    paths = (p for p in folder.rglob("*") if p.is_file())
+    return sorted(n for n in (p.relative_to(folder).as_posix() for p in paths) if n != SUMS)
+
+
+def read_sums(folder: Path) -> dict[str, str]:
+    """Digests by name.
+
+    Raises
+    ------
+    InputFileError
+        If there is no list.
+    """
+    listed = folder / SUMS
+    if not listed.is_file():
+        raise InputFileError(f"{folder} is not a dataset: {SUMS} is missing", "check the path")
+    lines = listed.read_text(encoding="utf-8", errors="replace").splitlines()
+    return {name: value for value, _, name in (line.partition("  ") for line in lines)}
+
+
+def wrong_sums(
+    folder: Path, sums: Mapping[str, str], names: Iterable[str]
+) -> Iterator[tuple[str, str]]:
+    """Files that are not what they were: name, and "missing", "altered" or "not listed"."""
+    for name in names:
+        if not (folder / name).is_file():
+            yield name, "missing"
+        elif name not in sums:
+            yield name, "not listed"
+        elif digest(folder / name) != sums[name]:
+            yield name, "altered"
+
+
+def check_sums(folder: Path, only: Iterable[str] | None = None) -> None:
+    """Compare files of a folder with its ``SHA256SUMS``.
+
+    Parameters
+    ----------
+    folder : Path
+    only : iterable of str, optional
+        Names of the files to check, by default all that are listed.
+
+    Raises
+    ------
+    InputFileError
+        If the list or a file is missing.
+    ModelFormatError
+        If a file differs from what was written, or is not listed.
+    """
+    folder = Path(folder)
+    sums = read_sums(folder)
+    for name, problem in wrong_sums(folder, sums, sums if only is None else only):
+        if problem == "missing":
+            raise InputFileError(f"{folder / name} does not exist", AGAIN)
+        said = "was altered after it was written" if problem == "altered" else "is not listed"
+        raise ModelFormatError(f"{folder / name} {said}", AGAIN)

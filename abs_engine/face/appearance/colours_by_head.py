@@ -1,0 +1,197 @@
+"""Learning the colour classes of a clip where a placed head shows them, each lip by itself.
+
+Nothing is assumed of how lips differ from skin: what lies where the landmarks and the drawn head
+put a lip is what that lip looks like. Few or unsure pixels make a class wide, and no person is
+refused for them; how well the classes can be told apart is measured (`separability`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.face.appearance.colour import (
+    EACH_LIP,
+    ColourClasses,
+    FloatArray,
+    features,
+    luminance,
+)
+from abs_engine.face.appearance.colour_learning import (
+    LIP_SHADING,
+    assembled,
+    border_axis,
+    bordered,
+    posterior,
+    shaded,
+    skin_of,
+    sound,
+)
+from abs_engine.face.appearance.colour_prior import (
+    inside_guess,
+    less_red,
+    lit_share,
+    typical_lips,
+    with_shade,
+)
+from abs_engine.face.appearance.mixture import Mixture, fit_mixture
+
+PLACES = ("skin", *EACH_LIP, "inside")
+WIDTH = np.array([0.012, 0.008, 0.05])
+"""Standard deviations, in `features`, of a lip of which nothing is known but a rough colour: those
+of a pixel about its own person's lips (see `anybody`), widened by a fifth."""
+HELD = 40.0  # pixels that this width counts as
+PLACE = np.array([0.012, 0.010, 0.04])
+"""By how much, in `features`, a lip's colour may be wrong as its place is: skin or a dark opening
+beside it differ by three times as much, and may be a third of what is learned."""
+_CORE = 0.6  # of a lip's largest prior: where it is expected surely enough to learn from
+_ROUNDS = 10
+_MOST = 12_000  # pixels
+
+
+def learn_placed(
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
+) -> ColourClasses:
+    """Skin, upper lip, lower lip, teeth and dark of a clip.
+
+    Expectation maximisation in which a pixel's prior over the classes comes from its place.
+
+    Parameters
+    ----------
+    images : sequence of (H, W, 3), RGB
+    places : sequence of (4, H, W) float64
+        Prior probability of each of `PLACES` at each pixel; the rest to 1 is "none of them".
+
+    Returns
+    -------
+    ColourClasses
+        With a mixture of each lip and their `separability`.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the places hold no skin or no lips: they lie outside of the picture.
+    """
+    prior, pixels = _chosen(images, places)
+    certain = prior[0] > 0.9 * prior[0].max()
+    reference = float(np.median(luminance(pixels)[certain]))
+    samples = features(pixels, reference)
+    skin, inside, lips, share = _separated(samples, prior, skin_of(samples[certain]))
+    skin = sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
+    each = {
+        name: _finished(samples, share[k] * _core(prior[k]), lip)
+        for k, (name, lip) in enumerate(zip(EACH_LIP, lips, strict=True), 1)
+    }
+    both = _joined(list(each.values()))
+    whole = assembled(skin, both, inside, reference)
+    axis = border_axis(skin, both)
+    told = {n: _told_apart(samples, prior, k, skin, each[n]) for k, n in enumerate(EACH_LIP, 1)}
+    return replace(
+        whole,
+        mixtures=whole.mixtures | {n: bordered(m, axis) for n, m in each.items()},
+        separability=told,
+    )
+
+
+def _core(prior: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray(prior > _CORE * prior.max())
+
+
+def _separated(
+    samples: FloatArray, prior: FloatArray, skin: Mixture
+) -> tuple[Mixture, Mixture, list[Mixture], FloatArray]:
+    """Skin, inside, the two lips, and the probability (4, N) of each place's class."""
+    anchor = inside = inside_guess(skin)
+    lips = [
+        _drawn(_guess(samples, prior[k] * _core(prior[k]), typical_lips(skin)), skin)
+        for k in (1, 2)
+    ]
+    strength = 0.25 * prior[1:3].sum()
+    share = prior
+    for _ in range(_ROUNDS):
+        share = posterior([skin, *(with_shade(m) for m in lips), inside], samples, prior)
+        own = [
+            share[k] * _core(prior[k]) * lit_share(with_shade(m), samples)
+            for k, m in zip((1, 2), lips, strict=True)
+        ]
+        lips = [
+            _drawn(m.anchored(samples, w, replace(_wide(m), weights=m.weights), HELD), skin)
+            for m, w in zip(lips, own, strict=True)
+        ]
+        inside = less_red(inside.anchored(samples, share[3], anchor, strength), _joined(lips))
+        skin = sound(skin.updated(samples, share[0] * (prior[0] > 0.5)))
+    return skin, inside, lips, share
+
+
+def _guess(samples: FloatArray, weight: FloatArray, usual: Mixture) -> Mixture:
+    """A lip by the median of where it is expected: what else shows there is the lesser part.
+
+    One that is seen nowhere is taken for anybody's.
+    """
+    if not weight.any():
+        return usual
+    order = np.argsort(samples, axis=0)
+    share = np.cumsum(weight[order], axis=0) / max(float(weight.sum()), 1e-9)
+    middle = [samples[order[np.searchsorted(share[:, d], 0.5), d], d] for d in range(3)]
+    return Mixture(np.ones(1), np.array([middle]), np.diag(WIDTH**2)[None])
+
+
+def _drawn(lip: Mixture, skin: Mixture) -> Mixture:
+    """A lip drawn towards anybody's beside such skin, as its place may be off (see `PLACE`)."""
+    usual = typical_lips(skin)
+    spread = np.diag(usual.covariances[0])
+    share = PLACE**2 / (PLACE**2 + spread)
+    return replace(lip, means=lip.means + share * (usual.means[0] - lip.means))
+
+
+def _wide(mixture: Mixture) -> Mixture:
+    """A mixture as wide as a lip of which nothing is known."""
+    return replace(mixture, covariances=np.repeat(np.diag(WIDTH**2)[None], len(mixture.weights), 0))
+
+
+def _finished(samples: FloatArray, weight: FloatArray, lip: Mixture) -> Mixture:
+    """A lip with as many components as its pixels ask for, widened where they are few."""
+    weight = weight * lit_share(with_shade(lip), samples)
+    found = lip if weight.sum() < 2 * HELD else fit_mixture(samples, weight, 2)
+    return with_shade(shaded(found.anchored(samples, weight, _wide(found), HELD), LIP_SHADING))
+
+
+def _joined(mixtures: Sequence[Mixture]) -> Mixture:
+    """All of the mixtures, each as frequent."""
+    return Mixture(
+        np.concatenate([m.weights for m in mixtures]) / len(mixtures),
+        np.vstack([m.means for m in mixtures]),
+        np.concatenate([m.covariances for m in mixtures]),
+    )
+
+
+def _told_apart(
+    samples: FloatArray, prior: FloatArray, place: int, skin: Mixture, lip: Mixture
+) -> float:
+    """How probably a pixel of skin or of this lip is told right by its colour: 0.5 to 1."""
+    densities = np.stack([skin.density(samples), lip.density(samples)])
+    right = densities / np.maximum(densities.sum(axis=0), 1e-300)
+    surely = [prior[k] * _core(prior[k]) for k in (0, place)]
+    means = [w @ r / max(float(w.sum()), 1e-9) for w, r in zip(surely, right, strict=True)]
+    return float(np.mean(means))
+
+
+def _chosen(
+    images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Priors (4, N) and RGB values (N, 3) of the pixels that are learned from."""
+    prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
+    pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
+    keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
+    keep = keep[:: max(1, -(-len(keep) // _MOST))]
+    prior, pixels = prior[:, keep], pixels[keep]
+    if not (prior.size and min(prior[0].max(), prior[1:3].max()) > 0.2):
+        raise FaceNotFoundError(
+            "the mouth lies outside of the picture in the frames that were looked at",
+            "give a video that shows the mouth",
+        )
+    return prior, pixels

@@ -1,0 +1,153 @@
+"""Which points carry local appearance, and at which scale (Odisio & Bailly, 3.2 and 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.scene import Renderer, Scene
+from abs_engine.face.appearance.descriptors import DescriptorMaps
+from abs_engine.face.appearance.local import LocalModel, sighted
+from abs_engine.face.appearance.patches import Patches
+from abs_engine.face.appearance.visibility import FloatArray, Sighting
+
+N_POINTS = 63
+"""The paper's N."""
+OFTEN = 0.6
+"""Least share of the training frames that must show a point."""
+SQUARELY = 0.5
+"""Least mean cosine between its normal and the line of sight: flatter, near the outline, its
+filters see the background too, and a small turn of the head changes them more than speech does."""
+SCALES = (1.2, 1.7, 2.4, 3.4, 4.8)
+
+
+def choose_points(
+    model: LocalModel,
+    count: int = N_POINTS,
+    places: FloatArray | None = None,
+    spacing: float = 0.0,
+    whiten: bool = False,
+) -> NDArray[np.int64]:
+    """Choose points by the variance that each parameter reconstructs of their descriptors.
+
+    For each parameter the points are ranked by the variance that its column of M_D reconstructs;
+    the parameters take turns, each with its best point that is not yet chosen, so duplicates go.
+
+    Parameters
+    ----------
+    model : LocalModel
+        Of all points, with modes.
+    count : int
+        How many points to choose; fewer come back if there are no more.
+    places : (N, 3) float64, mm, optional
+        Where the points are, for `spacing`.
+    spacing : float, mm
+        Points nearer than that to a chosen one are duplicates of it.
+    whiten : bool
+        Weigh each component by what the model leaves unexplained of it; the paper does not.
+
+    Returns
+    -------
+    (count,) int64
+        Indices of the model's points, in the order in which they were chosen.
+
+    Raises
+    ------
+    ParameterError
+        If the model is constant, or no point is seen in a share `OFTEN` of the frames, `SQUARELY`.
+    """
+    if len(model.modes) == 0:
+        raise ParameterError("constant appearance ranks no points", "choose before `constant`")
+    usable = usable_points(model)
+    gains = reconstructed(model, whiten)
+    gains[:, ~usable] = -1.0
+    ranks = [list(np.argsort(-row, kind="stable")[: int(usable.sum())]) for row in gains]
+    return _by_turns(ranks, usable, count, places, spacing)
+
+
+def usable_points(model: LocalModel) -> NDArray[np.bool_]:
+    """Which points (N,) are seen in a share `OFTEN` of the frames, and `SQUARELY`.
+
+    Raises
+    ------
+    ParameterError
+        If none is.
+    """
+    usable = np.asarray((model.seen >= OFTEN) & (model.facing >= SQUARELY))
+    if not usable.any():
+        raise ParameterError(
+            f"no point is seen squarely in {OFTEN:.0%} of the frames",
+            "give points in front of the face",
+        )
+    return usable
+
+
+def _by_turns(
+    ranks: list[list[np.intp]],
+    free: NDArray[np.bool_],
+    count: int,
+    places: FloatArray | None,
+    spacing: float,
+) -> NDArray[np.int64]:
+    """Each rank's best that is still free, in turns; what is within `spacing` of one is not."""
+    chosen: list[int] = []
+    while len(chosen) < count and any(ranks):
+        for rank in ranks:
+            while rank and not free[rank[0]]:
+                rank.pop(0)
+            if rank and len(chosen) < count:
+                best = int(rank.pop(0))
+                chosen.append(best)
+                free[best] = False
+                if places is not None and spacing > 0:
+                    free &= np.linalg.norm(places - places[best], axis=1) >= spacing
+    return np.array(chosen, np.int64)
+
+
+def reconstructed(model: LocalModel, whiten: bool = False) -> FloatArray:
+    """Variance (P, N) of each point's descriptor that each parameter's column of M_D makes."""
+    modes = model.modes / np.maximum(model.spread, 1e-6) if whiten else model.modes
+    return np.asarray(((modes * model.reach[:, None, None]) ** 2).sum(axis=2))
+
+
+def own_scales(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    vertices: NDArray[np.integer],
+    camera: Camera,
+    renderer: Renderer,
+    scales: tuple[float, ...] = SCALES,
+    scale: float = 1.0,
+) -> FloatArray:
+    """Each point's own scale (N,), drawn pixels, by Lindeberg's automatic selection.
+
+    The scale at which the gradient of Y, Cb and Cr, times the square root of the scale, is
+    largest on average over the frames that show the point (gamma 1/2 of Lindeberg 1998, whose
+    maximum over scale is at the width of an edge). Beyond the paper, which names it as further
+    work. A point that is never seen gets the middle scale.
+
+    Parameters
+    ----------
+    sightings, scene, vertices, camera, renderer, scale
+        As for `local.learn_local`.
+    scales : tuple of float, drawn pixels
+        To choose from.
+    """
+    patches = Patches.around(scene, vertices)
+    window = Window(0, 0, *camera.size, scale)
+    sigma = np.asarray(scales, np.float64)
+    strength = np.zeros((len(sigma), len(vertices)))
+    for sighting in sightings:
+        weights, flat = sighted(sighting, patches, scene, camera, window, renderer)
+        pixels = flat[patches.points]
+        maps = DescriptorMaps.of(window.sample(np.asarray(sighting.image, np.float32)), sigma)
+        for k in range(len(sigma)):
+            which = np.full(len(vertices), k)
+            squared = (maps.at(pixels, which)[:, 2:] ** 2).sum(axis=1)
+            strength[k] += (weights > 0) * np.sqrt(sigma[k] * squared)
+    best = sigma[strength.argmax(axis=0)]
+    return np.asarray(np.where(strength.any(axis=0), best, sigma[len(sigma) // 2]))

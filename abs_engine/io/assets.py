@@ -1,0 +1,248 @@
+"""The only reader of mesh and model files; finds the files that are shipped with the package."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.geometry import check_mesh
+from abs_engine.io.npz import read_npz
+
+FORMAT, VERSION = "abs_engine.speaker", 1
+POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)
+LIPS_OF_68 = slice(48, 68)
+"""The lips among the 68 landmarks of `Speaker.points`: 12 outer points, then 8 inner ones."""
+CLOSED_APERTURE = 1.0
+"""Lips are closed below this aperture, mm, in result and truth alike: about a pixel of video."""
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Speaker:
+    """A head: mesh, facet classes, face units, and the people that it can be.
+
+    Lengths in mm, head frame (x to the subject's left, y up, z out of the face), origin midway
+    between the ear canals.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float32
+        The average person, mouth closed.
+    faces : (F, 3) int32
+    uv : (V, 2) float32, v down from the top of the texture
+    weld : (V,) int32
+        Index of the geometric vertex; copies at texture seams share one.
+    facet_class : (F,) uint8, index into `class_names`
+    class_names : tuple of str; the first is the background
+    unit_names : tuple of str; the 52 ARKit face units
+    units : (52, V, 3) float16, mm at weight 1
+    identity_names : tuple of str
+    identity : (K, V, 3) float16, mm at weight 1
+    people : mapping of str to (K,) float32, identity weights
+    landmarks : mapping of str to int32 vertex indices
+    folder : Path
+        Where the textures lie.
+    points : mapping of str to int32 vertex indices
+        The frozen lists of ``points.json``: `landmark_68` and the areas `face`, `lips` and `jaw`,
+        each described in the file; empty for a head without that file.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    uv: NDArray[np.float32]
+    weld: NDArray[np.int32]
+    facet_class: NDArray[np.uint8]
+    class_names: tuple[str, ...]
+    unit_names: tuple[str, ...]
+    units: NDArray[np.float16]
+    identity_names: tuple[str, ...]
+    identity: NDArray[np.float16]
+    people: Mapping[str, NDArray[np.float32]]
+    landmarks: Mapping[str, NDArray[np.int32]]
+    folder: Path
+    points: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
+
+    def class_id(self, name: str) -> int:
+        """Id of a facet class by its name."""
+        return self.class_names.index(name)
+
+    def identity_weights(self, **weights: float) -> NDArray[np.float32]:
+        """Identity weights (K,) from target names without their folder, '-' written as '_'."""
+        short = {n.split("/")[-1].replace("-", "_"): i for i, n in enumerate(self.identity_names)}
+        out = np.zeros(len(self.identity_names), np.float32)
+        for name, value in weights.items():
+            out[short[_known(name, short)]] = value
+        return out
+
+    def person(self, weights: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Neutral vertices (V, 3), mm, of the person with identity weights (K,)."""
+        used = np.flatnonzero(weights)
+        deltas = self.identity[used].astype(np.float32)
+        return np.asarray(self.vertices + np.tensordot(weights[used], deltas, 1), np.float32)
+
+    def named(self, person: str) -> NDArray[np.float32]:
+        """Neutral vertices (V, 3), mm, of a person by name.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such person.
+        """
+        if person not in self.people:
+            raise ParameterError(
+                f"there is no person '{person}'", f"choose one of {', '.join(self.people)}"
+            )
+        return self.person(self.people[person])
+
+    def texture(self, person: str) -> NDArray[np.uint8]:
+        """The painted texture of a person, (H, W, 3) uint8 RGB."""
+        return read_image(self.folder / f"texture_{person}.jpg")
+
+    def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
+        """Deltas (N, V, 3), mm, of the named face units."""
+        known = [self.unit_names.index(_known(n, self.unit_names)) for n in names]
+        return self.units[known].astype(np.float32)
+
+    @cached_property
+    def lip_ring(self) -> NDArray[np.int32]:
+        """Outer lip contour, an ordered closed loop of vertex indices."""
+        return np.asarray(self.landmarks["outer_lip"])
+
+
+_LANDMARKS = (
+    "outer_lip",
+    "inner_lip_upper",
+    "inner_lip_lower",
+    "outer_lip_20",
+    "inner_lip_8",
+    "mouth_corners",
+    "nose_tip",
+    "chin",
+    "eye_corners",
+)
+
+
+def _known(name: str, names: Container[str]) -> str:
+    """The name, if the speaker has it."""
+    if name not in names:
+        raise ModelFormatError(
+            f"the speaker has no shape target '{name}'", "make it again with assets/make_speaker.py"
+        )
+    return name
+
+
+def shipped(name: str) -> Path:
+    """Path of a file in `assets/`: the package's own copy, or the repository's.
+
+    Raises
+    ------
+    InputFileError
+        If it is in neither.
+    """
+    for folder in (_PACKAGE / "_data" / "assets", _PACKAGE.parent / "assets"):
+        if (folder / name).exists():
+            return folder / name
+    raise InputFileError(f"the shipped file {name} is missing", "install abs-engine again")
+
+
+def load_speaker(path: Path | None = None) -> Speaker:
+    """Read a speaker.
+
+    Parameters
+    ----------
+    path : Path, optional
+        A `head.npz`; by default the bundled head.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or cannot be read.
+    ModelFormatError
+        If it has another format or version.
+    MeshError
+        If the mesh cannot be drawn.
+    """
+    path = shipped("speaker/head.npz") if path is None else Path(path)
+    data = read_npz(path, FORMAT, VERSION)
+    try:
+        people = np.asarray(data["people"], np.float32)
+        speaker = Speaker(
+            vertices=np.asarray(data["vertices"], np.float32),
+            faces=np.asarray(data["faces"], np.int32),
+            uv=np.asarray(data["uv"], np.float32),
+            weld=np.asarray(data["weld"], np.int32),
+            facet_class=np.asarray(data["facet_class"], np.uint8),
+            class_names=tuple(map(str, data["class_names"])),
+            unit_names=tuple(map(str, data["unit_names"])),
+            units=np.asarray(data["units"], np.float16),
+            identity_names=tuple(map(str, data["identity_names"])),
+            identity=np.asarray(data["identity"], np.float16),
+            people=dict(zip(map(str, data["people_names"]), people, strict=True)),
+            landmarks={k: np.atleast_1d(np.asarray(data[k], np.int32)) for k in _LANDMARKS},
+            folder=path.parent,
+            points=load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"])),
+        )
+    except KeyError as error:
+        raise ModelFormatError(
+            f"{path} lacks {error}", "make it again with assets/make_speaker.py"
+        ) from error
+    check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
+    return speaker
+
+
+def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:
+    """Read the frozen vertex lists of a head with that many vertices and faces.
+
+    Returns
+    -------
+    dict of str to int32 vertex indices
+        Empty where there is no such file.
+
+    Raises
+    ------
+    InputFileError
+        If the file is no JSON.
+    ModelFormatError
+        If it has another format or version, or belongs to another mesh.
+    """
+    if not path.is_file():
+        return {}
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        kind, version = (told["format"], told["vertices"], told["faces"]), told["version"]
+        lists = {k: np.asarray(v["vertices"], np.int32) for k, v in told["lists"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputFileError(
+            f"{path} is not a list of points", "make it again with assets/speaker_points.py"
+        ) from error
+    inside = all(v.size and v.min() >= 0 and v.max() < vertices for v in lists.values())
+    known = kind == (POINTS_FORMAT, vertices, faces) and version in POINTS_VERSIONS
+    if not (known and inside):
+        raise ModelFormatError(
+            f"{path} has another format or belongs to another mesh",
+            "make it again with assets/speaker_points.py",
+        )
+    return lists
+
+
+def read_image(path: Path) -> NDArray[np.uint8]:
+    """Read a picture as (H, W, 3) uint8 RGB.
+
+    Raises
+    ------
+    InputFileError
+        If it is missing or no picture.
+    """
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise InputFileError(f"{path} is not a readable picture", "give a PNG or JPEG file")
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)

@@ -1,0 +1,174 @@
+"""Archives of arrays, `.npz`, that name their format and version. Nothing is pickled."""
+
+from __future__ import annotations
+
+import io
+import lzma
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.io.files import write_new
+from abs_engine.io.inputs import check_file
+
+T = TypeVar("T")
+BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError, MemoryError,
+          zipfile.BadZipFile, zlib.error, lzma.LZMAError)  # fmt: skip
+"""What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
+encrypted, packed in another way, holds pickles, or claims more numbers than any memory holds."""
+_TAKEN = {"format", "version", "file", "allow_pickle"}
+"""What the file says itself, and arguments of `numpy.savez_compressed`."""
+
+
+def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generic]]:
+    """Read an `.npz` that names its `format` and `version`.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If format or version differ, or it holds complex numbers.
+    """
+    data = read_arrays(path)
+    check_format(path, data, kind, version)
+    for name, values in data.items():
+        if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
+            raise ModelFormatError(f"{name!r} in {path} is complex", "give real numbers")
+    return data
+
+
+def read_model(
+    path: Path, kind: str, version: int, make: Callable[[Mapping[str, Any]], T], name: str
+) -> T:
+    """Read an `.npz` as `read_npz` does and make a model of its arrays.
+
+    Parameters
+    ----------
+    path : Path
+    kind : str
+    version : int
+    make : callable
+        Makes the model; `KeyError`, `TypeError`, `ValueError`, `ParameterError` are told as the
+        file's fault.
+    name : str
+        What it should be.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If it has another format or version, or its arrays make no such model.
+    """
+    data = read_npz(Path(path), kind, version)
+    try:
+        return make(data)
+    except (KeyError, TypeError, ValueError, ParameterError) as error:
+        raise ModelFormatError(
+            f"{path} does not hold a complete {name}", "learn it again"
+        ) from error
+
+
+def write_npz(path: Path, kind: str, version: int, arrays: Mapping[str, Any]) -> None:
+    """Write an `.npz` that `read_npz` reads, compressed, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Must not exist.
+    kind : str
+        Its `format`.
+    version : int
+        Its `version`.
+    arrays : mapping of str to array, number, text, or sequences of these
+        None of them is called `format`, `version`, `file` or `allow_pickle`.
+
+    Raises
+    ------
+    OutputError
+        If it exists or cannot be written.
+    TypeError
+        If something would have to be pickled, which `read_npz` refuses.
+    ValueError
+        If an array has a name that is taken.
+    """
+    taken = sorted(_TAKEN & arrays.keys())
+    if taken:
+        raise ValueError(f"no array of an NPZ file can be called '{taken[0]}'")
+    fields: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+    pickled = [name for name, value in fields.items() if value.dtype.hasobject]
+    if pickled:
+        raise TypeError(f"{pickled[0]} is neither numbers nor text")
+    memory = io.BytesIO()
+    np.savez_compressed(memory, **fields, format=kind, version=version)
+    write_new(path, memory.getvalue())
+
+
+def check_format(
+    path: Path, data: Mapping[str, NDArray[np.generic]], kind: str, version: int
+) -> None:
+    """Raise `ModelFormatError` unless the arrays of a file are of a kind and a version."""
+    found = format_of(data), _version_of(data)
+    if found != (kind, version):
+        remedy = "make it again" if found[0] == kind else "give one that was made"
+        raise ModelFormatError(
+            f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
+            f"{remedy} with this release",
+        )
+
+
+def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
+    """What a file says that it is; "unknown" where that is missing, or not a line of text."""
+    named = data.get("format")
+    if named is None or named.ndim or named.dtype.kind != "U":
+        return "unknown"
+    return str(named) if str(named).isprintable() else "unknown"
+
+
+def read_kind(path: Path) -> str:
+    """What an `.npz` says that it is, without reading its arrays.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    """
+    check_file(path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
+    except BROKEN as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    return format_of(named)
+
+
+def _version_of(data: Mapping[str, NDArray[np.generic]]) -> int | str:
+    """The version of a file; 0 where it is missing, "unknown" where it is not an integer."""
+    told = data.get("version")
+    if told is None:
+        return 0
+    return "unknown" if told.ndim or told.dtype.kind not in "iu" else int(told)
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Read an `.npz` of any making; nothing in it may be pickled.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    """
+    check_file(path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            # what is no array within the archive comes as bytes
+            return {name: np.asarray(archive[name]) for name in archive.files}
+    except BROKEN as error:
+        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error

@@ -1,0 +1,87 @@
+"""Opens a video file, or says what is wrong with it."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import av
+import av.error
+from av.stream import Disposition
+
+from abs_engine.core.errors import InputFileError, VideoError
+from abs_engine.io.video.truncation import is_torn
+
+_NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal
+
+
+def open_video(path: Path) -> av.container.InputContainer:
+    """Open a file that holds pictures; use it in a `with` statement.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    InputFileError
+        If there is no such file, it is empty, a folder, or may not be read.
+    VideoError
+        If it is not a video, has sound only, or breaks off before its index.
+    """
+    path = Path(path)
+    check_readable(path)
+    try:
+        container = av.open(str(path))
+    except av.error.FFmpegError as error:
+        if is_torn(path):
+            raise VideoError(
+                f"{path} is cut off before any picture can be read", "copy or export it again"
+            ) from error
+        raise VideoError(f"{path} is not a video", "give MP4, AVI, MPEG, MKV or WebM") from error
+    problem = _unusable(container)
+    if problem:
+        container.close()
+        raise VideoError(f"{path} {problem}", "give MP4, AVI, MPEG, MKV or WebM with pictures")
+    return container
+
+
+def picture_stream(container: av.container.InputContainer) -> av.VideoStream:
+    """The stream that is read: the first that is not the cover picture of a sound file."""
+    return _moving(container)[0]
+
+
+def check_readable(path: Path) -> None:
+    """Raise `InputFileError` if the path is no file with something in it that may be read."""
+    try:
+        found = os.stat(path)
+        if stat.S_ISDIR(found.st_mode):
+            raise InputFileError(f"{path} is a folder", "give the video file in it")
+        if not stat.S_ISREG(found.st_mode):
+            raise InputFileError(f"{path} is not an ordinary file", "give a video file")
+        with path.open("rb"):
+            pass
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputFileError(f"{path} does not exist", "check the path of the video") from error
+    except OSError as error:
+        raise InputFileError(
+            f"{path} cannot be read ({error.strerror})", "check who may read it, and its path"
+        ) from error
+    if found.st_size == 0:
+        raise InputFileError(f"{path} is empty", "copy or export the video again")
+
+
+def _moving(container: av.container.InputContainer) -> list[av.VideoStream]:
+    return [s for s in container.streams.video if not s.disposition & Disposition.attached_pic]
+
+
+def _unusable(container: av.container.InputContainer) -> str:
+    """Why nothing can be read, empty where it can."""
+    if container.format.name in _NOT_VIDEO:
+        return "is not a video"
+    streams = _moving(container)
+    if not streams:
+        return "has no video stream"
+    context = getattr(streams[0], "codec_context", None)  # None where no decoder is known
+    return "" if context is not None else "is coded in a way that is not known here"

@@ -1,0 +1,122 @@
+"""Tracked sequences in a folder, so that work which was cut off is not done again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.geometry import Pose
+from abs_engine.io.files import unwritable
+from abs_engine.io.npz import read_npz
+from abs_engine.papers.odisio2004.sequence import Settings, Tracked
+
+FORMAT, VERSION = "abs_engine.tracked", 1
+_DIGITS = 12
+
+
+class Kept:
+    """Parameters of tracked sequences in files, each named with what it depends on.
+
+    A file is ``NAME-MODEL-DIGEST.npz``. Where anything that a result depends on has changed, its
+    file has another name, and a stale one is not taken.
+
+    Parameters
+    ----------
+    folder : Path
+        Made where it does not exist; its parent must.
+    basis : mapping of str to str, int, float or None
+        What all results depend on, such as the seed, the person, a digest of the face that is
+        tracked, and the engine's version.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made.
+    """
+
+    def __init__(self, folder: Path, basis: Mapping[str, Any]) -> None:
+        self.folder, self._basis = folder, dict(basis)
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+
+    def path(self, name: str, model: str, settings: Settings) -> Path:
+        """The file of a sequence that is tracked with a model, whether it is there or not."""
+        told = {**self._basis, "name": name, "model": model, "settings": asdict(settings)}
+        text = json.dumps(told, sort_keys=True)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
+        return self.folder / f"{name}-{model}-{digest}.npz"
+
+    def load(self, name: str, model: str, settings: Settings) -> Tracked | None:
+        """What was kept; None where nothing was, or the file is not whole."""
+        try:
+            data = read_npz(self.path(name, model, settings), FORMAT, VERSION)
+            poses = zip(data["rotations"], data["translations"], strict=True)
+            return Tracked(
+                np.asarray(data["alpha"], np.float64),
+                tuple(Pose(np.asarray(r), np.asarray(t)) for r, t in poses),
+                np.asarray(data["value"], np.float64),
+                np.asarray(data["evaluations"], np.int64),
+                np.asarray(data["restarted"], np.bool_),
+                float(data["seconds"]),
+            )
+        except (InputFileError, ModelFormatError, KeyError, ValueError):
+            return None
+
+    def save(self, name: str, model: str, settings: Settings, tracked: Tracked) -> None:
+        """Keep a result; the file appears whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        """
+        path = self.path(name, model, settings)
+        made = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            with made.open("wb") as file:
+                np.savez_compressed(
+                    file, format=FORMAT, version=VERSION, alpha=tracked.alpha,
+                    rotations=np.array([pose.rotation for pose in tracked.poses]),
+                    translations=np.array([pose.translation for pose in tracked.poses]),
+                    value=tracked.value, evaluations=tracked.evaluations,
+                    restarted=tracked.restarted, seconds=tracked.seconds,
+                )  # fmt: skip
+            os.replace(made, path)
+        except OSError as error:
+            raise unwritable(path, error) from error
+
+
+def digest(value: Any) -> str:
+    """Short digest of nested dataclasses, arrays and numbers, by their content."""
+    found = hashlib.sha256()
+    _feed(found, value)
+    return found.hexdigest()[:_DIGITS]
+
+
+def _feed(into: Any, value: Any) -> None:
+    if is_dataclass(value) and not isinstance(value, type):
+        for field in fields(value):
+            into.update(field.name.encode())
+            _feed(into, getattr(value, field.name))
+    elif isinstance(value, np.ndarray):
+        into.update(f"{value.dtype}{value.shape}".encode())
+        into.update(np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, Mapping):
+        for key, held in value.items():
+            into.update(str(key).encode())
+            _feed(into, held)
+    elif isinstance(value, list | tuple):
+        for held in value:
+            _feed(into, held)
+    else:
+        into.update(repr(value).encode())

@@ -1,0 +1,129 @@
+"""Figure 2, boxplots of the direct inversion, and figure 3, nomograms of the parameters."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from abs_engine.core.scene import Renderer
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.io.assets import Speaker
+from abs_engine.report.articulation.tables import Box
+from abs_engine.report.inspect.body import Body
+from abs_engine.report.inspect.layout import Image
+from abs_engine.report.inspect.sheets import Look, Row, nomogram
+
+DEVIATIONS = (-2.0, -1.0, 0.0, 1.0, 2.0)
+"""Standard deviations at which the nomograms are drawn."""
+_HALF_MM = 0.5
+_FONT = 7
+_SALT = "abs_engine"
+"""So that an SVG of the same data is the same file."""
+
+
+def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
+    """Figure 2: a box for each viseme, of the errors at its points; the dot is their RMS.
+
+    Parameters
+    ----------
+    boxes : sequence of Box
+        Drawn from the one with the largest RMS to that with the smallest.
+    rows : int
+        Of boxes, one below the other.
+    """
+    ordered = sorted(boxes, key=lambda b: -b.rms)
+    size = -(-len(ordered) // rows)
+    figure = Figure(figsize=(10, 2.4 * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    top = max(max((b.high, b.rms, *b.outliers)) for b in ordered)
+    for k, axes in enumerate(np.atleast_1d(figure.subplots(rows, 1))):
+        _draw_row(axes, ordered[k * size : (k + 1) * size])
+        axes.set(ylim=(0, 1.05 * top), ylabel="error of a point (mm)", xlim=(-0.7, size - 0.3))
+    return figure
+
+
+def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
+    if not boxes:
+        return
+    told = [
+        {
+            "label": plain(b.viseme), "whislo": b.low, "q1": b.first, "med": b.median,
+            "q3": b.third, "whishi": b.high, "fliers": b.outliers,
+        }
+        for b in boxes
+    ]  # fmt: skip
+    axes.bxp(
+        told, positions=range(len(boxes)), widths=0.6, manage_ticks=True,
+        flierprops={"marker": "+", "markersize": 2, "markeredgecolor": "0.6"},
+        medianprops={"color": "black"}, boxprops={"color": "0.3"},
+    )  # fmt: skip
+    axes.plot(range(len(boxes)), [b.rms for b in boxes], ".", color="tab:red", markersize=4)
+    axes.axhline(_HALF_MM, color="0.8", lw=0.8, zorder=0)
+    axes.tick_params(axis="x", labelsize=_FONT, labelrotation=90)
+    axes.tick_params(axis="y", labelsize=_FONT)
+
+
+def plain(name: str) -> str:
+    """A name as matplotlib writes it, not as mathematics between dollars."""
+    return name.replace("$", r"\$")
+
+
+def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
+    """A figure as the bytes of a ``png`` or ``svg`` file."""
+    memory = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": _SALT}):
+        figure.savefig(
+            memory, format=kind, dpi=150, metadata={"Date": None} if kind == "svg" else None
+        )
+    return memory.getvalue()
+
+
+def nomogram_figure(
+    renderer: Renderer,
+    speaker: Speaker,
+    shape: LinearShape,
+    names: Sequence[str],
+    *,
+    person: str | None = None,
+    size: tuple[int, int] = (150, 175),
+    turn: float = 0.0,
+    crop: str = "head",
+    values: Sequence[float] = DEVIATIONS,
+) -> Image:
+    """Figure 3: a row of heads for each parameter.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    speaker : Speaker
+    shape : LinearShape
+        All vertices of the head, of `dense_head`.
+    names : sequence of str, P
+        Of the parameters.
+    person : str, optional
+        Whose skin is drawn; by default the head is plain.
+    size : tuple of int
+        Width and height of a head, pixels.
+    turn : float
+        Degrees to the head's left.
+    crop : {"head", "mouth"}
+    values : sequence of float
+        Standard deviations.
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+    """
+    texture = None if person is None else speaker.texture(person)
+    body = Body(speaker, shape.mean.astype(np.float64), texture)
+    rows = [
+        Row(name, mode.astype(np.float64)) for name, mode in zip(names, shape.modes, strict=True)
+    ]
+    look = Look(renderer, size, "clay" if person is None else "colour", crop, turn)
+    return nomogram(look, body, rows, list(values), "sd")

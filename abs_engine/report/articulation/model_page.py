@@ -1,0 +1,163 @@
+"""What an articulatory model was built of and how well it holds that: lines, and an HTML page."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from abs_engine.report.articulation.analysis import Analysis
+from abs_engine.report.articulation.applied import Applied
+from abs_engine.report.articulation.tables import boxes, variance_table
+from abs_engine.report.reproduction import figures, page, table
+
+_MOST_NAMED = 12
+_LEAST_SPAN, _LARGEST_SPAN = 15.0, 600.0
+"""mm; points that span less or more are hardly of a face."""
+_FAR = 4.0
+"""mm; the bundled people are missed by 0.5 mm in their own models, by 6 to 12 in each other's."""
+
+
+def corpus_lines(done: Analysis) -> list[str]:
+    """What was read, kept out and filled in, by name."""
+    built = done.built
+    span = np.nanmax(built.corpus.points, axis=(0, 1)) - np.nanmin(built.corpus.points, axis=(0, 1))
+    size = " x ".join(f"{extent:.0f}" for extent in span)
+    lines = [
+        f"{len(built.corpus)} visemes of {len(built.model.names)} points, which span {size} mm "
+        "(across, up, forward)"
+    ]
+    if not _LEAST_SPAN < span.max() < _LARGEST_SPAN:
+        lines.append("warning: this is hardly a face; say with --unit what the numbers are in")
+    if done.asked:
+        lines.append(f"kept out as asked for: {_named(done.asked)}")
+    if done.roleless:
+        lines.append(f"kept out, {_points(done.roleless)} in no group: {_named(done.roleless)}")
+    if built.left_out:
+        told = f"kept out, {_points(built.left_out)} missing in some visemes"
+        lines.append(f"{told}: {_named(built.left_out)}")
+    if built.imputed:
+        each = [f"{name} ({count})" for name, count in built.imputed.items()]
+        lines.append(f"imputed, {_points(each)} missing in some visemes (how many): {_named(each)}")
+    if done.guessed:
+        each = [f"{name} ({count})" for name, count in done.guessed.items()]
+        lines.append(
+            f"warning: of {_points(each)} imputed hardly anything is known, seen in fewer visemes "
+            f"than there are parameters (in how many): {_named(each)}"
+        )
+    return lines
+
+
+def error_lines(done: Analysis) -> list[str]:
+    """What the direct inversion misses, and what visemes are missed that were not learned."""
+    built = done.built
+    errors = built.viseme_errors
+    worst = int(errors.argmax())
+    lines = [
+        f"error of the model, RMS over the points: median {np.median(errors):.2f} mm, worst "
+        f"{errors[worst]:.2f} mm ({built.corpus.visemes[worst]}); {(errors <= 0.5).mean():.0%} of "
+        "the visemes within 0.5 mm"
+    ]
+    unseen = done.unseen.errors
+    if np.isfinite(unseen).any():
+        lines.append(
+            f"each viseme in the model of the others: median {np.nanmedian(unseen):.2f} mm, worst "
+            f"{np.nanmax(unseen):.2f} mm ({built.corpus.visemes[int(np.nanargmax(unseen))]})"
+        )
+    return lines + _skipped_lines(done)
+
+
+def _skipped_lines(done: Analysis) -> list[str]:
+    """Visemes that could not be left out in turn, a line for each reason."""
+    by_reason: dict[str, list[str]] = {}
+    for viseme, error in done.unseen.skipped.items():
+        by_reason.setdefault(error.problem, []).append(viseme)
+    return [
+        f"not left out in turn: {_named(visemes)}: {reason}"
+        for reason, visemes in by_reason.items()
+    ]
+
+
+def variance_lines(done: Analysis) -> list[str]:
+    """Table 1 for a terminal, percent."""
+    rows = variance_table(done.built.model)
+    wide = max(len("parameter"), *(len(row.name) for row in rows))
+    beside = any(row.paper is not None for row in rows)
+    head = "  (paper:  %     sum)" if beside else ""
+    lines = [f"{'parameter':{wide}}       %     sum{head}"]
+    for row in rows:
+        line = f"{row.name:{wide}}{100 * row.share:8.2f}{100 * row.cumulated:8.2f}"
+        if row.paper is not None and row.paper_cumulated is not None:
+            line += f"     {100 * row.paper:8.2f}{100 * row.paper_cumulated:8.2f}"
+        lines.append(line)
+    return lines
+
+
+def applied_lines(done: Applied) -> list[str]:
+    """How many frames have parameters, how well they hold the points, and which points lack."""
+    error = done.error[done.found]
+    lines = [
+        f"{len(done.found)} frames, {int((~done.found).sum())} without parameters; error, RMS over "
+        f"the points: median {np.median(error):.2f} mm, worst {error.max():.2f} mm (frame "
+        f"{int(np.nanargmax(done.error))})"
+    ]
+    if np.median(error) > _FAR:
+        lines.append(
+            "warning: the points hardly lie where the model's do: give the upper teeth by --roles, "
+            "or the --unit; or they are another speaker's"
+        )
+    if done.lacking:
+        lines.append(f"{_points(done.lacking)} of the model not recorded: {_some(done.lacking)}")
+    return lines
+
+
+def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
+    """The page of a model beside its figures.
+
+    Parameters
+    ----------
+    done : Analysis
+    pictures : sequence of (str, str)
+        Address of a figure from the page, and its caption.
+    """
+    built = done.built
+    shares = [
+        (row.name, *(_percent(v) for v in (row.share, row.cumulated, row.paper,
+                                           row.paper_cumulated)))
+        for row in variance_table(built.model)
+    ]  # fmt: skip
+    shown = sorted(
+        boxes(built.corpus.visemes, built.model.names, built.errors), key=lambda b: -b.rms
+    )
+    missed = [(b.viseme, f"{b.rms:.2f}", f"{b.median:.2f}", b.worst) for b in shown]
+    visemes = table(("viseme", "RMS, mm", "median, mm", "worst point"), missed)
+    told = [(line,) for line in (*corpus_lines(done), *error_lines(done))]
+    body = f"""{table((), told)}
+<h2>Variance that each parameter explains</h2>
+{table(("parameter", "%", "sum", "paper, %", "sum"), shares)}
+<h2>Figures</h2>
+{figures(pictures)}
+<h2>Errors of the direct inversion</h2>
+<details><summary>all visemes</summary>{visemes}</details>
+<p>The model is <a href="model.npz">model.npz</a>; <code>abs_engine.load_articulatory</code> reads
+it. The method is that of Odisio and Bailly, Shape and appearance models of talking faces for
+model-based tracking, section 2.</p>"""
+    title = f"Articulatory model: {built.model.source or 'a corpus'}"
+    return page(title, title, body)
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.2f}"
+
+
+def _points(names: Collection[str]) -> str:
+    return "1 point" if len(names) == 1 else f"{len(names)} points"
+
+
+def _named(names: Sequence[str]) -> str:
+    """The names, the first of them if they are many."""
+    return _some(names) + (" (all in results.json)" if len(names) > _MOST_NAMED else "")
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:_MOST_NAMED]) + (", ..." if len(names) > _MOST_NAMED else "")

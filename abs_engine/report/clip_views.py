@@ -1,0 +1,152 @@
+"""Which clip and camera of a dataset a report, a score or a picture is about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset import Truth, codec, load_truth
+from abs_engine.dataset.dataset import Dataset, read_record
+from abs_engine.dataset.sums import read_sums
+from abs_engine.report.same_clip import video_sum
+
+_DEPTH = 2  # DATASET/CLIP/CAMERA
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True, eq=False)
+class ShownView:
+    """The clip and camera that are shown.
+
+    Parameters
+    ----------
+    truth : Truth
+    name : str
+        CLIP/CAMERA.
+    others : tuple of str
+        The other views of the dataset.
+    """
+
+    truth: Truth
+    name: str
+    others: tuple[str, ...]
+
+
+def shown_view(
+    path: Path, clip: str | None, camera: str | None, results: Sequence[Path] = ()
+) -> ShownView:
+    """The view that is asked for; if several fit, that whose very video was tracked.
+
+    Parameters
+    ----------
+    path : Path
+        A dataset, DATASET/CLIP or DATASET/CLIP/CAMERA.
+    clip, camera : str, optional
+        Names that the path leaves open.
+    results : sequence of Path
+        What is reported. A run may hold the checksum of its video.
+
+    Raises
+    ------
+    InputFileError
+        If there is no dataset.
+    ParameterError
+        If no view or several fit, or the results are of different views.
+    """
+    root, given = dataset_root(path)
+    dataset = read_record(root)
+    fitting = _fitting(dataset, given, clip, camera)
+    tracked = tracked_views(dataset, results)
+    _check_one(tracked)
+    known = [view for view in tracked.values() if view is not None]
+    if known and known[0] not in fitting:
+        raise ParameterError(
+            f"the runs are of {'/'.join(known[0])}, not of {_named(fitting)}",
+            f"give --clip {known[0][0]} --camera {known[0][1]}",
+        )
+    fitting = known[:1] or fitting
+    if len(fitting) > 1:
+        raise ParameterError(
+            f"{path} holds {len(fitting)} views, and one is needed: {_named(fitting)}",
+            "choose with --clip and --camera",
+        )
+    truth = load_truth(root / fitting[0][0] / fitting[0][1])
+    others = tuple("/".join(view) for view in dataset.views if view != fitting[0])
+    return ShownView(truth, "/".join(fitting[0]), others)
+
+
+def found_truth(
+    path: Path, clip: str | None = None, camera: str | None = None, results: Sequence[Path] = ()
+) -> Truth:
+    """The truth of the view that is asked for; if several fit, of that which was tracked.
+
+    Parameters as of `shown_view`. Whether the results are of the one view that fits is left to
+    `same_clip.check_clip`.
+
+    Raises
+    ------
+    InputFileError
+        If there is no dataset.
+    ParameterError
+        If no view or several fit.
+    """
+    root, given = dataset_root(path)
+    fitting = _fitting(read_record(root), given, clip, camera)
+    if len(fitting) == 1:
+        return load_truth(root / fitting[0][0] / fitting[0][1])
+    return shown_view(path, clip, camera, results).truth
+
+
+def dataset_root(path: Path) -> tuple[Path, tuple[str, ...]]:
+    """The dataset's folder, and what the path names of clip and camera.
+
+    Raises
+    ------
+    InputFileError
+        If neither the path nor what is above it is a dataset.
+    """
+    whole = Path(path).resolve()
+    for depth, folder in enumerate((Path(path), *whole.parents[:_DEPTH])):
+        if (folder / codec.DATASET).is_file():
+            return folder, whole.parts[len(whole.parts) - depth :] if depth else ()
+    raise InputFileError(
+        f"{path} is not ground truth: {codec.DATASET} is missing", "check the path"
+    )
+
+
+def tracked_views(dataset: Dataset, results: Sequence[Path]) -> dict[Path, tuple[str, str] | None]:
+    """The view of which each result is, by the checksum of its video; None if that is not told."""
+    sums = read_sums(dataset.folder)
+    views = {sums.get(f"{c}/{v}/{codec.VIDEO}"): (c, v) for c, v in dataset.views}
+    return {path: views.get(digest) for path in results if (digest := video_sum(path))}
+
+
+def _fitting(
+    dataset: Dataset, given: tuple[str, ...], clip: str | None, camera: str | None
+) -> list[tuple[str, str]]:
+    """Views that go with the path and with the names."""
+    begun = [view for view in dataset.views if view[: len(given)] == given]
+    found = [v for v in begun if clip in (None, v[0]) and camera in (None, v[1])]
+    if not found:
+        asked = "/".join((*given, *(name for name in (clip, camera) if name)))
+        raise ParameterError(
+            f"{dataset.folder} has no view '{asked}'", f"there are {_named(list(dataset.views))}"
+        )
+    return found
+
+
+def _check_one(tracked: dict[Path, tuple[str, str] | None]) -> None:
+    """Refuse runs of different views."""
+    if len({view for view in tracked.values() if view is not None}) > 1:
+        told = ", ".join(f"{p.name} of {'/'.join(v)}" for p, v in tracked.items() if v is not None)
+        raise ParameterError(
+            f"a report shows one clip by one camera, but the runs are of several ({told})",
+            "write one report for each",
+        )
+
+
+def _named(views: list[tuple[str, str]]) -> str:
+    shown = ["/".join(view) for view in views[:_MOST_NAMED]]
+    return ", ".join(shown) + (", ..." if len(views) > len(shown) else "")

@@ -1,0 +1,225 @@
+"""What a report shows: plain values, wherever they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.evaluate.score import Score
+from abs_engine.report.motion import LinearMotion
+
+FloatArray = NDArray[np.float64]
+Rows = tuple[tuple[str, str], ...]
+"""Names and values, for a table of two columns."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """A phoneme from `start` to `end`, seconds."""
+
+    label: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A number for each frame, of one system.
+
+    Parameters
+    ----------
+    values : (T,) float64
+        NaN where there is none.
+    lower, upper : (T,) float64, optional
+        Ends of its 95 % intervals.
+    """
+
+    values: FloatArray
+    lower: FloatArray | None = None
+    upper: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """What a chart's row shows.
+
+    Parameters
+    ----------
+    key : str
+    label : str
+    unit : str
+    """
+
+    key: str
+    label: str
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Head:
+    """A head in motion.
+
+    Parameters
+    ----------
+    motion : LinearMotion
+        Its vertices in the head frame.
+    rotations, translations : (T, 3) float64, optional
+        Head to camera, radians and mm; NaN in lost frames.
+    """
+
+    motion: LinearMotion
+    rotations: FloatArray | None = None
+    translations: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class WorstFrame:
+    """A frame in which a system erred most.
+
+    Parameters
+    ----------
+    frame : int
+    picture : bytes
+        WebP: the mouth with the true and the tracked contours.
+    text : str
+        Time, phoneme and error.
+    """
+
+    frame: int
+    picture: bytes
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """One system's results. What it does not give is empty or None.
+
+    Parameters
+    ----------
+    name : str
+    curves, errors : mapping of `Quantity.key` to Series
+        Lip curves; errors frame by frame.
+    scores : mapping of metric to Score
+        See `abs_engine.evaluate.catalogue`.
+    contours : mapping of str to (T, N, 2) float64
+        `outer` and `inner` contour of the lips in the picture, px, as closed loops; NaN in lost
+        frames.
+    head : Head, optional
+    error_map : (V,) float64, mm, optional
+        NaN for vertices that have none.
+    worst : tuple of WorstFrame
+    facts : Rows
+        How it was made.
+    notes : tuple of str
+        What is to be known about the scores.
+    """
+
+    name: str
+    curves: Mapping[str, Series] = field(default_factory=dict)
+    errors: Mapping[str, Series] = field(default_factory=dict)
+    scores: Mapping[str, Score] = field(default_factory=dict)
+    contours: Mapping[str, FloatArray] = field(default_factory=dict)
+    head: Head | None = None
+    error_map: FloatArray | None = None
+    worst: tuple[WorstFrame, ...] = ()
+    facts: Rows = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class TrueClip:
+    """What is true of the clip; the same as in `System`, and what is said.
+
+    Parameters
+    ----------
+    curves : mapping of `Quantity.key` to (T,) float64
+    contours : mapping of str to (T, N, 2) float64, px
+    head : Head
+    closed : (T,) bool
+    said : tuple of Said
+    """
+
+    curves: Mapping[str, FloatArray]
+    contours: Mapping[str, FloatArray]
+    head: Head
+    closed: NDArray[np.bool_]
+    said: tuple[Said, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """The video as the page plays it.
+
+    Parameters
+    ----------
+    content : bytes
+        MP4, H.264.
+    size : tuple of int
+        Width and height of the original, the pixels of the contours.
+    """
+
+    content: bytes
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class ReportData:
+    """All that a report shows.
+
+    Parameters
+    ----------
+    title : str
+    subtitle : str
+    rate : float
+        Frames per second.
+    frames : int
+        Number of frames, T.
+    systems : tuple of System
+        At least one.
+    faces : (F, 3) int32
+        The mesh of all heads.
+    colours : (V, 3) uint8 RGB
+        Of the heads' vertices.
+    true : TrueClip, optional
+    film : Film, optional
+    played : int
+        Frames that the player shows, the first of the clip.
+    focus : tuple of float
+        Middle of the mouth, mm, head frame.
+    area : (N,) int, optional
+        Vertices of the face, by which the scale of the error maps is chosen; by default all.
+    curves, errors : tuple of Quantity
+        Rows of the charts.
+    facts : mapping of heading to Rows
+        Clip, machine, seeds, commands.
+    view : str
+        CLIP/CAMERA of the dataset that is shown.
+    others : tuple of str
+        The other views of that dataset.
+    """
+
+    title: str
+    subtitle: str
+    rate: float
+    frames: int
+    systems: tuple[System, ...]
+    faces: NDArray[np.int32]
+    colours: NDArray[np.uint8]
+    true: TrueClip | None = None
+    film: Film | None = None
+    played: int = 0
+    focus: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    area: NDArray[np.int32] | None = None
+    curves: tuple[Quantity, ...] = ()
+    errors: tuple[Quantity, ...] = ()
+    facts: Mapping[str, Rows] = field(default_factory=dict)
+    view: str = ""
+    others: tuple[str, ...] = ()
+
+    @property
+    def times(self) -> FloatArray:
+        """Seconds (T,) of the frames."""
+        return np.arange(self.frames) / self.rate

@@ -1,0 +1,207 @@
+"""The demo: a clip with known truth is filmed, tracked, compared with the truth, and reported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.scene import Renderer
+from abs_engine.dataset import load_truth
+from abs_engine.evaluate.line_of_sight import position_errors
+from abs_engine.evaluate.truth_report import report
+from abs_engine.io.files import NewFolder
+from abs_engine.report.demo_page import camera_error, demo_page, head_given
+from abs_engine.report.scoring import run_closures
+from abs_engine.studio.filming import film_scene
+from abs_engine.studio.make import Crew
+from abs_engine.studio.scenefile import Label, sentence_scene
+from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.output import Progress
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run import track_video
+
+CLIP, RUN, EVALUATION, PAGE = "clip", "run", "evaluation", "index.html"
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """What the demo films and what the tracker is told.
+
+    Parameters
+    ----------
+    person : str
+    sentence : str
+    size : tuple of int
+        Pixels.
+    frames : int
+    seed : int
+    person_known : bool
+        Track with the filmed person's own head, the speaker-specific case; otherwise with the
+        average head, whose mouth is fitted to the clip. The camera is calibrated in both cases.
+    """
+
+    person: str = "clara"
+    sentence: str = "demo"
+    size: tuple[int, int] = (640, 480)
+    frames: int = 50
+    seed: int = 1
+    person_known: bool = True
+
+
+@dataclass(frozen=True)
+class DemoResult:
+    """What the demo found.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds ``index.html``.
+    run : dict
+        What ``run/run.json`` holds.
+    scores : dict
+        See `abs_engine.evaluate.truth_report.score`.
+    remarks : tuple of str
+        Which head was given, and what to know about the numbers.
+    """
+
+    folder: Path
+    run: dict[str, Any]
+    scores: dict[str, Any]
+    remarks: tuple[str, ...]
+
+
+def run_demo(
+    folder: Path,
+    renderer: Renderer,
+    options: DemoOptions = DemoOptions(),
+    filming: Progress | None = None,
+    tracking: Progress | None = None,
+    prepared: Callable[[float], None] | None = None,
+    stage: Callable[[str], None] | None = None,
+) -> DemoResult:
+    """Film, track, evaluate and report.
+
+    Parameters
+    ----------
+    folder : Path
+        Must not exist; it appears when everything is written.
+    renderer : Renderer
+        What the tracker draws with; the studio has its own.
+    options : DemoOptions
+    filming, tracking : callable, optional
+        Called after every frame with the number of frames done and of all frames.
+    prepared : callable, optional
+        Called before the first frame is tracked with the seconds that the preparation took.
+    stage : callable, optional
+        Called with what the tracker's preparation begins, in a few words.
+
+    Returns
+    -------
+    DemoResult
+
+    Raises
+    ------
+    OutputError
+        If the folder exists or cannot be written.
+    StudioError
+        If the studio cannot draw on this machine.
+    """
+    with NewFolder(folder) as made:
+        clip, run_folder = made.work / CLIP, made.work / RUN
+        film_clip(
+            clip, options.sentence, person=options.person, size=options.size,
+            frames=options.frames, seed=options.seed, command="abs-engine demo", progress=filming,
+        )  # fmt: skip
+        truth = load_truth(clip)
+        known = options.person if options.person_known else None
+        choice = TrackOptions(person=known, camera=truth.camera)
+        run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
+        (made.work / EVALUATION).mkdir()
+        arrays = load_run(run_folder)
+        closures = run_closures(run_folder, truth)
+        scores = report(arrays, truth, made.work / EVALUATION, closures)
+        remarks = (
+            head_given(options.person, options.person_known),
+            camera_error(*position_errors(arrays["translation"], truth.translations)),
+        )
+        video = truth.video.relative_to(made.work).as_posix()
+        page = demo_page(options.person, video, run, score_rows(scores), remarks)
+        (made.work / PAGE).write_text(page, encoding="utf-8")
+        made.finish()
+    return DemoResult(Path(folder), run, scores, remarks)
+
+
+def film_clip(
+    folder: Path,
+    sentence: str,
+    *,
+    person: str,
+    size: tuple[int, int],
+    frames: int | None = None,
+    seed: int = 0,
+    lossless: bool = False,
+    labels: tuple[Label, ...] = (),
+    command: str = "",
+    progress: Progress | None = None,
+) -> Path:
+    """Film a bundled person with one ideal camera; see `abs_engine.studio.filming.film_scene`.
+
+    Parameters
+    ----------
+    folder : Path
+        Must not exist.
+    sentence : str
+        Name of a built-in sentence, or viseme symbols between spaces.
+    person : str
+    size : tuple of int
+        Width and height, even.
+    frames : int, optional
+        By default as many as the sentence takes.
+    seed : int
+        Of head motion, blinks and sensor noise.
+    lossless : bool
+        Also keep every picture as it was before compression.
+    labels : tuple of {"normals", "albedo", "flow"}
+        Label pictures that are written besides ids and depth.
+    command : str
+        Kept in the ground truth.
+    progress : callable, optional
+    """
+    scene = sentence_scene(
+        sentence, person=person, size=size, frames=frames, seed=seed, lossless=lossless,
+        labels=labels,
+    )  # fmt: skip
+    return film_scene(scene, folder, command=command, crew=Crew(filming=progress)).folder
+
+
+def score_rows(scores: dict[str, Any]) -> list[tuple[str, str]]:
+    """What was measured against the truth, and its number with its unit."""
+    aperture, width, closure = scores["aperture"], scores["width"], scores["closure"]
+    raw, aligned = scores["lip_rms_head_raw_mm"], scores["lip_rms_head_offset_removed_mm"]
+    return [
+        ("frames tracked", f"{scores['frames_tracked']} of {scores['frames']}"),
+        ("lip points, head coordinates, RMS", f"{raw:.2f} mm"),
+        ("  the same, one constant rigid offset removed", f"{aligned:.2f} mm"),
+        ("lip points, camera coordinates, RMS", f"{scores['lip_rms_camera_mm']:.2f} mm"),
+        ("head direction, RMS", f"{scores['head_angle_rms_deg']:.2f} degrees"),
+        ("head position, RMS", f"{scores['head_position_rms_mm']:.2f} mm"),
+        ("aperture, RMS (bias, correlation)", _curve(aperture)),
+        ("width, RMS (bias, correlation)", _curve(width)),
+        ("closed frames, precision and recall", _shares(closure)),
+        ("spikes of the aperture", str(scores["aperture_spikes"])),
+    ]
+
+
+def score_lines(scores: dict[str, Any]) -> list[str]:
+    """`score_rows` as lines for a terminal."""
+    return [f"{name:48} {number}" for name, number in score_rows(scores)]
+
+
+def _curve(error: dict[str, float]) -> str:
+    return f"{error['rms']:.2f} mm ({error['bias']:+.2f} mm, {error['correlation']:.2f})"
+
+
+def _shares(found: dict[str, float]) -> str:
+    return f"{found['precision']:.2f} and {found['recall']:.2f}"

@@ -1,0 +1,90 @@
+"""Where a report's numbers come from: clip, runs, machine, packages, seeds, commands."""
+
+from __future__ import annotations
+
+import json
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.release import engine_version
+from abs_engine.dataset import Truth
+from abs_engine.evaluate.machine import machine_facts
+from abs_engine.report.data import Rows
+from abs_engine.tracking.record import SUMMARY
+
+_MORE_PACKAGES = ("scipy", "opencv-contrib-python-headless", "nlopt", "av", "plotly")
+_FIRST = ("engine_version", "renderer")
+
+
+def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
+    """What was filmed, and by which command."""
+    camera = truth.camera
+    focal = f"{camera.matrix[0, 0]:.1f} px"
+    rows = (
+        ("truth", str(given)),
+        ("clip, camera", f"{truth.name}, {truth.folder.name}"),
+        ("person", truth.person),
+        ("sentence", truth.sentence),
+        ("frames", f"{len(truth)} at {truth.rate:g} a second"),
+        ("picture", f"{camera.size[0]}x{camera.size[1]} pixels, focal length {focal}"),
+        ("filmed by", truth.command or "a program"),
+        ("seed", str(truth.seed)),
+    )
+    return {"Clip": rows}
+
+
+def made_facts(command: str, seed: int | None) -> dict[str, Rows]:
+    """What made the report, and on which machine."""
+    machine = machine_facts()
+    described = {k: machine.pop(k) for k in ("cpu", "cores", "system", "python")}
+    packages = {str(k): str(v) for k, v in machine.items()}
+    packages |= {name: _version(name) for name in _MORE_PACKAGES}
+    listed = ", ".join(f"{name} {version}" for name, version in sorted(packages.items()))
+    rows = [("command", command or "a program"), ("engine", f"abs_engine {engine_version()}")]
+    if seed is not None:
+        rows.append(("seed of the confidence intervals", str(seed)))
+    rows += [(name, str(value)) for name, value in described.items()]
+    return {"Report": (*rows, ("packages", listed))}
+
+
+def run_facts(path: Path) -> Rows:
+    """What a run says about its making; of another system's file, its name."""
+    file = path / SUMMARY
+    if not path.is_dir() or not file.is_file():
+        return (("results", str(path)),)
+    try:
+        told = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError:
+        return (("results", str(path)),)
+    rows = [("results", str(path))]
+    rows += [(name.replace("_", " "), str(told[name])) for name in _FIRST if name in told]
+    for part in ("settings", "summary"):
+        rows += _flat(told.get(part, {}))
+    return tuple(rows)
+
+
+def _flat(values: dict[str, Any], before: str = "") -> list[tuple[str, str]]:
+    """Settings as rows; those within others after the names of these."""
+    rows = []
+    for name, value in values.items():
+        spoken = before + name.replace("_", " ")
+        if isinstance(value, dict):
+            rows += _flat(value, f"{spoken}: ")
+        elif isinstance(value, list):
+            rows.append((spoken, ", ".join(str(v) for v in value)))
+        else:
+            rows.append((spoken, "not given" if value is None else _short(value)))
+    return rows
+
+
+def _short(value: object) -> str:
+    """A value as text; of other numbers than whole ones six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,252 @@
+"""Gathers what a report shows, of runs and other results, with their truth or without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.dataset import Truth
+from abs_engine.evaluate.estimate import of_run
+from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.files import check_free, write_new
+from abs_engine.io.video import read_frames
+from abs_engine.report import film
+from abs_engine.report.clip_views import shown_view
+from abs_engine.report.colours import clay_colours
+from abs_engine.report.data import (
+    Head,
+    ReportData,
+    Said,
+    System,
+    TrueClip,
+)
+from abs_engine.report.estimate_parts import (
+    Loops,
+    lip_loops,
+    projected,
+    speaker_loops,
+    system_of,
+    with_protrusion,
+)
+from abs_engine.report.facts import made_facts, run_facts, truth_facts
+from abs_engine.report.inspect.run_video import find_video
+from abs_engine.report.inspect.runs import RunHead, load_run_head
+from abs_engine.report.motion import compress
+from abs_engine.report.page import report_page
+from abs_engine.report.quantities import CURVES, error_rows, error_series
+from abs_engine.report.run_film import filmed
+from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
+
+Image = NDArray[np.uint8]
+MOST_PLAYED = 1000
+"""Frames that the page's player shows at most, so that the page stays of a size to be sent."""
+
+
+@dataclass(frozen=True)
+class ReportOptions:
+    """What is reported, and how.
+
+    Parameters
+    ----------
+    truth : Path, optional
+        A dataset, DATASET/CLIP or DATASET/CLIP/CAMERA; without it the report only shows.
+    clip, camera : str, optional
+        Which view of the dataset, if its path leaves that open.
+    video : Path, optional
+        The video that was tracked; by default the truth's, or that beside the first run.
+    seed : int
+        Of the confidence intervals.
+    command : str
+        Kept in the report.
+    """
+
+    truth: Path | None = None
+    clip: str | None = None
+    camera: str | None = None
+    video: Path | None = None
+    seed: int = 0
+    command: str = ""
+
+
+def write_report(
+    results: Sequence[Path],
+    output: Path,
+    options: ReportOptions,
+    stage: Callable[[str], None] | None = None,
+) -> None:
+    """Write one HTML file that shows results side by side.
+
+    Parameters
+    ----------
+    results : sequence of Path
+        Runs of this engine; with a truth also CSV files of other systems, as `evaluate` reads
+        them.
+    output : Path
+        Must not exist.
+    options : ReportOptions
+    stage : callable, optional
+        Called with what is begun.
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If a result, the truth or the video cannot be read.
+    ParameterError
+        If the results are not all of the same frames, or several views are left to choose from.
+    OutputError
+        If the file exists or cannot be written.
+    """
+    check_free(output)
+    tell = stage or (lambda _: None)
+    paths = [Path(path) for path in results]
+    if options.truth is None:
+        if options.clip is not None or options.camera is not None:
+            raise ParameterError("without a dataset there is no clip or camera", "give --truth")
+        data = _without_truth(paths, options, tell)
+    else:
+        data = _with_truth(paths, Path(options.truth), options, tell)
+    tell("writing the page")
+    write_new(output, report_page(data).encode("utf-8"))
+
+
+def _with_truth(
+    paths: Sequence[Path], folder: Path, options: ReportOptions, tell: Callable[[str], None]
+) -> ReportData:
+    tell("scoring")
+    view = shown_view(folder, options.clip, options.camera, paths)
+    truth, speaker = view.truth, load_speaker()
+    played = min(len(truth), MOST_PLAYED)
+    loops = lip_loops(truth, speaker)
+    scored = [
+        _scored(name, path, truth, speaker, loops, options.seed)
+        for name, path in zip(_names(paths), paths, strict=True)
+    ]
+    tell("reading the vertices of the truth")
+    true = TrueClip(
+        truth_curves(truth),
+        projected(truth, truth.rotations, truth.translations, truth.camera, loops),
+        Head(compress(truth.vertices, played), truth.rotations, truth.translations),
+        np.asarray(truth.closed, bool),
+        tuple(Said(*interval) for interval in truth.intervals),
+    )
+    tell("reading the video")
+    pictures = truth.pictures() if options.video is None else read_frames(options.video)
+    shown, systems = filmed(pictures, truth, scored, true, played)
+    return ReportData(
+        title=f"{truth.person}, '{truth.sentence or truth.name}': tracked and true",
+        subtitle=_subtitle(len(truth), truth.rate, truth.camera),
+        rate=truth.rate,
+        frames=len(truth),
+        systems=tuple(systems),
+        faces=truth.faces,
+        colours=clay_colours(truth.faces, truth.facet_class, truth.class_names, len(truth.neutral)),
+        true=true,
+        film=shown,
+        played=played,
+        focus=_focus(truth.neutral[loops["outer"]]),
+        area=speaker.points.get("face") if same_mesh(truth, speaker) else None,
+        curves=CURVES,
+        errors=error_rows([system.errors for system in scored]),
+        facts=truth_facts(truth, folder) | made_facts(options.command, options.seed),
+        view=view.name,
+        others=view.others,
+    )
+
+
+def _scored(
+    name: str, path: Path, truth: Truth, speaker: Speaker, loops: Loops, seed: int
+) -> System:
+    """What a report shows of a result, but for pictures."""
+    marks = landmarks_of(truth, speaker)
+    estimate = replace(read_result(path, truth, speaker, marks), name=name)
+    estimate = with_protrusion(estimate, truth.landmarks)
+    clip = measure(estimate, truth, marks)
+    errors = error_map(estimate, truth)
+    scores = summary([clip], seed=seed)
+    return replace(
+        system_of(estimate, truth.camera, loops, min(len(truth), MOST_PLAYED)),
+        errors=error_series(clip.means),
+        scores=scores,
+        notes=notes_of(path, clip, scores),
+        error_map=errors if np.isfinite(errors).any() else None,
+        facts=run_facts(path),
+    )
+
+
+def _without_truth(
+    paths: Sequence[Path], options: ReportOptions, tell: Callable[[str], None]
+) -> ReportData:
+    tell("reading the runs")
+    speaker = load_speaker()
+    heads = [load_run_head(path, speaker) for path in paths]
+    if len({len(head) for head in heads}) > 1:
+        raise ParameterError(
+            f"the runs have {', '.join(str(len(h)) for h in heads)} frames",
+            "report runs of the same video",
+        )
+    first = heads[0]
+    played = min(len(first), MOST_PLAYED)
+    loops = speaker_loops(speaker)
+    systems = []
+    for name, head in zip(_names(paths), heads, strict=True):
+        estimate = of_run(name, head.arrays, head.mesh, {})
+        estimate = with_protrusion(estimate, speaker.landmarks)
+        system = system_of(estimate, head.camera, loops, played)
+        systems.append(replace(system, facts=run_facts(head.folder)))
+    tell("reading the video")
+    video = find_video(first, options.video)
+    shown, _ = film.shorten(read_frames(video), first.rate, played, ())
+    return ReportData(
+        title=f"{video.name}: tracked",
+        subtitle=_subtitle(len(first), first.rate, first.camera) + "; no ground truth",
+        rate=first.rate,
+        frames=len(first),
+        systems=tuple(systems),
+        faces=speaker.faces,
+        colours=_speaker_colours(speaker),
+        film=shown,
+        played=played,
+        focus=_focus(_rest(first)[loops["outer"]]),
+        curves=CURVES,
+        facts=made_facts(options.command, None),
+    )
+
+
+def _speaker_colours(speaker: Speaker) -> NDArray[np.uint8]:
+    return clay_colours(
+        speaker.faces, speaker.facet_class, speaker.class_names, len(speaker.vertices)
+    )
+
+
+def _rest(run: RunHead) -> NDArray[np.float32]:
+    return run.mesh.mean
+
+
+def _subtitle(frames: int, rate: float, camera: Camera) -> str:
+    width, height = camera.size
+    return f"{frames} frames at {rate:g} a second, {width}x{height} pixels"
+
+
+def _focus(lips: NDArray[Any]) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in np.asarray(lips, np.float64).mean(axis=0))
+    return x, y, z
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    """The names of the results, with their parent folder where two would be the same."""
+    plain = [p.resolve().name if p.is_dir() else p.stem for p in paths]
+    names: list[str] = []
+    for path, name in zip(paths, plain, strict=True):
+        longer = f"{path.resolve().parent.name}/{name}" if plain.count(name) > 1 else name
+        while longer in (*names, "truth"):
+            longer += "'"
+        names.append(longer)
+    return names

@@ -1,0 +1,85 @@
+"""The top of the page: title, legend, and the numbers of the first glance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from abs_engine.evaluate.catalogue import BY_KEY
+from abs_engine.evaluate.score import Score
+from abs_engine.report import colours
+from abs_engine.report.data import ReportData
+from abs_engine.report.pieces import safe, short, swatch
+
+CARDS = (
+    ("frames_lost",),
+    ("lip_landmarks_rms_head_mm", "lip_points_rms_head_mm", "lips_rms_px"),
+    ("lips_rms_head_mm", "landmarks_rms_head_mm"),
+    ("face_rms_head_mm", "landmarks_rms_px"),
+    ("aperture_rms_mm",),
+    ("closure_recall_events",),
+    ("head_angle_rms_deg",),
+)
+"""Metrics of the first glance; of each group the first that there is."""
+
+
+def heading(data: ReportData) -> str:
+    """Title, legend and the numbers of the first glance."""
+    items = [f"<li>{swatch(stroke)}{safe(name)}</li>" for name, stroke in _names(data)]
+    closed = (
+        '<li><span class="swatch area" style="background:#dddde3"></span>lips truly closed</li>'
+        if data.true is not None
+        else ""
+    )
+    return f"""<header><h1>{safe(data.title)}</h1>
+<p class="soft">{safe(data.subtitle)}</p>{_views(data)}
+<ul class="legend">{"".join(items)}{closed}</ul></header>{_cards(data)}"""
+
+
+def _views(data: ReportData) -> str:
+    """Which clip and camera is shown, and which others there are."""
+    if not data.view:
+        return ""
+    clip, camera = (safe(name) for name in data.view.split("/"))
+    others = f"; also in the dataset: {safe(', '.join(data.others))}" if data.others else ""
+    return f'<p class="soft">Clip <b>{clip}</b> by camera <b>{camera}</b>{others}.</p>'
+
+
+def _names(data: ReportData) -> list[tuple[str, colours.Stroke]]:
+    """Names and strokes of the truth and the systems."""
+    named = [("truth", colours.truth_stroke())] if data.true is not None else []
+    return named + [(s.name, colours.system_stroke(k)) for k, s in enumerate(data.systems)]
+
+
+def _cards(data: ReportData) -> str:
+    """For each system the numbers of the first glance."""
+    lines = []
+    for number, system in enumerate(data.systems):
+        found = ([key for key in group if key in system.scores] for group in CARDS)
+        keys = [group[0] for group in found if group]
+        if not keys and not system.notes:
+            continue
+        title = f"<h3>{safe(system.name)}</h3>" if len(data.systems) > 1 else ""
+        cards = "".join(_card(key, system.scores[key], number) for key in keys)
+        lines.append(f'{title}<div class="cards">{cards}</div>{_notes(system.notes)}')
+    return "".join(lines)
+
+
+def _notes(notes: Sequence[str]) -> str:
+    """What is to be known about the numbers above, a sentence each."""
+    return "".join(f'<p class="warning">{safe(_sentence(note))}</p>' for note in notes)
+
+
+def _sentence(note: str) -> str:
+    """A note with its first letter large and a mark at its end."""
+    return note[:1].upper() + note[1:] + ("" if note.endswith(("?", ".", "!")) else ".")
+
+
+def _card(key: str, score: Score, number: int) -> str:
+    metric = BY_KEY[key]
+    unit = "" if metric.unit in ("", "share") else f" {metric.unit}"
+    sure = "" if math.isnan(score.low) else f" [{short(score.low)}, {short(score.high)}]"
+    return (
+        f'<div class="card" style="border-color:{colours.system_colour(number)}">'
+        f"<b>{short(score.value)}{unit}</b><small>{safe(metric.label)}<br>{sure}</small></div>"
+    )

@@ -1,0 +1,65 @@
+"""From a request to a picture or a film on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from abs_engine.core.scene import Renderer
+from abs_engine.io.files import check_free
+from abs_engine.report.inspect.film import Film, Image
+from abs_engine.report.inspect.heads import (
+    draw_nomogram,
+    draw_portrait,
+    draw_postures,
+    draw_turntable,
+)
+from abs_engine.report.inspect.label_kinds import draw_label
+from abs_engine.report.inspect.labels import LABELS
+from abs_engine.report.inspect.output import Progress, is_film, write_film, write_picture
+from abs_engine.report.inspect.request import Request
+from abs_engine.report.inspect.run_kinds import draw_error, draw_overlay
+
+_KINDS: dict[str, Callable[[Request, Renderer, bool, Progress | None], Image | Film]] = {
+    "portrait": draw_portrait,
+    "turntable": draw_turntable,
+    "postures": draw_postures,
+    "nomogram": draw_nomogram,
+    "overlay": draw_overlay,
+    "error": draw_error,
+    **dict.fromkeys(LABELS, draw_label),
+}
+
+
+def render_to_file(request: Request, renderer: Renderer, progress: Progress | None = None) -> None:
+    """Draw what is asked for and write it.
+
+    Parameters
+    ----------
+    request : Request
+    renderer : Renderer
+    progress : callable, optional
+        Called with the number of pictures done and of all.
+
+    Raises
+    ------
+    OutputError
+        If the file exists or cannot be written.
+    ParameterError
+        If the request does not make sense: an unknown name, a frame that is not there.
+    InputFileError
+        If a run, a dataset, a video or an array cannot be read.
+    """
+    check_free(request.output)
+    film = is_film(request.output)
+    made = _KINDS[request.kind](request, renderer, film, progress)
+    if isinstance(made, Film):
+        write_film(request.output, _counted(made, progress), made.rate)
+    else:
+        write_picture(request.output, made)
+
+
+def _counted(film: Film, progress: Progress | None) -> Iterator[Image]:
+    for done, frame in enumerate(film.frames):
+        yield frame
+        if progress is not None:
+            progress(done + 1, film.count)

@@ -1,0 +1,140 @@
+"""Numbers painted on the face: errors in millimetres, say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Renderer
+from abs_engine.io.inputs import check_file
+from abs_engine.io.npz import BROKEN
+from abs_engine.report.inspect.body import Body
+from abs_engine.report.inspect.layout import beside
+from abs_engine.report.inspect.legend import colour_bar
+from abs_engine.report.inspect.paint import paint, value_coat
+from abs_engine.report.inspect.palette import colours_of
+from abs_engine.report.inspect.view import View, views_of
+
+Image = NDArray[np.uint8]
+HEAT_COLOURS = colours_of("viridis")
+HEAT_AMBIENT = 0.8
+"""Much of the light comes from everywhere, so that colours can be compared with the bar."""
+HEAT_TURNS = (-40.0, 0.0, 40.0)
+
+
+def read_values(path: Path, vertices: int) -> FloatArray:
+    """Read one number for each vertex.
+
+    Parameters
+    ----------
+    path : Path
+        A ``.npy``, or a ``.npz`` that holds one array, or one of the name ``values``.
+    vertices : int
+        How many numbers there have to be.
+
+    Returns
+    -------
+    (V,) float64
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or is no such file.
+    ParameterError
+        If there are too few or too many numbers, or one is not finite.
+    """
+    path = Path(path)
+    check_file(path)
+    try:
+        loaded = np.load(path, allow_pickle=False)
+        if isinstance(loaded, np.lib.npyio.NpzFile):
+            with loaded:
+                names = loaded.files
+                loaded = loaded["values" if "values" in names else names[0]]
+                several = len(names) > 1 and "values" not in names
+        else:
+            several = False
+        values = np.asarray(loaded, np.float64)
+    except (*BROKEN, IndexError) as error:
+        raise InputFileError(f"{path} holds no numbers", "give a .npy or .npz of floats") from error
+    if several:
+        raise InputFileError(f"{path} holds several arrays", "name the one to show 'values'")
+    if values.shape != (vertices,):
+        shape = "x".join(map(str, values.shape)) or "one"
+        raise ParameterError(
+            f"{path} holds {shape} numbers, the head has {vertices} vertices",
+            "give one number for each vertex",
+        )
+    if not np.isfinite(values).all():
+        raise ParameterError(f"{path} holds NaN or infinity", "give finite numbers")
+    return values
+
+
+def heat_limits(values: FloatArray, largest: float | None) -> tuple[float, float]:
+    """From 0, or the least where it is negative, to `largest` or the greatest, rounded up."""
+    low = min(0.0, float(values.min()))
+    high = largest if largest is not None else _rounded_up(float(values.max()))
+    if not low < high < np.inf:
+        raise ParameterError(f"the scale ends at {high:g}, where it begins", "give a greater --max")
+    return low, high
+
+
+def _rounded_up(value: float) -> float:
+    """The next number of one or two figures, such as 0.35 or 12; 1 for 0 and less."""
+    if value <= 0:
+        return 1.0
+    step = 10.0 ** (np.floor(np.log10(value)) - 1) * 5
+    return float(np.ceil(value / step - 1e-9) * step)
+
+
+def heat_pictures(
+    renderer: Renderer,
+    body: Body,
+    values: FloatArray,
+    views: Sequence[View],
+    limits: tuple[float, float],
+) -> list[Image]:
+    """The head with numbers (V,) painted on it, in each view."""
+    look = value_coat(values, limits, HEAT_COLOURS)
+    return [paint(renderer, body, look, view, ambient=HEAT_AMBIENT) for view in views]
+
+
+def heat_map(
+    renderer: Renderer,
+    body: Body,
+    values: FloatArray,
+    size: tuple[int, int],
+    *,
+    text: str = "error, mm",
+    largest: float | None = None,
+    turns: Sequence[float] = HEAT_TURNS,
+) -> Image:
+    """Numbers on the face from several sides, with a colour bar.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    body : Body
+    values : (V,) float64
+    size : tuple of int
+        Width and height of each view, pixels.
+    text : str
+        What the numbers are, and their unit.
+    largest : float, optional
+        The end of the scale; by default the greatest value, rounded up.
+    turns : sequence of float
+        Degrees by which the head turns to its left in each view.
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+    """
+    limits = heat_limits(values, largest)
+    views = views_of(body, size, turns)
+    pictures = heat_pictures(renderer, body, values, views, limits)
+    return beside([*pictures, colour_bar(HEAT_COLOURS, limits, text, size[1])])

@@ -1,0 +1,143 @@
+"""A head in a coat of colour, lit: texture, clay, one colour for each class, or numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Candidates, Renderer, Scene
+from abs_engine.report.inspect.body import Body
+from abs_engine.report.inspect.palette import CLASS_COLOURS, CLAY_COLOURS
+from abs_engine.report.inspect.smooth import smooth_picture
+from abs_engine.report.inspect.view import View
+
+Image = NDArray[np.uint8]
+
+PALETTES = ("colour", "clay", "classes")
+WHITE = (255, 255, 255)
+AMBIENT = 0.5
+"""Light that every facet gets; the rest comes from the lamp."""
+LAMP = np.array([-0.35, -0.45, -0.82])
+"""Where the lamp is, camera frame: above the camera and to its left."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coat:
+    """Colour of a surface, as a texture and its coordinates.
+
+    Parameters
+    ----------
+    uv : (V, 2) or (3 F, 2) float32
+        For each vertex, or for each corner of each facet where facets have colours of their own.
+    texture : (H, W, 3) uint8 RGB
+    """
+
+    uv: NDArray[np.float32]
+    texture: NDArray[np.uint8]
+
+
+def coat(body: Body, palette: str) -> Coat:
+    """A coat by its name, of `PALETTES`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such palette, or the body has no texture.
+    """
+    if palette == "classes":
+        return facet_coat(CLASS_COLOURS, body.speaker.facet_class)
+    if palette == "clay":
+        return facet_coat(CLAY_COLOURS, body.speaker.facet_class)
+    if palette != "colour":
+        raise ParameterError(
+            f"there is no palette '{palette}'", f"choose one of {', '.join(PALETTES)}"
+        )
+    if body.texture is None:
+        raise ParameterError("this head has no texture", "choose the palette clay or classes")
+    return Coat(body.speaker.uv, body.texture)
+
+
+def facet_coat(colours: NDArray[np.uint8], facet_colour: NDArray[np.integer]) -> Coat:
+    """Each facet in one of the colours (K, 3), given by its index (F,)."""
+    u = (np.repeat(facet_colour, 3) + 0.5) / len(colours)
+    return Coat(np.stack([u, np.full_like(u, 0.5)], axis=1).astype(np.float32), colours[None])
+
+
+def value_coat(values: FloatArray, limits: tuple[float, float], colours: Image) -> Coat:
+    """Numbers (V,) painted by a scale of colours (K, 3) that runs between two limits."""
+    share = np.clip((values - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0)
+    u = (0.5 + share * (len(colours) - 1)) / len(colours)
+    return Coat(np.stack([u, np.full_like(u, 0.5)], axis=1).astype(np.float32), colours[None])
+
+
+def paint(
+    renderer: Renderer,
+    body: Body,
+    look: Coat,
+    view: View,
+    *,
+    ambient: float = AMBIENT,
+    background: tuple[int, int, int] = WHITE,
+) -> Image:
+    """A head before a plain background, smooth and lit.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    body : Body
+    look : Coat
+    view : View
+    ambient : float
+        Share of the light that comes from everywhere, 0 to 1; at 1 nothing is shaded.
+    background : tuple of int
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+    """
+    colour, cover = paint_layers(renderer, body, look, view, ambient)
+    picture = colour + (1 - cover) * np.array(background, np.float32)
+    return np.asarray(np.clip(np.rint(picture), 0, 255), np.uint8)
+
+
+def paint_layers(
+    renderer: Renderer, body: Body, look: Coat, view: View, ambient: float = AMBIENT
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The lit colour (H, W, 3), times its coverage, and the coverage (H, W, 1), 0 to 1."""
+    camera, window = view.camera, view.window
+    one = Candidates.one(np.zeros(0), view.pose)
+    albedo = smooth_picture(renderer, _scene(body, look), one, camera, window)
+    light = smooth_picture(renderer, _scene(body, _light(body, view, ambient)), one, camera, window)
+    cover = light[..., 1:2] / 255
+    shade = light[..., :1] / np.maximum(light[..., 1:2], 1)
+    return np.asarray(albedo * shade, np.float32), np.asarray(cover, np.float32)
+
+
+def _light(body: Body, view: View, ambient: float) -> Coat:
+    """Lambert's shading at each vertex in red, and full green, whose picture is the coverage."""
+    towards = LAMP / np.linalg.norm(LAMP)
+    facing = np.maximum(body.normals @ view.pose.rotation.T @ towards, 0.0)
+    ramp = np.zeros((256, 3), np.uint8)
+    ramp[:, 0], ramp[:, 1] = np.arange(256), 255
+    return value_coat(ambient + (1 - ambient) * facing, (0.0, 1.0), ramp)
+
+
+def _scene(body: Body, look: Coat) -> Scene:
+    """The body in its coat, without modes."""
+    vertices, faces = body.vertices, body.speaker.faces
+    if len(look.uv) != len(vertices):
+        vertices = vertices[faces.ravel()]
+        faces = np.arange(faces.size, dtype=np.int32).reshape(-1, 3)
+    none = np.zeros((0, *vertices.shape), np.float32)
+    classes = body.speaker.facet_class.astype(np.int32)
+    return Scene(vertices.astype(np.float32), none, faces, look.uv, classes, look.texture)
+
+
+def plain_scene(body: Body) -> Scene:
+    """The body for ids and depth; its colour is of no account."""
+    none = np.full((len(body.vertices), 2), 0.5, np.float32)
+    return _scene(body, Coat(none, np.zeros((1, 1, 3), np.uint8)))

@@ -1,0 +1,90 @@
+"""Finds the video of a run, of which the run keeps little more than the name."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset.sums import digest
+from abs_engine.io.video import probe
+from abs_engine.report.inspect.runs import RunHead
+from abs_engine.report.same_clip import video_sum
+from abs_engine.tracking.record import SUMMARY
+
+
+def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> Path:
+    """The video of a run: what is given, or the file that the run names, where it may lie.
+
+    That is: as it is named, from here; in the folder of the run, the one above, and ``clip`` in
+    that; and beside the truth. Of several, the one whose checksum the run keeps.
+
+    Parameters
+    ----------
+    run : RunHead
+    given : Path, optional
+        The video itself.
+    beside : Path, optional
+        The video of the truth, of any name.
+
+    Raises
+    ------
+    InputFileError
+        If it is in no such place.
+    VideoError
+        If it is no video.
+    ParameterError
+        If its pictures have another size than the run's.
+    """
+    video = given or _found(run.folder, beside)
+    size = probe(video).size
+    if size != run.camera.size:
+        raise ParameterError(
+            "{} has {}x{} pixels, the run {}x{}".format(video, *size, *run.camera.size),
+            "give the video that was tracked with --video",
+        )
+    return video
+
+
+def _found(folder: Path, beside: Path | None) -> Path:
+    named = _named(folder)
+    above = folder.resolve().parent
+    places = [named, *(p / named.name for p in (above, above / "clip", folder))]
+    places += [beside] if beside is not None else []
+    there = [place for place in dict.fromkeys(places) if place.is_file()]
+    if not there:
+        raise InputFileError(
+            f"the video {named.name} is not beside the run {folder}, nor here",
+            "give it with --video FILE, or its dataset with --truth DIR",
+        )
+    wanted = video_sum(folder)
+    if wanted is None:
+        return there[0]
+    same = next((place for place in there if digest(place) == wanted), None)
+    if same is None:
+        raise InputFileError(
+            f"{there[0]} is not the video that was tracked: its checksum is another",
+            "give that one with --video FILE",
+        )
+    return same
+
+
+def _named(folder: Path) -> Path:
+    """The video as the run names it."""
+    settings = _summary(folder).get("settings")
+    name = settings.get("video") if isinstance(settings, dict) else None
+    if not isinstance(name, str) or not name:
+        raise InputFileError(
+            f"{folder / SUMMARY} does not name the video", "give it with --video FILE"
+        )
+    return Path(name)
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    """What ``run.json`` holds; nothing where there is none that can be read."""
+    try:
+        told = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}

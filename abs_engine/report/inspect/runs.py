@@ -1,0 +1,131 @@
+"""A run as something to look at: its head and its camera, frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.io.assets import Speaker
+from abs_engine.io.video import read_frames
+from abs_engine.report.inspect.body import Body, check_same_mesh
+from abs_engine.report.inspect.view import View
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run_mesh import RunMesh, load_mesh
+
+Image = NDArray[np.uint8]
+_CAMERA = ("camera_matrix", "camera_size", "camera_distortion", "rate")
+
+
+@dataclass(frozen=True, eq=False)
+class RunHead:
+    """The tracked head of a run.
+
+    Parameters
+    ----------
+    folder : Path
+    speaker : Speaker
+    arrays : dict
+        See `abs_engine.tracking.record.Recorder.arrays`.
+    mesh : RunMesh
+    camera : Camera
+    """
+
+    folder: Path
+    speaker: Speaker
+    arrays: dict[str, NDArray[Any]]
+    mesh: RunMesh
+    camera: Camera
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.mesh)
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        return float(self.arrays["rate"])
+
+    def found(self, frame: int) -> bool:
+        """Whether the head was found in a frame."""
+        return bool(self.arrays["found"][frame])
+
+    def body(self, frame: int) -> Body:
+        """The head in a frame.
+
+        Raises
+        ------
+        ParameterError
+            If it was not found there.
+        """
+        self.check(frame)
+        if not self.found(frame):
+            raise ParameterError(f"the head was not found in frame {frame}", "give another frame")
+        return Body(self.speaker, self.mesh.vertices(frame))
+
+    def view(self, frame: int, scale: float = 1.0) -> View:
+        """What the run's camera saw, drawn `scale` times as large."""
+        pose = Pose.from_vectors(self.arrays["rotation"][frame], self.arrays["translation"][frame])
+        return View(self.camera, pose, Window(0, 0, *self.camera.size, scale))
+
+    def check(self, frame: int) -> int:
+        """The frame itself, if there is such a frame; else `ParameterError`."""
+        if not 0 <= frame < len(self):
+            raise ParameterError(f"there is no frame {frame}", f"give 0 to {len(self) - 1}")
+        return frame
+
+
+def load_run_head(folder: Path, speaker: Speaker) -> RunHead:
+    """Read a run with its mesh.
+
+    Raises
+    ------
+    InputFileError
+        If the folder is no run.
+    ModelFormatError
+        If its files have another format or do not fit together.
+    ParameterError
+        If it was made with another speaker.
+    """
+    arrays, mesh = load_run(folder), load_mesh(folder)
+    check_same_mesh(speaker, mesh.faces, f"the run {folder}")
+    if len(mesh) != len(arrays["found"]):
+        raise ModelFormatError(
+            f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes",
+            "track the video again",
+        )
+    missing = [name for name in _CAMERA if name not in arrays]
+    if missing:
+        raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
+    size = tuple(int(n) for n in arrays["camera_size"])
+    camera = Camera(arrays["camera_matrix"], (size[0], size[1]), arrays["camera_distortion"])
+    return RunHead(Path(folder), speaker, arrays, mesh, camera)
+
+
+def run_pictures(run: RunHead, video: Path, wanted: list[int]) -> Iterator[tuple[int, Image]]:
+    """Frames of the run's video, with their numbers.
+
+    Raises
+    ------
+    VideoError
+        If the video breaks off.
+    ParameterError
+        If it ends before the run does.
+    """
+    left, last = set(wanted), max(wanted)
+    for number, picture in enumerate(read_frames(video)):
+        if number in left:
+            left.discard(number)
+            yield number, picture
+        if number == last:
+            return
+    raise ParameterError(
+        f"{video} ends before frame {min(left)} of the run", "give the video that was tracked"
+    )

@@ -1,0 +1,181 @@
+"""Face units and modes on a page: postures, nomograms, turntables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Renderer
+from abs_engine.report.inspect.body import Body, check_units
+from abs_engine.report.inspect.layout import beside, captioned, columns_of, label, sheet, stacked
+from abs_engine.report.inspect.output import Progress
+from abs_engine.report.inspect.paint import Image, coat, paint
+from abs_engine.report.inspect.view import View, views_of
+
+RATE = 25.0
+"""Frames a second of films that are made here."""
+SWEEP = 26
+"""Frames in which a film goes through one unit or mode."""
+HEADED = 12
+"""Rows of a nomogram below each line of column heads."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """How heads are drawn on a page.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    size : tuple of int
+        Width and height of one picture, pixels.
+    palette : str
+        One of `paint.PALETTES`.
+    crop : {"head", "mouth"}
+    turn : float
+        Degrees by which the head turns to its left.
+    """
+
+    renderer: Renderer
+    size: tuple[int, int]
+    palette: str = "colour"
+    crop: str = "head"
+    turn: float = 0.0
+
+    def view(self, body: Body) -> View:
+        """The view of a body at rest."""
+        return views_of(body, self.size, (self.turn,), self.crop)[0]
+
+    def draw(self, body: Body, view: View) -> Image:
+        """The body as it is, (H, W, 3) uint8 RGB."""
+        return paint(self.renderer, body, coat(body, self.palette), view)
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One direction in which the head moves.
+
+    Parameters
+    ----------
+    name : str
+    delta : (V, 3) float64, mm at 1
+    """
+
+    name: str
+    delta: FloatArray
+
+
+def unit_rows(body: Body, names: Sequence[str] = ()) -> list[Row]:
+    """Rows of the named face units, or of all.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such face unit; the nearest is named.
+    """
+    check_units(body.speaker, names)
+    chosen = tuple(names) or body.speaker.unit_names
+    deltas = body.speaker.unit_matrix(chosen).astype(np.float64)
+    return [Row(name, delta) for name, delta in zip(chosen, deltas, strict=True)]
+
+
+def mode_rows(modes: NDArray[np.floating]) -> list[Row]:
+    """Rows of a model's modes (P, V, 3), mm for one standard deviation."""
+    return [Row(f"mode {k + 1}", np.asarray(m, np.float64)) for k, m in enumerate(modes)]
+
+
+def posture_sheet(
+    look: Look, body: Body, rows: Sequence[Row], weight: float, progress: Progress | None = None
+) -> Image:
+    """The head at rest, then with each row alone at a weight; the name is below each."""
+    view = look.view(body)
+    tiles = [captioned(look.draw(body, view), "at rest")]
+    for done, row in enumerate(rows):
+        moved = body.moved(body.vertices + weight * row.delta)
+        tiles.append(captioned(look.draw(moved, view), row.name))
+        if progress is not None:
+            progress(done + 1, len(rows))
+    return sheet(tiles, columns_of(len(tiles), look.size))
+
+
+def nomogram(
+    look: Look,
+    body: Body,
+    rows: Sequence[Row],
+    values: Sequence[float],
+    unit: str,
+    progress: Progress | None = None,
+) -> Image:
+    """A row of pictures for each row, and a column for each value.
+
+    Parameters
+    ----------
+    look : Look
+    body : Body
+        What every value adds to.
+    rows : sequence of Row
+    values : sequence of float
+    unit : str
+        What the values are in, such as "sd"; may be empty.
+    progress : callable, optional
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB
+    """
+    view, wide = look.view(body), look.size[0]
+    margin = 124
+    heads = [label("", (margin, 24))]
+    heads += [label(value_text(v, unit), (wide + 4, 24)) for v in values]
+    lines = [beside(heads)]
+    for done, row in enumerate(rows):
+        if done and done % HEADED == 0:
+            lines.append(lines[0])
+        tiles = [look.draw(body.moved(body.vertices + v * row.delta), view) for v in values]
+        lines.append(
+            beside([label(row.name, (margin, look.size[1]), align="right"), *_spaced(tiles)])
+        )
+        if progress is not None:
+            progress(done + 1, len(rows))
+    return stacked(lines)
+
+
+def sweep_film(
+    look: Look, body: Body, rows: Sequence[Row], low: float, high: float, unit: str
+) -> Iterator[Image]:
+    """Frames in which each row in turn goes from 0 to `high`, to `low`, and back."""
+    view = look.view(body)
+    phase = np.arange(SWEEP) / SWEEP
+    one_way = high * 0.5 * (1 - np.cos(2 * np.pi * phase))
+    both = np.where(phase < 0.5, high, -low) * np.sin(2 * np.pi * phase)
+    for row in rows:
+        for value in both if low < 0 else one_way:
+            moved = body.moved(body.vertices + value * row.delta)
+            text = f"{row.name}  {value_text(value, unit, 2)}"
+            yield captioned(look.draw(moved, view), text, 15)
+
+
+def value_text(value: float, unit: str, digits: int | None = None) -> str:
+    """A number with its sign where it has a unit, such as '+1 sd', or plain, such as '0.25'."""
+    number = f"{value:.{digits}f}" if digits is not None else f"{value:.3g}"
+    if not unit:
+        return number.replace("-", "\N{MINUS SIGN}")
+    sign = "+" if float(number) > 0 else ""
+    return f"{sign}{number} {unit}".replace("-", "\N{MINUS SIGN}")
+
+
+def turn_angles(count: int) -> list[float]:
+    """Angles, degrees, evenly around from 0."""
+    if count < 2:
+        raise ParameterError(f"{count} views are not a turntable", "give 2 or more")
+    return [360.0 * k / count for k in range(count)]
+
+
+def _spaced(tiles: Sequence[Image]) -> list[Image]:
+    """Tiles with a little white around them."""
+    return [np.pad(t, ((2, 2), (2, 2), (0, 0)), constant_values=255) for t in tiles]

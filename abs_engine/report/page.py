@@ -1,0 +1,178 @@
+"""The page: one HTML file that opens from disk and needs nothing from outside."""
+
+from __future__ import annotations
+
+import html
+import json
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from plotly.offline import get_plotlyjs
+
+from abs_engine.report import charts, colours, glance, sections
+from abs_engine.report.data import Head, ReportData
+from abs_engine.report.embed import Store, deflated, json_bytes
+
+_WEB = "web"
+_SCRIPTS = ("arrays.js", "heads.js", "stage.js", "player.js", "main.js")
+
+# What a browser may load for the page: nothing but what is in it.
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; media-src data: blob:; font-src data:"
+)
+
+
+def report_page(data: ReportData) -> str:
+    """The whole page as HTML.
+
+    Parameters
+    ----------
+    data : ReportData
+    """
+    store = Store()
+    told = page_data(data, store)
+    body = "\n".join(
+        part
+        for part in (
+            glance.heading(data),
+            sections.player(data),
+            sections.lip_curves(data, told["charts"]),
+            sections.errors(data, told["charts"]),
+            sections.error_maps(data, told["ramp"]["end"]),
+            sections.worst(data),
+            sections.scores(data),
+            sections.facts(data),
+        )
+        if part
+    )
+    scripts = "\n".join(_script(name) for name in _SCRIPTS)
+    parts = {
+        "data": json_bytes(told),
+        "arrays": store.content,
+        "plotly": get_plotlyjs().encode("utf-8"),
+    }
+    deflates = "\n".join(
+        f'<script type="text/plain" id="{name}">{deflated(content)}</script>'
+        for name, content in parts.items()
+    )
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{html.escape(data.title)}</title>
+<style>{_text("page.css")}</style></head>
+<body><main>
+<noscript><p class="warning">This page draws its charts with JavaScript; allow it to run.</p>
+</noscript>
+<p class="warning too-old" hidden>This browser cannot inflate what the page holds (it has no
+DecompressionStream); open it in a newer one.</p>
+{body}
+</main>
+{deflates}
+{scripts}
+</body></html>
+"""
+
+
+def page_data(data: ReportData, store: Store) -> dict[str, Any]:
+    """What the page's scripts are told, as JSON values; arrays go to the store."""
+    area = slice(None) if data.area is None else data.area
+    maps = [s.error_map[area] for s in data.systems if s.error_map is not None]
+    drawn = {
+        "lips": charts.lip_chart(data),
+        "errors": charts.error_chart(data),
+        "boxes": charts.box_chart(data),
+    }
+    said = data.true.said if data.true is not None else ()
+    return {
+        "rate": data.rate,
+        "played": data.played,
+        "vertices": len(data.colours),
+        "focus": list(data.focus),
+        "weld": store.add(weld(data), 1),
+        "faces": store.add(data.faces.astype(np.uint32).ravel(), 3),
+        "colours": store.add(data.colours, 3),
+        "heads": _heads(data, store),
+        "contours": _contours(data, store),
+        "film": None
+        if data.film is None
+        else {"data": store.add_file(data.film.content), "size": list(data.film.size)},
+        "said": [[s.label, s.start, s.end] for s in said],
+        "ramp": {"colours": store.add(colours.bar_colours()), "end": colours.scale_end(maps)},
+        "charts": {k: json.loads(figure.to_json()) for k, figure in drawn.items() if figure},
+    }
+
+
+def weld(data: ReportData) -> NDArray[np.uint32]:
+    """For each vertex (V,) the first in the same place: texture seams must not be seen in 3D."""
+    heads = [data.true.head] if data.true is not None else []
+    heads += [s.head for s in data.systems if s.head is not None]
+    if not heads:
+        return np.arange(len(data.colours), dtype=np.uint32)
+    places = np.round(heads[-1].motion.mean.astype(np.float64), 4)
+    _, first, same = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first[same.ravel()], np.uint32)
+
+
+def _heads(data: ReportData, store: Store) -> list[dict[str, Any]]:
+    """The true head first, then those of the systems."""
+    told = []
+    if data.true is not None:
+        told.append({"name": "truth", "colour": colours.TRUTH, "truth": True, "map": None})
+        told[-1] |= _moved(data.true.head, data.played, store)
+    for number, system in enumerate(data.systems):
+        if system.head is not None:
+            errors = system.error_map
+            told.append(
+                {
+                    "name": system.name,
+                    "colour": colours.system_colour(number),
+                    "truth": False,
+                    "map": None if errors is None else store.add_steps(errors, 1),
+                    **_moved(system.head, data.played, store),
+                }
+            )
+    return told
+
+
+def _moved(head: Head, played: int, store: Store) -> dict[str, Any]:
+    """How a head moves."""
+
+    def kept(values: NDArray[Any] | None) -> dict[str, Any] | None:
+        return None if values is None else store.add(values[:played].astype(np.float32))
+
+    return {
+        "motion": store.add_motion(head.motion),
+        "rotations": kept(head.rotations),
+        "translations": kept(head.translations),
+    }
+
+
+def _contours(data: ReportData, store: Store) -> list[dict[str, Any]]:
+    """Contours of the lips: the true ones, then those of the systems that have them."""
+    return [
+        {
+            "name": name,
+            "stroke": {"colour": stroke.colour, "width": stroke.width, "dash": stroke.gaps},
+            "loops": [
+                store.add_steps(loop[: data.played], 2 * loop.shape[1]) for loop in loops.values()
+            ],
+        }
+        for name, stroke, loops in sections.contours(data)
+    ]
+
+
+def _text(name: str) -> str:
+    return (files(__package__) / _WEB / name).read_text(encoding="utf-8")
+
+
+def _script(name: str) -> str:
+    return f"<script>{_closed(_text(name))}</script>"
+
+
+def _closed(text: str) -> str:
+    """A script that cannot end its element early."""
+    return text.replace("</script", "<\\/script")

@@ -1,0 +1,30 @@
+"""Small pieces of HTML that several parts of the page use."""
+
+from __future__ import annotations
+
+import html
+import math
+
+from abs_engine.report.colours import Stroke
+
+
+def swatch(stroke: Stroke) -> str:
+    """A piece of a line, as it is drawn."""
+    gaps = " ".join(map(str, stroke.gaps)) or "none"
+    line = (
+        f'<line x1="0" y1="50%" x2="44" y2="50%" stroke="{stroke.colour}" '
+        f'stroke-width="{stroke.width:g}" stroke-dasharray="{gaps}"/>'
+    )
+    return f'<svg class="swatch" width="44" height="8" aria-hidden="true">{line}</svg>'
+
+
+def short(number: float) -> str:
+    """Three digits after the point, fewer where the number is large, none where it is whole."""
+    if math.isnan(number) or number == round(number) or abs(number) >= 1000:
+        return f"{number:.0f}"
+    return f"{number:.{2 if abs(number) >= 10 else 3}f}"
+
+
+def safe(text: str) -> str:
+    """Text that is no HTML."""
+    return html.escape(str(text))

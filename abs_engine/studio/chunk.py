@@ -1,0 +1,200 @@
+"""A chunk of frames, filmed and written: what one job of a film process is.
+
+Pictures go to where they stay; what is gathered into one file for a whole clip waits in a file of
+the chunk, whose appearing says that the chunk is done.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from abs_engine.dataset import write_chunk
+from abs_engine.dataset.coco import box_and_area
+from abs_engine.dataset.codec import (
+    CHUNK,
+    COVER,
+    FRAMES,
+    encode_depth,
+    encode_flow,
+    encode_normals,
+    frame_name,
+)
+from abs_engine.dataset.picture import write_picture
+from abs_engine.io.assets import Speaker
+from abs_engine.io.npz import read_npz
+from abs_engine.studio.contact import widest_gap
+from abs_engine.studio.plan import ClipPlan
+from abs_engine.studio.take import Posed, Shot, Take
+
+FORMAT, VERSION = "abs_engine.chunk", 1
+
+
+@dataclass(frozen=True, order=True)
+class Job:
+    """A chunk of a clip by one camera.
+
+    Parameters
+    ----------
+    clip, view, chunk : int
+        Numbers from 0.
+    """
+
+    clip: int
+    view: int
+    chunk: int
+
+    @property
+    def name(self) -> str:
+        """Of the file in which the chunk's numbers wait."""
+        return f"{self.clip:05d}-{self.view:03d}-{self.chunk:05d}.npz"
+
+
+def jobs_of(plans: list[tuple[int, int]]) -> list[Job]:
+    """All jobs of clips with (frames, cameras), in the order in which they are filmed."""
+    return [
+        Job(clip, view, chunk)
+        for clip, (frames, views) in enumerate(plans)
+        for view in range(views)
+        for chunk in range(-(-frames // CHUNK))
+    ]
+
+
+def film_chunk(
+    take: Take,
+    job: Job,
+    plan: ClipPlan,
+    speaker: Speaker,
+    folder: Path,
+    labels: tuple[str, ...],
+    waiting: Path,
+    advance: Callable[[], None],
+) -> None:
+    """Film a chunk and write it.
+
+    Parameters
+    ----------
+    take : Take
+        Of the job's clip and camera.
+    job : Job
+    plan : ClipPlan
+    speaker : Speaker
+    folder : Path
+        Of the data set in the making.
+    labels : tuple of str
+        Which of normals, albedo and flow are wanted.
+    waiting : Path
+        Folder of the chunks' numbers.
+    advance : callable
+        Called after every frame.
+
+    Raises
+    ------
+    OSError
+        If something cannot be written.
+    StudioError
+        If the drawing process ends.
+    """
+    first = job.chunk * CHUNK
+    last = min(first + CHUNK, len(plan))
+    clip = folder / plan.name
+    camera = clip / plan.views[job.view].name
+    make_folders(camera, labels, cover=plan.occluders)
+    before = take.clock.seconds.copy()
+    gather = _Gatherer(speaker, plan, job.view == 0)
+    for frame, (now, shot) in enumerate(take.film(first, last), start=first):
+        with take.clock.part("png"):
+            write_shot(camera, frame, shot, cover=plan.occluders)
+        with take.clock.part("gap"):
+            gather.add(now, shot)
+        advance()
+    with take.clock.part("vertices"):
+        if job.view == 0:
+            write_chunk(clip, first, np.array(gather.offsets))
+    parts = {k: v - before[k] for k, v in take.clock.seconds.items()}
+    _leave(waiting / job.name, gather.arrays(), parts)
+
+
+def make_folders(camera: Path, labels: tuple[str, ...], *, cover: bool) -> None:
+    """Make the folders of a camera's pictures."""
+    for kind in ("ids", "depth", FRAMES, *labels, *((COVER,) if cover else ())):
+        (camera / kind).mkdir(parents=True, exist_ok=True)
+
+
+def write_shot(camera: Path, frame: int, shot: Shot, *, cover: bool) -> None:
+    """Write the pictures of a frame."""
+    name, seen = frame_name(frame), shot.ids > 0
+    write_picture(camera / FRAMES / name, shot.picture)
+    write_picture(camera / "ids" / name, shot.ids)
+    write_picture(camera / "depth" / name, encode_depth(shot.depth))
+    if shot.normals is not None:
+        write_picture(camera / "normals" / name, encode_normals(shot.normals, seen))
+    if shot.albedo is not None:
+        write_picture(camera / "albedo" / name, shot.albedo)
+    if shot.flow is not None:
+        write_picture(camera / "flow" / name, encode_flow(*shot.flow))
+    if cover:
+        write_picture(camera / COVER / name, shot.cover)
+
+
+class _Gatherer:
+    """Collects the small things of a chunk's frames."""
+
+    def __init__(self, speaker: Speaker, plan: ClipPlan, whole: bool) -> None:
+        self._speaker, self._plan, self._whole = speaker, plan, whole
+        self.offsets: list[Any] = []
+        self._lists: dict[str, list[Any]] = {}
+
+    def add(self, now: Posed, shot: Shot) -> None:
+        box, area = box_and_area(shot.ids > 0)
+        row: dict[str, Any] = {
+            "landmark_pixels": shot.pixels,
+            "landmark_visible": shot.seen,
+            "boxes": box,
+            "areas": area,
+        }
+        if shot.mirror_pixels is not None:
+            row |= {
+                "mirror_landmark_pixels": shot.mirror_pixels,
+                "mirror_landmark_visible": shot.mirror_seen,
+            }
+        if self._whole:
+            vertices = self._plan.neutral + now.offsets.astype(np.float32)
+            row["gap"] = widest_gap(self._speaker, vertices)
+            self.offsets.append(now.offsets)
+        for name, value in row.items():
+            self._lists.setdefault(name, []).append(value)
+
+    def arrays(self) -> dict[str, Any]:
+        return {name: np.array(values) for name, values in self._lists.items()}
+
+
+def _leave(path: Path, arrays: dict[str, Any], seconds: dict[str, float]) -> None:
+    """Write a chunk's numbers, whole or not at all."""
+    made = path.with_name(f".{path.name}")
+    parts = {f"seconds_{name}": value for name, value in seconds.items()}
+    told: dict[str, Any] = {"format": FORMAT, "version": VERSION, **arrays, **parts}
+    np.savez(made, **told)
+    os.replace(made, path)
+
+
+def seconds_of(numbers: dict[str, Any]) -> dict[str, float]:
+    """What a chunk cost, in seconds by part."""
+    parts = {k: float(v) for k, v in numbers.items() if k.startswith("seconds_")}
+    return {name.removeprefix("seconds_"): value for name, value in parts.items()}
+
+
+def read_numbers(path: Path) -> dict[str, Any]:
+    """What `film_chunk` left of a chunk.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If it is missing or broken.
+    """
+    return dict(read_npz(path, FORMAT, VERSION))

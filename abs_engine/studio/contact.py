@@ -1,0 +1,34 @@
+"""When lips touch: measured on the mesh, not read from the script."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.dataset import lip_gap
+from abs_engine.io.assets import Speaker
+
+
+def widest_gap(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
+    """Widest gap between a speaker's lips; see `abs_engine.dataset.lip_gap.widest_gap`.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    vertices : (V, 3) float32, mm, head frame
+
+    Returns
+    -------
+    float
+        mm; negative where the lips overlap in every column.
+    """
+    corners = speaker.landmarks["mouth_corners"]
+    return lip_gap.widest_gap(vertices, corners, *_lip_edges(speaker))
+
+
+@lru_cache(maxsize=4)
+def _lip_edges(speaker: Speaker) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Edges (E, 2) of the facets of the upper and of the lower lip."""
+    return lip_gap.lip_edges(speaker, "upper_lip"), lip_gap.lip_edges(speaker, "lower_lip")

@@ -1,0 +1,52 @@
+"""The head of a clip, frame by frame: offsets, smooth normals, and the gap between the lips."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from abs_engine.io.assets import Speaker
+
+Floats = NDArray[np.float32]
+
+
+def inner_shade(speaker: Speaker) -> Floats:
+    """Factor (V,) by which vertices inside the mouth are darkened, as the lights cast no shadow."""
+    inside = [speaker.class_id(n) for n in ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")]
+    chosen = np.unique(speaker.faces[np.isin(speaker.facet_class, inside)])
+    front = speaker.vertices[speaker.landmarks["inner_lip_8"], 2].max()
+    depth = np.clip(front - speaker.vertices[chosen, 2], 0, None)
+    out = np.ones(len(speaker.vertices), np.float32)
+    out[chosen] = 0.12 + 0.88 * np.exp(-depth / 18.0)
+    return out
+
+
+class Normals:
+    """Vertex normals of a head, smooth across texture seams.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    """
+
+    def __init__(self, speaker: Speaker) -> None:
+        self._faces, self._weld = speaker.faces, speaker.weld
+        rows = speaker.weld[speaker.faces].ravel()
+        columns = np.repeat(np.arange(len(speaker.faces)), 3)
+        self._sum = sparse.csr_matrix((np.ones(len(rows), np.float32), (rows, columns)))
+
+    def __call__(self, vertices: Floats) -> Floats:
+        """Unit normals (V, 3) of vertices (V, 3)."""
+        a, b, c = (vertices[self._faces[:, k]] for k in range(3))
+        sums = self._sum @ np.cross(b - a, c - a)
+        length = np.linalg.norm(sums, axis=1, keepdims=True)
+        return np.asarray((sums / np.maximum(length, 1e-12))[self._weld], np.float32)
+
+
+@lru_cache(maxsize=2)
+def smooth_normals(speaker: Speaker) -> Normals:
+    """The normals of a speaker, prepared once."""
+    return Normals(speaker)

@@ -1,0 +1,117 @@
+"""How the set is lit and dressed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.studio.optics import Background, Sensor
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class LightKey:
+    """What a lamp is like at a moment; what is left out stays as the lamp has it.
+
+    Parameters
+    ----------
+    time : float
+        Seconds.
+    intensity : float, optional
+    direction, colour : tuple of float, optional
+    """
+
+    time: float
+    intensity: float | None = None
+    direction: Colour | None = None
+    colour: Colour | None = None
+
+
+@dataclass(frozen=True)
+class Light:
+    """A distant lamp.
+
+    Parameters
+    ----------
+    direction : tuple of float
+        In which its light travels, world frame (the head's at rest: x to the subject's left, y
+        up, z out of the face); any length.
+    intensity : float
+    colour : tuple of float
+        Linear RGB.
+    name : str
+    keys : tuple of LightKey
+        How it changes; between them it changes linearly.
+
+    Raises
+    ------
+    ParameterError
+        If the direction has no length, the intensity is negative, or keys are out of order.
+    """
+
+    direction: tuple[float, float, float]
+    intensity: float
+    colour: Colour = (1.0, 1.0, 1.0)
+    name: str = "light"
+    keys: tuple[LightKey, ...] = ()
+
+    def __post_init__(self) -> None:
+        directions = [self.direction, *(k.direction for k in self.keys if k.direction is not None)]
+        if any(not np.any(d) for d in directions) or self.intensity < 0:
+            raise ParameterError(
+                f"light '{self.name}' has no direction or a negative intensity",
+                "give the direction in which its light travels",
+            )
+        times = [k.time for k in self.keys]
+        if any(b <= a for a, b in pairwise(times)):
+            raise ParameterError(
+                f"the keys of light '{self.name}' are not in order of time", "sort them"
+            )
+
+    def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Direction, intensity and RGB at `times` (T,), as (T, 7), world frame."""
+        still = np.array([*self.direction, self.intensity, *self.colour], np.float64)
+        if not self.keys:
+            return np.tile(still, (len(times), 1))
+        rows = np.array([self._row(key) for key in self.keys])
+        knots = [key.time for key in self.keys]
+        return np.column_stack([np.interp(times, knots, column) for column in rows.T])
+
+    def _row(self, key: LightKey) -> list[float]:
+        intensity = self.intensity if key.intensity is None else key.intensity
+        return [*(key.direction or self.direction), intensity, *(key.colour or self.colour)]
+
+
+KEY = Light((0.55, -0.55, -1.0), 3.3, (1.0, 0.96, 0.90), "key")
+FILL = Light((-0.90, -0.10, -0.75), 1.0, (0.88, 0.94, 1.0), "fill")
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the set is lit and dressed, and what films it.
+
+    Parameters
+    ----------
+    lights : tuple of Light
+        By default a warm key from the upper left of the picture and a cool, weaker fill.
+    ambient : float
+        Share of the albedo that is seen everywhere.
+    roughness : float
+        Of the skin, 0 to 1.
+    background : Background
+    shirt : tuple of float, optional
+        Linear RGB of the shirt; None films the head alone.
+    sensor : Sensor
+    """
+
+    lights: tuple[Light, ...] = (KEY, FILL)
+    ambient: float = 0.12
+    roughness: float = 0.55
+    background: Background = field(default_factory=Background)
+    shirt: Colour | None = (0.06, 0.09, 0.15)
+    sensor: Sensor = field(default_factory=Sensor)

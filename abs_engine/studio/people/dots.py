@@ -1,0 +1,155 @@
+"""Dots that are painted on a face: ink on the lips, coloured beads on cheeks and chin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.io.assets import Speaker
+from abs_engine.studio.people.chart import Chart, Floats
+from abs_engine.studio.people.person import Person, neutral
+from abs_engine.studio.people.regions import step
+
+INK = (28, 32, 74)
+BEADS = ((34, 120, 204), (30, 158, 92), (238, 214, 60), (214, 70, 160))
+"""Colours that no face has."""
+
+DOT_SETS = {"lips17": 0.8}
+"""Sets by name, and the radius (mm) of their dots.
+
+``lips17``: sixteen dots of ink on the lips and one on the tip of the nose, the number that Basu,
+Oliver and Pentland (1998) marked: eight just inside the outer border of the lips, the corners
+among them, and four on each lip as near to where they meet as is seen with the mouth closed.
+"""
+_BEAD_RADIUS = 1.3
+
+
+@dataclass(frozen=True, eq=False)
+class Dots:
+    """Dots on a face, each centred at a vertex of the mesh.
+
+    Parameters
+    ----------
+    vertices : (N,) int32
+        Vertex at the centre; its place in a frame is the dot's true place.
+    radius : float
+        mm, on the person at rest.
+    colours : (N, 3) uint8, sRGB
+    """
+
+    vertices: NDArray[np.int32]
+    radius: float
+    colours: NDArray[np.uint8]
+
+
+def dots(speaker: Speaker, person: Person) -> Dots:
+    """The dots of a person.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such set, or the base is unknown.
+    """
+    if isinstance(person.beads, str):
+        if person.beads not in DOT_SETS:
+            raise ParameterError(
+                f"{person.name}: there is no set of dots '{person.beads}'",
+                f"give a number or one of {', '.join(DOT_SETS)}",
+            )
+        chosen = lips17(speaker)
+        return Dots(
+            chosen, DOT_SETS[person.beads], np.tile(np.array(INK, np.uint8), (len(chosen), 1))
+        )
+    chosen = _spread(speaker, neutral(speaker, person), person.beads)
+    palette = np.array(BEADS, np.uint8)
+    return Dots(chosen, _BEAD_RADIUS, palette[np.arange(len(chosen)) % len(palette)])
+
+
+def add_dots(colour: Floats, speaker: Speaker, chart: Chart, person: Person) -> Floats:
+    """Paint a person's dots over texel colours (T, 3), round on this person's face."""
+    marks = dots(speaker, person)
+    if not len(marks.vertices):
+        return colour
+    rest = neutral(speaker, person)
+    out, facets = colour.copy(), _Facets(speaker, rest)
+    start = np.searchsorted(chart.face[facets.order(chart)], np.arange(len(speaker.faces) + 1))
+    for vertex, tone in zip(marks.vertices, marks.colours, strict=True):
+        near = facets.around(int(vertex), marks.radius + 1.0)
+        texels = np.concatenate([facets.order(chart)[start[f] : start[f + 1]] for f in near])
+        corners = rest[speaker.faces[chart.face[texels]]]
+        place = np.einsum("tk,tkc->tc", chart.weights[texels], corners)
+        distance = np.linalg.norm(place - rest[vertex], axis=1)
+        share = step(distance, marks.radius + 0.12, marks.radius - 0.12)[:, None]
+        out[texels] += share * (tone.astype(np.float32) - out[texels])
+    return out
+
+
+class _Facets:
+    """Which facets lie near a vertex along the surface, so that no dot leaps from lip to lip."""
+
+    def __init__(self, speaker: Speaker, rest: Floats) -> None:
+        self._corners, self._rest = speaker.weld[speaker.faces], rest
+        self._weld = speaker.weld
+        self._flat = self._corners.ravel().argsort(kind="stable")
+        counts = np.bincount(self._corners.ravel(), minlength=int(speaker.weld.max()) + 1)
+        self._first = np.concatenate([[0], np.cumsum(counts)])
+        self._place = np.zeros((len(counts), 3), np.float32)
+        self._place[speaker.weld] = rest
+        self._order: NDArray[np.int64] | None = None
+
+    def order(self, chart: Chart) -> NDArray[np.int64]:
+        """Texels (T,) sorted by the facet that they show."""
+        if self._order is None:
+            self._order = chart.face.argsort(kind="stable")
+        return self._order
+
+    def around(self, vertex: int, reach: float) -> NDArray[np.int64]:
+        """Facets with a corner that can be walked to without leaving a ball of `reach` mm."""
+        centre = int(self._weld[vertex])
+        seen, front, found = {centre}, [centre], set[int]()
+        while front:
+            facets = {f for v in front for f in self._at(v)} - found
+            found |= facets
+            reached = set(self._corners[sorted(facets)].ravel().tolist()) - seen
+            seen |= reached
+            away = {v: np.linalg.norm(self._place[v] - self._place[centre]) for v in reached}
+            front = [v for v, distance in away.items() if distance < reach]
+        return np.array(sorted(found))
+
+    def _at(self, vertex: int) -> list[int]:
+        flat = self._flat[self._first[vertex] : self._first[vertex + 1]]
+        return [int(f) for f in flat // 3]
+
+
+def _spread(speaker: Speaker, rest: Floats, count: int) -> NDArray[np.int32]:
+    """Vertices of the face's front, each as far as possible from those before it.
+
+    Lips and eyes are left free. Nothing is drawn by chance.
+    """
+    if not count:
+        return np.zeros(0, np.int32)
+    skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
+    x, y, z = speaker.vertices[skin].T
+    face = (np.abs(x) < 62) & (y > -62) & (y < 80) & (z > 45) & (speaker.uv[skin, 1] < 0.7)
+    lids = (np.abs(np.abs(x) - 30) < 18) & (np.abs(y - 38) < 13)
+    nostrils = (np.abs(x) < 14) & (np.abs(y + 3) < 7) & (z < 108)
+    skin = skin[face & ~lids & ~nostrils]
+    ring = rest[speaker.lip_ring]
+    away = np.linalg.norm(rest[skin][:, None] - ring[None], axis=2).min(axis=1)
+    skin, away = skin[away > 2.5], away[away > 2.5]
+    if count > len(skin):
+        raise ParameterError(
+            f"{count} beads do not fit the face", f"give at most {len(skin)} beads"
+        )
+    away = np.full(len(skin), np.inf)
+    at = int(np.linalg.norm(rest[skin] - rest[speaker.landmarks["nose_tip"][0]], axis=1).argmin())
+    chosen: list[int] = []
+    for _ in range(count):
+        chosen.append(at)
+        away = np.minimum(away, np.linalg.norm(rest[skin] - rest[skin[at]], axis=1))
+        at = int(away.argmax())
+    return np.asarray(skin[chosen], np.int32)

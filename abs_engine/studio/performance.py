@@ -1,0 +1,209 @@
+"""What a person of a clip says, whichever way the scene file puts it."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.io.assets import Speaker
+from abs_engine.studio.scenefile import ClipEntry
+from abs_engine.studio.sequence import expression, utter
+from abs_engine.studio.speech import (
+    Speech,
+    articulate,
+    doubtful,
+    parse_phonemes,
+    play_recording,
+    read_livelink,
+    read_textgrid,
+)
+from abs_engine.studio.speech.phonemes import PAUSE
+
+FloatArray = NDArray[np.float64]
+_log = logging.getLogger(__name__)
+DEFAULT_SENTENCE = "demo"
+
+
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """Face units and speech, frame by frame.
+
+    Parameters
+    ----------
+    text : str
+        What is said, as the scene file has it, and whether it is cut.
+    weights : (T, 52) float64
+    phonemes : tuple of str
+        One for each frame.
+    intervals : tuple of (str, float, float)
+        Label, start and end in seconds.
+    turns : (T, 3) float64, optional
+        Rotation vectors of a recorded head, head frame at rest.
+    """
+
+    text: str
+    weights: FloatArray
+    phonemes: tuple[str, ...]
+    intervals: tuple[tuple[str, float, float], ...]
+    turns: FloatArray | None = None
+
+
+def perform(
+    entry: ClipEntry,
+    speaker: Speaker,
+    neutral: NDArray[np.float32],
+    rate: float,
+    folder: Path,
+    rng: np.random.Generator,
+) -> Performance:
+    """Work out what is said in a clip.
+
+    Parameters
+    ----------
+    entry : ClipEntry
+    speaker : Speaker
+    neutral : (V, 3) float32, mm
+        The person, whose lips must meet where they are to be closed.
+    rate : float
+        Frames per second.
+    folder : Path
+        Where the files that the entry names are looked for.
+    rng : numpy.random.Generator
+        Of blinks and brows.
+
+    Raises
+    ------
+    ParameterError, InputFileError
+        If it says nothing or several things, or what it says cannot be said.
+    """
+    where = f"clip '{entry.name}'"
+    _check(entry, where)
+    try:
+        said = _say(entry, speaker, neutral, rate, folder)
+    except ParameterError as error:
+        raise ParameterError(f"{where}: {error.problem}", error.remedy) from error
+    said = repeated(said, entry.repeat, rate)
+    if entry.frames is not None:
+        said = _cut(said, entry.frames, rate, where)
+    _warn_of_short(said, rate, where)
+    if entry.blinks and entry.arkit is None:
+        times = np.arange(len(said.weights)) / rate
+        said = replace(said, weights=said.weights + expression(times, speaker.unit_names, rng))
+    return said
+
+
+def _check(entry: ClipEntry, where: str) -> None:
+    ways = ("sentence", "say", "textgrid", "arkit")
+    given = [way for way in ways if getattr(entry, way) is not None]
+    if len(given) > 1:
+        raise ParameterError(f"{where} has {' and '.join(given)}", "give one of them")
+    if entry.repeat < 1 or (entry.frames is not None and entry.frames < 1):
+        raise ParameterError(f"{where} has no frames", "give frames and repeat of at least 1")
+
+
+def _say(
+    entry: ClipEntry, speaker: Speaker, neutral: NDArray[np.float32], rate: float, folder: Path
+) -> Performance:
+    if entry.say is not None:
+        text = " ".join(entry.say.split())
+        utterance = parse_phonemes(text, entry.alphabet)
+        _warn_of_words(text, entry)
+        return _spoken(text, articulate(speaker, neutral, utterance, rate))
+    if entry.textgrid is not None:
+        utterance = read_textgrid(folder / entry.textgrid, entry.tier)
+        text = " ".join(segment.phoneme.label for segment in utterance.segments)
+        return _spoken(text, articulate(speaker, neutral, utterance, rate))
+    if entry.arkit is not None:
+        recording = read_livelink(folder / entry.arkit)
+        return _spoken("(recording)", play_recording(recording, speaker.unit_names, rate))
+    text = DEFAULT_SENTENCE if entry.sentence is None else entry.sentence
+    frames = None if entry.frames is None else max(1, entry.frames // entry.repeat)
+    talk = utter(text, speaker, neutral, rate, frames)
+    return Performance(text, talk.weights, talk.visemes, talk.intervals)
+
+
+def _warn_of_words(text: str, entry: ClipEntry) -> None:
+    """Say how words in ordinary spelling are read: each of their letters is a sound as well."""
+    read = doubtful(text, entry.alphabet)
+    if read:
+        some = ", ".join(f"'{word}' as {sounds}" for word, sounds in list(read.items())[:3])
+        more = f" and {len(read) - 3} more" if len(read) > 3 else ""
+        _log.warning(
+            "clip '%s' reads %s%s, sound by sound; if that is ordinary spelling, write sounds "
+            "instead, such as h @ l @U",
+            entry.name, some, more,
+        )  # fmt: skip
+
+
+def _cut(said: Performance, frames: int, rate: float, where: str) -> Performance:
+    """The same with a number of frames; warns of speech that is lost, and the text tells of it."""
+    made = fitted(said, frames, rate)
+    before, after = _sounds(said), _sounds(made)
+    lost = f"the last {before - after} of {before} sounds"
+    if after < before:
+        _log.warning("%s: %s lie after its last frame", where, lost)
+        return replace(made, text=f"{said.text} (cut: without {lost})")
+    if not said.intervals and frames < len(said.weights):
+        return replace(made, text=f"{said.text} (cut)")
+    return made
+
+
+def _sounds(said: Performance) -> int:
+    return sum(label != PAUSE.label for label, _, _ in said.intervals)
+
+
+def _warn_of_short(said: Performance, rate: float, where: str) -> None:
+    """Say how many p, b and m no frame is labelled with, as they fall between two frames."""
+    closures = [(a, b) for label, a, b in said.intervals if label[0] in "pbm"]
+    short = sum(bool(np.ceil(a * rate) >= np.ceil(b * rate)) for a, b in closures)
+    if short:
+        _log.warning(
+            "%s: %d of %d p, b, m are shorter than a frame, and no frame is labelled with them",
+            where, short, len(closures),
+        )  # fmt: skip
+
+
+def _spoken(text: str, speech: Speech) -> Performance:
+    intervals = tuple((i.label, float(i.start), float(i.end)) for i in speech.intervals)
+    return Performance(text, speech.weights, tuple(speech.phonemes), intervals, speech.head)
+
+
+def repeated(said: Performance, times: int, rate: float) -> Performance:
+    """The same said several times over."""
+    if times == 1:
+        return said
+    length = len(said.weights) / rate
+    intervals = tuple(
+        (label, start + k * length, min(end, length) + k * length)
+        for k in range(times)
+        for label, start, end in said.intervals
+        if start < length
+    )
+    turns = None if said.turns is None else np.tile(said.turns, (times, 1))
+    weights = np.tile(said.weights, (times, 1))
+    return replace(
+        said, weights=weights, phonemes=said.phonemes * times, intervals=intervals, turns=turns
+    )
+
+
+def fitted(said: Performance, frames: int, rate: float) -> Performance:
+    """The same cut to a number of frames, or held at its end.
+
+    What begins after the last frame of a cut is left out: none of it is filmed.
+    """
+    take = np.minimum(np.arange(frames), len(said.weights) - 1)
+    length = frames / rate
+    last = (frames - 1) / rate + 1e-9 if frames < len(said.weights) else length
+    cut = [(a, b, min(c, length)) for a, b, c in said.intervals if b < last]
+    return replace(
+        said,
+        weights=said.weights[take],
+        phonemes=tuple(said.phonemes[i] for i in take),
+        intervals=tuple(cut),
+        turns=None if said.turns is None else said.turns[take],
+    )

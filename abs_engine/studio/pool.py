@@ -1,0 +1,228 @@
+"""Films chunks, in this process or in several of their own."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core import errors
+from abs_engine.core.errors import AbsEngineError, StudioError
+from abs_engine.io.assets import Speaker
+from abs_engine.studio.chunk import Job, film_chunk
+from abs_engine.studio.journal import Journal
+from abs_engine.studio.plan import load
+from abs_engine.studio.take import Take
+
+Advance = Callable[[], None]
+_REMEDY = "free some memory, or film with fewer processes; the same command continues"
+
+
+def film_here(
+    jobs: list[Job], journal: Journal, speaker: Speaker, labels: tuple[str, ...], advance: Advance
+) -> None:
+    """Film chunks one after the other in this process.
+
+    Raises
+    ------
+    StudioError
+        If pyrender cannot draw on this machine.
+    OSError
+        If something cannot be written.
+    """
+    with Filmer(journal.work, speaker, labels) as filmer:
+        for job in jobs:
+            filmer.film(job, advance)
+
+
+class Filmer:
+    """Films chunks and keeps the camera of the last one running; a context manager.
+
+    Parameters
+    ----------
+    work : Path
+        Folder of the journal.
+    speaker : Speaker
+    labels : tuple of str
+    """
+
+    def __init__(self, work: Path, speaker: Speaker, labels: tuple[str, ...]) -> None:
+        self._work, self._speaker, self._labels = work, speaker, labels
+        self._takes = ExitStack()
+        self._at: tuple[int, int] | None = None
+
+    def film(self, job: Job, advance: Advance) -> None:
+        """Film a chunk and write it."""
+        if self._at != (job.clip, job.view):
+            self._takes.close()
+            self._plan = load(self._work / "plans" / f"{job.clip:05d}.npz")
+            self._take = self._takes.enter_context(
+                Take(self._speaker, self._plan, job.view, self._labels)
+            )
+            self._at = job.clip, job.view
+        film_chunk(
+            self._take, job, self._plan, self._speaker, self._work / "dataset", self._labels,
+            self._work / "chunks", advance,
+        )  # fmt: skip
+
+    def __enter__(self) -> Filmer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._takes.close()
+
+
+def film_apart(
+    jobs: list[Job],
+    journal: Journal,
+    speaker: Speaker,
+    labels: tuple[str, ...],
+    advance: Advance,
+    processes: int,
+) -> None:
+    """Film chunks in several processes.
+
+    Parameters
+    ----------
+    jobs : list of Job
+    journal : Journal
+    speaker : Speaker
+        The bundled head, which the processes read themselves.
+    labels : tuple of str
+    advance : callable
+        Called after every frame.
+    processes : int
+
+    Raises
+    ------
+    StudioError
+        If a process ends before its time.
+    AbsEngineError
+        What went wrong in a process.
+    """
+    left = list(jobs)
+    told: queue.Queue[tuple[_Film, dict[str, Any]]] = queue.Queue()
+    with ExitStack() as stack:
+        films = [
+            stack.enter_context(_Film(journal.work, speaker, labels, told))
+            for _ in range(min(processes, len(jobs)))
+        ]
+        for film in films:
+            film.start(_next(left, film, films))
+        busy = len(films)
+        while busy:
+            film, message = told.get()
+            if "error" in message:
+                raise _error(message["error"])
+            if "frame" in message:
+                advance()
+                continue
+            if left:
+                film.start(_next(left, film, films))
+            else:
+                film.job = None
+                busy -= 1
+
+
+def _next(left: list[Job], film: _Film, films: list[_Film]) -> Job:
+    """Take the job that suits a process: of the camera it has, else of one that nobody has."""
+    taken = {(f.job.clip, f.job.view) for f in films if f.job is not None and f is not film}
+    own = None if film.job is None else (film.job.clip, film.job.view)
+
+    def cost(job: Job) -> tuple[bool, bool, Job]:
+        return (job.clip, job.view) != own, (job.clip, job.view) in taken, job
+
+    job = min(left, key=cost)
+    left.remove(job)
+    return job
+
+
+def _error(told: list[str]) -> AbsEngineError:
+    """An error as a process reported it: name of the class, problem, remedy."""
+    kind = getattr(errors, told[0], StudioError)
+    return kind(told[1], told[2])
+
+
+class _Film:
+    """A process that films; a context manager that ends it."""
+
+    def __init__(
+        self,
+        work: Path,
+        speaker: Speaker,
+        labels: tuple[str, ...],
+        told: queue.Queue[tuple[_Film, dict[str, Any]]],
+    ) -> None:
+        self.job: Job | None = None
+        self._told = told
+        self._complaints = tempfile.TemporaryFile()  # noqa: SIM115
+        words = [str(work), str(speaker.folder / "head.npz"), *labels]
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "abs_engine.studio.film_process", *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._complaints,
+            env=_environment(),
+            text=True,
+        )
+        self._reader = threading.Thread(target=self._listen, daemon=True)
+        self._reader.start()
+
+    def start(self, job: Job) -> None:
+        """Film a chunk; a process that has ended says so through `told`."""
+        self.job = job
+        try:
+            _open_pipe(self._process.stdin).write(json.dumps(vars(job)) + "\n")
+            _open_pipe(self._process.stdin).flush()
+        except OSError:
+            return
+
+    def _listen(self) -> None:
+        for line in _open_pipe(self._process.stdout):
+            self._told.put((self, json.loads(line)))
+        code = self._process.wait()
+        self._complaints.seek(0)
+        lines = self._complaints.read().decode(errors="replace").strip().splitlines()
+        last = lines[-1].strip()[:200] if lines else f"exit status {code}"
+        self._told.put(
+            (self, {"error": ["StudioError", f"a film process ended ({last})", _REMEDY]})
+        )
+
+    def __enter__(self) -> _Film:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.job is not None:  # in the middle of something
+            self._process.kill()
+        for pipe in (self._process.stdin, self._process.stdout):
+            try:
+                if pipe is self._process.stdout:
+                    self._reader.join()
+                _open_pipe(pipe).close()
+            except BrokenPipeError:  # a job was still in the buffer
+                continue
+        self._process.wait()
+        self._complaints.close()
+
+
+def _open_pipe(pipe: Any) -> Any:
+    """The pipe of a process that was started with one."""
+    if pipe is None:
+        raise StudioError("a film process has no pipe", _REMEDY)
+    return pipe
+
+
+def _environment() -> dict[str, str]:
+    """Environment of a film process: this package, and one core's worth of threads."""
+    root = str(Path(__file__).resolve().parents[2])
+    paths = [root, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    threads = {"OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "0"}
+    return {**threads, **os.environ, "PYTHONPATH": os.pathsep.join(paths)}

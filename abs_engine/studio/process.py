@@ -1,0 +1,147 @@
+"""Starts, feeds and ends the worker process that draws with pyrender."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import StudioError
+from abs_engine.studio.worker import Arrays, receive, send
+
+PLATFORMS = ("egl", "osmesa")
+"""What PyOpenGL is told to draw with, in the order in which they are tried."""
+
+_REMEDY = "run 'abs-engine doctor'; on Debian or Ubuntu install libegl1 and libgl1-mesa-dri"
+
+
+class Worker:
+    """A process with a stage in it; a context manager.
+
+    Parameters
+    ----------
+    setup : mapping of str to array
+        See `worker.Stage`.
+    platforms : tuple of str
+        Tried in this order.
+
+    Raises
+    ------
+    StudioError
+        If no platform works, or, later, if the process ends.
+    """
+
+    def __init__(self, setup: Arrays, platforms: tuple[str, ...] = PLATFORMS) -> None:
+        reasons = []
+        for platform in platforms:
+            self._start(platform)
+            try:
+                self.exchange(setup)
+            except StudioError as error:
+                reasons.append(f"{platform}: {error.problem}")
+                self.close()
+            except BaseException:
+                self.close()
+                raise
+            else:
+                return
+        raise StudioError(f"pyrender cannot draw here ({'; '.join(reasons)})", _REMEDY)
+
+    @property
+    def pid(self) -> int:
+        """Process id of the worker."""
+        return self._process.pid
+
+    def exchange(self, arrays: Arrays) -> dict[str, NDArray[Any]]:
+        """Send a request and wait for its answer.
+
+        Raises
+        ------
+        StudioError
+            If the process has ended; the last line that it wrote is quoted.
+        """
+        self.post(arrays)
+        return self.collect()
+
+    def post(self, arrays: Arrays) -> None:
+        """Send a request; `collect` its answer before the next one.
+
+        Raises
+        ------
+        StudioError
+            If the process has ended.
+        """
+        try:
+            send(self._process.stdin, arrays)  # type: ignore[arg-type]
+        except OSError as error:
+            raise self._failure() from error
+
+    def collect(self) -> dict[str, NDArray[Any]]:
+        """Wait for the answer to what was posted.
+
+        Raises
+        ------
+        StudioError
+            If the process has ended.
+        """
+        try:
+            return receive(self._process.stdout)  # type: ignore[arg-type]
+        except (OSError, EOFError) as error:
+            raise self._failure() from error
+
+    def close(self) -> None:
+        """End the process and wait for it."""
+        self._process.kill()
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                try:
+                    pipe.close()
+                except BrokenPipeError:  # a request was still in the buffer
+                    continue
+        self._files.close()
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _start(self, platform: str) -> None:
+        self._files = ExitStack()
+        self._complaints = self._files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", str(Path(__file__).with_name("worker.py"))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._complaints,
+            env=worker_environment(platform),
+        )
+
+    def _failure(self) -> StudioError:
+        """What to raise once the process does not answer any more."""
+        code = self._process.wait()
+        self._complaints.seek(0)
+        lines = self._complaints.read().decode(errors="replace").strip().splitlines()
+        last = lines[-1].strip() if lines else f"exit status {code}"
+        return StudioError(f"the studio's worker ended ({last[:200]})", _REMEDY)
+
+
+def worker_environment(platform: str) -> dict[str, str]:
+    """Environment in which pyrender imports without a screen and draws with `platform`."""
+    env = {**os.environ, "PYOPENGL_PLATFORM": platform, "PYGLET_HEADLESS": "1"}
+    # OpenCV's wheel leaves an empty entry behind, which means the current folder to the linker.
+    folders = [folder for folder in env.pop("LD_LIBRARY_PATH", "").split(":") if folder]
+    return env | ({"LD_LIBRARY_PATH": ":".join(folders)} if folders else {})

@@ -1,0 +1,117 @@
+"""Fills a scene file's defaults in, and checks what its parts say of each other."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.studio.look import FILL, KEY
+from abs_engine.studio.scenefile.reader import nearest
+from abs_engine.studio.scenefile.scene import ClipEntry, SceneFile
+from abs_engine.studio.scenefile.values import (
+    CameraEntry,
+    EventEntry,
+    LightEntry,
+    OccluderEntry,
+)
+
+Named = TypeVar("Named", CameraEntry, LightEntry, OccluderEntry, EventEntry, ClipEntry)
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+SMALLEST, LARGEST = 16, 8192
+"""Sides of pictures that can be filmed, pixels."""
+
+
+def check_size(size: tuple[int, int]) -> None:
+    """Raise `ParameterError` for pictures that cannot be filmed."""
+    if size[0] % 2 or size[1] % 2:
+        raise ParameterError(f"H.264 has no pictures of {size[0]}x{size[1]}", "give even sizes")
+    if not all(SMALLEST <= side <= LARGEST for side in size):
+        raise ParameterError(
+            f"pictures of {size[0]}x{size[1]} cannot be filmed",
+            f"give sides of {SMALLEST} to {LARGEST} pixels",
+        )
+
+
+def complete(scene: SceneFile) -> SceneFile:
+    """A scene with its defaults filled in: cameras, lights, clips and all names.
+
+    Raises
+    ------
+    ParameterError
+        If a name is given twice, makes no file name, or means nothing; the nearest is named. If
+        the rate, a size or a time is impossible.
+    """
+    if not 0 < scene.rate <= 1000:
+        raise ParameterError(f"a rate of {scene.rate:g} frames per second", "give 1 to 1000")
+    check_size(scene.size)
+    if scene.seed < 0:
+        raise ParameterError(f"the seed is {scene.seed}", "give 0 or more")
+    if scene.shirt is True:
+        raise ParameterError("shirt = true says no colour", "give [r, g, b] or false")
+    lamps = tuple(LightEntry(k.name, k.direction, k.intensity, k.colour) for k in (KEY, FILL))
+    clips = scene.clip or (ClipEntry(),)
+    scene = replace(
+        scene,
+        camera=scene.camera or (CameraEntry(),),
+        light=scene.light or lamps,
+        occluder=tuple(replace(o, name=o.name or o.kind) for o in scene.occluder),
+        event=tuple(replace(e, name=e.name or e.kind) for e in scene.event),
+        clip=tuple(replace(c, name=c.name or f"clip-{n}") for n, c in enumerate(clips, start=1)),
+    )
+    for kind in ("speaker", "camera", "light", "occluder", "event", "clip"):
+        _check_names(kind, [entry.name for entry in getattr(scene, kind)])
+    for event in scene.event:
+        _check_event(event)
+        pick("camera", scene.camera, event.cameras, f"event '{event.name}'")
+    return scene
+
+
+def _check_names(kind: str, names: Sequence[str]) -> None:
+    for name in names:
+        if not _NAME.fullmatch(name):
+            raise ParameterError(
+                f"[[{kind}]] has the name '{name}'", "use letters, digits, '_', '-' and '.'"
+            )
+        if names.count(name) > 1:
+            raise ParameterError(
+                f"there are {names.count(name)} [[{kind}]] named '{name}'", "rename one"
+            )
+
+
+def _check_event(event: EventEntry) -> None:
+    if not 0 <= event.start < event.end or event.ramp < 0:
+        raise ParameterError(
+            f"event '{event.name}' lasts from {event.start:g} to {event.end:g} s",
+            "let it end after it starts",
+        )
+    if (event.amount is not None and event.amount < 0) or not np.any(event.direction):
+        raise ParameterError(
+            f"event '{event.name}' has a negative amount or no direction", "give them"
+        )
+
+
+def pick(
+    kind: str, entries: tuple[Named, ...], names: tuple[str, ...] | None, where: str
+) -> tuple[Named, ...]:
+    """Entries of those names, by default all.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such entry; the nearest is named.
+    """
+    if names is None:
+        return entries
+    known = {entry.name: entry for entry in entries}
+    for name in names:
+        if name not in known:
+            raise ParameterError(
+                f"{where} names the {kind} '{name}', which does not exist{nearest(name, known)}",
+                f"known: {', '.join(known) or 'none'}",
+            )
+    return tuple(known[name] for name in names)

@@ -1,0 +1,165 @@
+"""A recorded stream of ARKit face units, as the Live Link Face app writes it."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset.timecode import seconds_since_first
+from abs_engine.io.inputs import check_file
+from abs_engine.studio.speech.articulate import Speech, check_rate
+
+FloatArray = NDArray[np.float64]
+
+_HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Face units as recorded, N samples.
+
+    Parameters
+    ----------
+    unit_names : tuple of str
+        As in ARKit, such as 'jawOpen'.
+    weights : (N, 52) float64
+    head : (N, 3) float64
+        Yaw, pitch and roll, radians.
+    times : (N,) float64
+        Seconds since the first sample, growing.
+    """
+
+    unit_names: tuple[str, ...]
+    weights: FloatArray
+    head: FloatArray
+    times: FloatArray
+
+
+def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recording:
+    """Read a Live Link Face CSV.
+
+    Parameters
+    ----------
+    path : Path
+    timecode_rate : float, optional
+        Frames per second that the timecode (hours:minutes:seconds:frames) counts. By default the
+        smallest usual rate above the largest frame number; name it for takes under a second.
+
+    Returns
+    -------
+    Recording
+        The eyes' own angles are left out; ARKit has them among the units as well.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing, has no timecode, units or samples, a line has another number of
+        values than the header, a value is no number, or time does not grow.
+    """
+    path = Path(path)
+    header, rows, first_line = _rows(path)
+    columns = [i for i, name in enumerate(header) if i > 1 and not _is_angle(name)]
+    names = tuple(header[i][0].lower() + header[i][1:] for i in columns)
+    values = _numbers(path, header, rows, first_line)
+    places = [header.index(name) - 2 if name in header else -1 for name in _HEAD]
+    head = np.stack([values[:, i] if i >= 0 else np.zeros(len(values)) for i in places], axis=1)
+    times = _seconds(path, [row[0] for row in rows], first_line, timecode_rate)
+    return Recording(names, values[:, np.array(columns) - 2], head, times)
+
+
+def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: float) -> Speech:
+    """Face-unit weights of a recording at a frame rate.
+
+    Parameters
+    ----------
+    recording : Recording
+    unit_names : tuple of str
+        Order of the weights that is wanted.
+    rate : float
+        Frames per second. Samples are joined by straight lines, weights kept within 0 and 1.
+
+    Returns
+    -------
+    Speech
+        Its `head` is the rotation ``R_y(yaw) R_x(pitch) R_z(roll)`` about the head frame's axes,
+        which point as ARKit's do.
+
+    Raises
+    ------
+    ParameterError
+        If the recording lacks a unit, or the rate is not positive.
+    """
+    known = {name.lower(): i for i, name in enumerate(recording.unit_names)}
+    lacking = [name for name in unit_names if name.lower() not in known]
+    if lacking:
+        raise ParameterError(
+            f"the recording has no '{lacking[0]}'", "record all 52 ARKit face units"
+        )
+    check_rate(rate)
+    times = np.arange(int(recording.times[-1] * rate + 1e-6) + 1) / rate
+    picked = recording.weights[:, [known[name.lower()] for name in unit_names]]
+    weights = np.stack([np.interp(times, recording.times, c) for c in picked.T], axis=1)
+    angles = np.unwrap(recording.head, axis=0)
+    turned = np.stack([np.interp(times, recording.times, c) for c in angles.T], axis=1)
+    head = Rotation.from_euler("YXZ", turned).as_rotvec()
+    labels = ("_",) * len(times)
+    return Speech(np.clip(weights, 0.0, 1.0), labels, (), rate, np.asarray(head, np.float64))
+
+
+def _rows(path: Path) -> tuple[list[str], list[list[str]], int]:
+    """Header, samples, and the line number of the first sample."""
+    check_file(path)
+    try:
+        lines = list(csv.reader(path.read_text("utf-8-sig").splitlines()))
+    except (UnicodeDecodeError, csv.Error, OSError) as error:
+        raise InputFileError(f"{path} is not a CSV file", "give a Live Link Face CSV") from error
+    header = [name.strip() for name in lines[0]] if lines else []
+    if [name.lower() for name in header[:2]] != ["timecode", "blendshapecount"]:
+        raise InputFileError(
+            f"{path} does not begin with Timecode and BlendShapeCount", "give a Live Link Face CSV"
+        )
+    rows = [row for row in lines[1:] if row]
+    if not rows or len(header) < 3:
+        raise InputFileError(f"{path} holds no samples", "record it again")
+    return header, rows, 2
+
+
+def _numbers(path: Path, header: list[str], rows: list[list[str]], first: int) -> FloatArray:
+    """Values (N, C - 2) behind timecode and count."""
+    for line, row in enumerate(rows, first):
+        if len(row) != len(header):
+            raise InputFileError(
+                f"line {line} of {path} has {len(row)} values, its header {len(header)}",
+                "check that the file is whole",
+            )
+    try:
+        values = np.array([row[2:] for row in rows], np.float64)
+    except ValueError as error:
+        raise InputFileError(f"{path}: {error}", "check that all values are numbers") from error
+    if not np.isfinite(values).all():
+        line = first + int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
+        raise InputFileError(f"line {line} of {path} holds NaN or infinity", "leave that line out")
+    return values
+
+
+def _seconds(path: Path, codes: list[str], first: int, timecode_rate: float | None) -> FloatArray:
+    """Seconds since the first timecode, growing."""
+    times = seconds_since_first(codes, path, timecode_rate)
+    steps = np.diff(times)
+    if (steps <= 0).any():
+        line = first + 1 + int(np.flatnonzero(steps <= 0)[0])
+        raise InputFileError(
+            f"line {line} of {path} is not later than the line before it",
+            "sort the lines, or give the timecode's rate",
+        )
+    return times
+
+
+def _is_angle(name: str) -> bool:
+    return name.endswith(("Yaw", "Pitch", "Roll"))

@@ -1,1 +1,0 @@
-"""The systems: short compositions of the rooms below."""

@@ -1,0 +1,92 @@
+"""The head's motion where it is known: poses that were measured elsewhere, one for each frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.frame_state import HeadFrame, Memory
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class GivenMotion:
+    """Stands in for `HeadMotion`: no face is looked for and nothing is followed.
+
+    Parameters
+    ----------
+    given : tuple of (Pose or None)
+        Head to camera in each frame; None where it is not known.
+    """
+
+    given: tuple[Pose | None, ...]
+
+    def follower(self) -> GivenFollower:
+        """What gives the poses one after the other."""
+        return GivenFollower(self.given)
+
+    def seen(self, camera: Camera, point: FloatArray) -> GivenMotion:
+        """Only the poses that put a point (3,), mm, head frame, before the camera in its picture.
+
+        Frames are learned from whose mouth can be there.
+        """
+        return GivenMotion(tuple(p if _inside(p, camera, point) else None for p in self.given))
+
+
+class GivenFollower:
+    """Gives poses one after the other.
+
+    Parameters
+    ----------
+    given : tuple of (Pose or None)
+    """
+
+    def __init__(self, given: tuple[Pose | None, ...]) -> None:
+        self._given, self._count = given, 0
+
+    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+        """The next frame with its pose.
+
+        Raises
+        ------
+        ParameterError
+            If there are more frames than poses.
+        """
+        self._count += 1
+        if self._count > len(self._given):
+            raise other_count(len(self._given), f"more than {len(self._given)}")
+        return HeadFrame(image, self._given[self._count - 1])
+
+    def finish(self) -> None:
+        """Say that there are no more frames.
+
+        Raises
+        ------
+        ParameterError
+            If there are fewer than poses.
+        """
+        if self._count < len(self._given):
+            raise other_count(len(self._given), str(self._count))
+
+
+def other_count(given: int, frames: str) -> ParameterError:
+    """What is said of poses that are too many or too few."""
+    return ParameterError(
+        f"there are {given} poses for {frames} frames",
+        "give one for each frame of the video, empty or NaN where it is not known",
+    )
+
+
+def _inside(pose: Pose | None, camera: Camera, point: FloatArray) -> bool:
+    if pose is None or pose.apply(point)[2] <= 0:
+        return False
+    width, height = camera.size
+    x, y = camera.project(pose.apply(point))
+    return bool(0 <= x < width and 0 <= y < height)

@@ -1,0 +1,157 @@
+"""Which face is followed, where a picture shows several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.tracking.face_detection import Face, faces_about, find_faces
+from abs_engine.tracking.initial_pose import FaceBox
+from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
+
+Image = NDArray[np.uint8]
+
+_APART, _SIZE = 0.6, 1.5  # face heights, and times the size: farther off, a face is another one
+_FAST = 1.5  # times as far, one that has moved fast may be: the network still saw part of it
+_WIDENING, _MOST_SIZE = 0.03, 3.0  # by how much more with each frame that it is lost; at most
+_OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square
+_DOUBTFUL, _WRONG = 0.03, 0.05
+"""`Landmarks.unlike` from which on the detector is asked where the face is, and from which on there
+is none. The network is as sure of points beside a face that has moved fast; but in the mirror image
+it puts these elsewhere. On faces it is at most 0.027 (p01 to p08 of the strangers' clips; 0.045 in
+a near profile), on points beside one 0.03 to 0.11."""
+_KEPT = 500  # frames whose landmarks are remembered
+_PATIENCE = 50  # frames without the face that is followed, after which any face is taken
+
+
+@dataclass(frozen=True)
+class FaceChoice:
+    """Which face a user means.
+
+    Parameters
+    ----------
+    number : int or None
+        Counted from 1, the largest first, in the first frame that shows a face; None for the
+        largest.
+    box : FaceBox or None
+        By where its mouth is in the first frame.
+    """
+
+    number: int | None = None
+    box: FaceBox | None = None
+
+    def first(self, image: Image) -> tuple[Landmarks | None, list[Face]]:
+        """The face that is meant in a first frame, and all of its faces, the largest first.
+
+        Raises
+        ------
+        FaceNotFoundError
+            If there are fewer faces than the number.
+        """
+        if self.box is not None:
+            near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
+            return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
+        pairs = [(f, _believed(landmarks_of(image, f))) for f in by_size(find_faces(image))]
+        seen = [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
+        if not seen:
+            return None, []
+        number = self.number or 1
+        if number > len(seen):
+            count = f"{len(seen)} face{'s' if len(seen) > 1 else ''}"
+            raise FaceNotFoundError(
+                f"there is no face {number}: the first frame with a face shows {count}",
+                f"give --face 1{f' to {len(seen)}' if len(seen) > 1 else ', or leave it out'}",
+            )
+        return seen[number - 1][1], [f for f, _ in seen]
+
+
+def by_size(faces: Sequence[Face]) -> list[Face]:
+    """Faces, the largest first."""
+    return sorted(faces, key=lambda face: -face.size)
+
+
+def face_lines(faces: Sequence[Face], chosen: int) -> str:
+    """What is said of several faces: where each is, and which one is followed."""
+    where = "; ".join(
+        f"{k} at {f.centre[0]:.0f} {f.centre[1]:.0f}, {f.size:.0f} pixels"
+        for k, f in enumerate(faces, 1)
+    )
+    why = " (the largest)" if chosen == 1 else ""
+    return f"{len(faces)} faces: {where}; following face {chosen}{why}, --face N chooses another"
+
+
+def _believed(seen: Landmarks | None) -> Landmarks | None:
+    """The landmarks, unless the mirror image shows that they are no face's."""
+    return seen if seen is not None and seen.unlike < _WRONG else None
+
+
+class FaceFollower:
+    """Finds one face in frame after frame, by where its landmarks were last.
+
+    Parameters
+    ----------
+    choice : FaceChoice
+    known : sequence of Landmarks or None
+        What it found in the first frames, when they were looked at before.
+
+    Attributes
+    ----------
+    faces : list of Face
+        All that the first frame with a face shows, the largest first.
+    found : list of Landmarks or None
+        What was found in the first frames, as many as a first look at a clip may take.
+    """
+
+    def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
+        self._choice, self._known = choice, known
+        self._last: Landmarks | None = None
+        self._lost = self._count = 0
+        self.found: list[Landmarks | None] = []
+        self.faces: list[Face] = []
+
+    def step(self, image: Image) -> Landmarks | None:
+        """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
+        again = self._count < len(self._known)
+        found = self._known[self._count] if again else self._next(image)
+        self._count += 1
+        if len(self.found) < _KEPT:
+            self.found.append(found)
+        self._lost = 0 if found is not None else self._lost + 1
+        self._last = found or self._last
+        return found
+
+    def _next(self, image: Image) -> Landmarks | None:
+        last = self._last
+        if last is None:
+            found, faces = self._choice.first(image)
+            self.faces = faces or self.faces
+            return found
+        found = landmarks_again(image, last) if self._lost == 0 else None
+        if found is not None and found.unlike < _DOUBTFUL:
+            return found
+        caught = self._again(image, last, 1.0 if found is None else _FAST)
+        seen = [m for m in (_believed(found), caught) if m is not None]
+        return min(seen, key=lambda m: m.unlike, default=None)
+
+    def _again(self, image: Image, last: Landmarks, farther: float) -> Landmarks | None:
+        """The face near where it was; after a while without it, the largest one."""
+        faces = by_size(find_faces(image))
+        centre, size = last.pixels.mean(axis=0), last.size
+        slack = 1 + _WIDENING * min(self._lost, _PATIENCE)
+        reach, ratio = farther * _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
+        near = [
+            f
+            for f in faces
+            if np.linalg.norm(f.centre - centre) < reach
+            and size / ratio < _OF_BOX * f.size < size * ratio
+        ]
+        near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
+        for face in near or (faces if self._lost > _PATIENCE else []):
+            found = _believed(landmarks_of(image, face))
+            if found is not None:
+                return found
+        return None

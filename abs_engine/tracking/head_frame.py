@@ -1,0 +1,138 @@
+"""A frame of a head as it is fitted: evidence, priors, and what its landmarks say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, Prior
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.pose import PoseFrame, at_base, free_blocks, joined
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.base import Face
+from abs_engine.face.head import MouthModel
+from abs_engine.fit.evidence import Term
+from abs_engine.fit.head_frame import contact_prior, mouth_window
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.terms import COLOUR, TermKind, Weighted, bound
+from abs_engine.fit.view import View
+from abs_engine.tracking.clip_setting import Work
+from abs_engine.tracking.frame_state import HeadFrame, Memory
+from abs_engine.tracking.identity_fit import POSE_DEVIATION
+from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
+from abs_engine.tracking.mouth_place import mouth_place
+
+FloatArray = NDArray[np.float64]
+STEP_DEVIATION = 0.8
+"""How far a posture moves in 40 ms, in standard deviations of a mode: in speech by 0.3 (RMS of
+authored and of tracked motion), but in one step of a hundred by 1.1."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeadBinder:
+    """Binds evidence to a head whose person is known or was fitted.
+
+    Parameters
+    ----------
+    model : MouthModel
+    face : Face
+        The model with the person held, and its appearance.
+    camera : Camera
+    renderer : Renderer
+    rate : float
+        Frames per second.
+    landmarks : MouthLandmarks
+        How landmarks are weighed, in frames that have them.
+    kinds : mapping of str to TermKind
+        The evidence.
+    pose_held : bool
+        Whether poses are taken as they are, and only the posture is fitted.
+    """
+
+    model: MouthModel
+    face: Face
+    camera: Camera
+    renderer: Renderer
+    rate: float
+    landmarks: MouthLandmarks
+    kinds: Mapping[str, TermKind] = field(default_factory=lambda: {COLOUR.name: COLOUR})
+    pose_held: bool = False
+
+    @property
+    def classes(self) -> ColourClasses:
+        """The clip's colour classes."""
+        classes: ColourClasses = self.face.learned("colour")
+        return classes
+
+    @property
+    def person(self) -> FloatArray:
+        """What was fitted of the person, (Q,)."""
+        return self.face.identity
+
+    def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
+        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        model, last = self.model, memory.vector
+        base, marks = PoseFrame(pose, model.pivot), self.landmarks
+        window = mouth_window(model, base.base, self.camera, self.person)
+        told, place = marks.told(frame), None
+        priors = self._priors(last, thick=told is not None)
+        if told is not None and marks.evidence != RENDERING:
+            place = mouth_place(model, base, self.camera, window, self.person, told)
+        start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
+        view = View(frame.in_usual_light, self.camera, self.renderer, base, window, start, place)
+        terms = bound(self.kinds, self.face, view)
+        beside = marks.beside(frame, self.classes.outdoing)
+        problem = self._problem(base, terms, (*priors, *beside))
+        usual = at_base(model.prototypes)
+        starts = np.vstack([*(x for x in (last, told) if x is not None), usual])
+        said = marks.marked(frame, self._problem(base, {}, priors))
+        return Work(problem, starts, partial(explained, terms), said)
+
+    def _problem(
+        self, base: PoseFrame, terms: Mapping[str, Term], priors: tuple[Prior, ...]
+    ) -> Problem:
+        free, mobility = free_blocks(self.pose_held), mobility_of(self.model.n_expression)
+        return Problem(base, self.face.blocks, terms, priors, free, mobility=mobility)
+
+    @cached_property
+    def _contact(self) -> tuple[ContactPrior, ContactPrior]:
+        """Contact of the lips, and with a thickness that each keeps."""
+        loose, thick = (contact_prior(self.model, self.person, t) for t in (False, True))
+        return loose, thick
+
+    def _priors(self, last: FloatArray | None, thick: bool = False) -> tuple[Prior, ...]:
+        p = self.model.n_expression
+        likely = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
+        contact = self._contact[thick]
+        if last is None:
+            return likely, contact
+        near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step_deviation(self.rate))])
+        return likely, contact, near
+
+
+def step_deviation(rate: float) -> float:
+    """How far a parameter of a posture moves from frame to frame, standard deviations."""
+    return float(STEP_DEVIATION * np.sqrt(25.0 / rate))
+
+
+def mobility_of(modes: int) -> FloatArray:
+    """How far each parameter (6 + P,) gives way to a force: by its variance beforehand."""
+    return np.asarray(joined(POSE_DEVIATION, np.ones(modes)) ** 2)
+
+
+def explained(terms: Mapping[str, Term], value: Evaluation) -> float:
+    """How much of the picture is explained, 0 to 1: by the first term that can say."""
+    for name, term in terms.items():
+        if isinstance(term, FacetLikelihood) and term.observations:
+            return float(np.exp(-value.terms[name] / term.observations))
+        if isinstance(term, Weighted):
+            return term.explained(value.terms[name])
+    return float("nan")

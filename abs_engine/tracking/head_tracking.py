@@ -1,0 +1,318 @@
+"""The first pass over a clip: find the face, follow its motion, choose frames to learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.head import MouthModel
+from abs_engine.tracking.blob_filter import LipFollower
+from abs_engine.tracking.blobs import LipBlob
+from abs_engine.tracking.face_detection import faces_about, find_face
+from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
+from abs_engine.tracking.initial_pose import (
+    FaceBox,
+    face_marks,
+    first_pose,
+    pose_of_face,
+    with_mouth_at,
+)
+from abs_engine.tracking.keyframes import LEAST_SEEN, Keyframes
+from abs_engine.tracking.mouth_search import CalibrationFrame
+from abs_engine.tracking.rigid_motion import (
+    LEAST_POINTS,
+    RigidReference,
+    RigidState,
+    follow,
+    rigid_reference,
+)
+from abs_engine.tracking.template_tracking import carried
+from abs_engine.tracking.texture_registration import KnownHead, face_motions
+
+Image = NDArray[np.uint8]
+Seen = TypeVar("Seen")
+LEARN_FROM = 8  # frames
+LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
+WORSE = 3.0  # times the texture's error at first; beyond, a turned head is not taken for seen
+ALIKE = 1.5  # times it; an image no worse than that shows the head at any rate
+PLAIN = 0.87  # of an even picture's error; what explains less may be anything of one colour
+LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
+
+
+@dataclass(frozen=True, eq=False)
+class HeadMotion:
+    """Follows the rigid motion of the head; one frame after the other.
+
+    Parameters
+    ----------
+    model : MouthModel
+    camera : Camera
+    renderer : Renderer
+    box : FaceBox or None
+        Which face, and where its mouth is, in the first frame where one is looked for, if the user
+        knows it.
+    colours : ColourClasses, optional
+        With them a lost face is looked for by its lips, too.
+    rate : float
+        Frames per second.
+    """
+
+    model: MouthModel
+    camera: Camera
+    renderer: Renderer
+    box: FaceBox | None = None
+    colours: ColourClasses | None = None
+    rate: float = 25.0
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is followed without what was found in the frames before."""
+        return True
+
+    def follower(self) -> HeadFollower:
+        """What follows the head from the first frame on."""
+        return HeadFollower(self)
+
+    def again(
+        self, reference: RigidReference, image: Image, lips: LipBlob | None
+    ) -> RigidState | None:
+        """The old reference about the lips that were found; None where it is not seen there."""
+        if lips is None:
+            return None
+        old = reference.pose
+        mouth = old.apply(self.model.pivot)
+        move = lips.centre - self.camera.project(mouth)
+        across = move * mouth[2] / np.diag(self.camera.matrix)[:2]
+        pose = Pose(old.rotation, old.translation + np.r_[across, 0.0])
+        pixels = reference.pixels + move.astype(np.float32)
+        guess = RigidState(pose, pixels, 0.0, 1.0)
+        new = follow(reference, image, self.camera, guess)
+        return new if new is not None and new.seen >= LEAST_SEEN else None
+
+    @cached_property
+    def _known(self) -> KnownHead | None:
+        """The head with its looks; None if they are another person's."""
+        model = self.model
+        if not model.known:
+            return None
+        motions = face_motions(model.speaker, model.rigid)
+        return KnownHead(model.head, model.rigid, self.camera, self.renderer, motions)
+
+    def turned(self, image: Image, last: Pose | None, error: float) -> RigidReference | None:
+        """A known head that has turned too fast to be followed; None where it is not seen.
+
+        `error` is that of its texture where it was found.
+        """
+        if last is None or self._known is None:
+            return None
+        pose = self._known.realign(image, last)
+        if not self.explains(image, pose, error):
+            return None
+        found = self.taken(image, pose)
+        return found if len(found.points) >= LEAST_POINTS else None
+
+    def explains(self, image: Image, pose: Pose, error: float) -> bool:
+        """Whether a known head that was found again looks about as it did at first.
+
+        And better than an even picture would: in balanced colours, grey walls look like skin.
+        """
+        if error == 0:
+            return True
+        plain = PLAIN * self.error(np.full_like(image, 128), pose)
+        return self.error(image, pose) < min(WORSE * error, max(plain, ALIKE * error))
+
+    def error(self, image: Image, pose: Pose) -> float:
+        """How badly a known head's texture explains the image."""
+        return 0.0 if self._known is None else self._known.error(image, pose)
+
+    def found(
+        self, image: Image, box: FaceBox | None, before: tuple[Image, Pose] | None
+    ) -> RigidReference | None:
+        """A reference from the face in an image; None without a face, or one without texture.
+
+        `before` is the frame before, and its pose in it, if it was seen there.
+        """
+        pose = self._seen(image, box)
+        reference = None if pose is None else self._reference(image, pose, before)
+        if reference is None or len(reference.points) < LEAST_POINTS:
+            return None
+        return reference
+
+    def _reference(
+        self, image: Image, seen: Pose, before: tuple[Image, Pose] | None
+    ) -> RigidReference:
+        """The head in a first frame: by the face, and by its texture where that is known."""
+        moved = None if before is None else self._carried(*before, image)
+        pose = moved or seen
+        if self._known is not None:
+            pose = self._known.align(image, pose)
+        return self.taken(image, pose)
+
+    def _seen(self, image: Image, box: FaceBox | None) -> Pose | None:
+        """The head by the face that is found, or about the box that somebody told."""
+        if box is not None:
+            return self._told(image, box)
+        face = find_face(image)
+        return None if face is None else pose_of_face(face, self.camera, face_marks(self.model))
+
+    def _told(self, image: Image, box: FaceBox) -> Pose:
+        """The head whose mouth is in the box; its lean and distance by its face, if seen."""
+        face = box.shown(faces_about(image, box.centre, box.size))
+        if face is None:
+            return first_pose(box, self.camera, self.model.pivot)
+        pose = pose_of_face(face, self.camera, face_marks(self.model))
+        return with_mouth_at(pose, np.array(box.mouth), self.camera, self.model.pivot)
+
+    def _carried(self, before: Image, pose: Pose, image: Image) -> Pose | None:
+        """The pose of the frame before, moved as the face has; None where it is not seen alike."""
+        head = self.model.head
+        points = head.mean[np.unique(head.faces[self.model.rigid])]
+        return carried(before, pose, image, points, self.camera)
+
+    def refined(self, image: Image, pose: Pose) -> RigidReference:
+        """A reference of an image in which a known head's pose is nearly known."""
+        return self.taken(image, pose if self._known is None else self._known.refine(image, pose))
+
+    def settled(self, image: Image, pose: Pose) -> Pose:
+        """The followed pose, freed from what the reference was off by and brows have moved."""
+        return pose if self._known is None else self._known.settle(image, pose)
+
+    def taken(self, image: Image, pose: Pose) -> RigidReference:
+        """A reference of an image in which the head's pose is known."""
+        model = self.model
+        return rigid_reference(image, pose, model.head, model.rigid, self.camera, self.renderer)
+
+
+class HeadFollower:
+    """Follows the head by the points of a reference, one frame after the other.
+
+    When these points are lost, they are looked for about the lips, if their colour is known: a face
+    that comes back keeps its place and size by the old reference. Then the face is looked for again
+    and a new reference is taken where it is found; or, as that wanders, where it has moved since
+    the frame before if it was seen there (see `carried`). Where the detector finds none, as in a
+    close-up, the old reference is tried again where it was.
+
+    Parameters
+    ----------
+    motion : HeadMotion
+    """
+
+    def __init__(self, motion: HeadMotion) -> None:
+        self._motion = motion
+        self._known, self._error = Keyframes(motion.camera, motion.refined), 0.0
+        self._box = motion.box
+        self._before: tuple[Image, Pose] | None = None
+        colours = motion.colours
+        self._lips = None if colours is None else LipFollower(colours, motion.rate)
+
+    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+        """The next frame with the head's pose, or None while no face is found."""
+        motion, known = self._motion, self._known
+        state = known.step(image)
+        if state is None and known.first is not None and self._lips is not None:
+            state = motion.again(known.first, image, self._lips.step(image))
+            if state is not None:
+                known.resume(state)
+        if state is not None:
+            self._before = image, state.pose
+            return HeadFrame(image, motion.settled(image, state.pose))
+        return HeadFrame(image, self._looked_for(image))
+
+    def _looked_for(self, image: Image) -> Pose | None:
+        """The head where nothing could be followed; None where no face is found."""
+        motion, known, error = self._motion, self._known, self._error
+        found = motion.turned(image, known.pose, error)
+        turned = found is not None
+        found = found or motion.found(image, self._box, self._before)
+        self._box = self._before = None
+        if found is None or not (turned or motion.explains(image, found.pose, error)):
+            return None
+        self._before = image, found.pose
+        if turned:
+            known.add(found)
+        else:
+            known.begin(found)
+            self._error = motion.error(image, found.pose)
+        return found.pose
+
+    def finish(self) -> None:
+        """Any number of frames will do."""
+
+
+def followed(motion: Motion, images: Iterable[Image]) -> Iterator[tuple[Image, Pose | None]]:
+    """Each frame with the head's pose, or None while no face is found."""
+    follower, memory = motion.follower(), Memory()
+    for image in images:
+        yield image, follower.step(image, memory).pose
+    follower.finish()
+
+
+def choose_frames(
+    posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = LEAST_FOUND
+) -> list[CalibrationFrame]:
+    """Frames to fit the person on; see `spread_frames`.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If hardly a frame shows a face.
+    """
+    return [CalibrationFrame(*found) for found in spread_frames(posed, name, least)]
+
+
+def spread_frames(
+    found: Iterable[tuple[Image, Seen | None]],
+    name: str,
+    least: float = LEAST_FOUND,
+    order: Callable[[Seen], float] | None = None,
+    count: int = LEARN_FROM,
+) -> list[tuple[Image, Seen]]:
+    """Frames with what was seen in them, spread evenly over the ten seconds from the first face on.
+
+    With `order` they are spread over its ranks, from the least to the largest, instead of time.
+
+    Memory does not grow with the clip: candidates are thinned out as they come. More than a share
+    `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
+    a few faces in a clip of something else are none.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If hardly a frame shows a face.
+    """
+    kept: list[tuple[Image, Seen]] = []
+    stride, seen, looked, empty = 1, 0, 0, 0
+    for image, there in found:
+        if seen == 0 and there is None:
+            empty += 1
+            continue
+        looked += 1
+        if there is not None:
+            if seen % stride == 0:
+                kept.append((image, there))
+            seen += 1
+        if len(kept) >= 4 * count:
+            kept, stride = kept[::2], 2 * stride
+        if looked == LOOK_AT:
+            break
+    if seen <= least * (looked + min(empty, LOOK_AT)):
+        raise FaceNotFoundError(
+            f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
+            "give a video with a frontal face; where one is there but not found, give its mouth in "
+            "the first frame with --mouth X Y WIDTH HEIGHT",
+        )
+    picked = np.unique(np.linspace(0, len(kept) - 1, count).round().astype(int))
+    if order is not None:
+        rank = np.argsort([order(there) for _, there in kept], kind="stable")
+        picked = np.sort(rank[picked])
+    return [kept[k] for k in picked]

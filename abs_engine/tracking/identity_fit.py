@@ -1,0 +1,220 @@
+"""Fitting the person's own mouth once, over a few frames, and learning the clip's colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import GaussianPrior, Prior
+from abs_engine.core.blocks import IDENTITY, POSE, Blocks
+from abs_engine.core.camera import Camera
+from abs_engine.core.pose import PoseFrame, at_base, mode_block, no_correction, pose_and
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.head import MouthModel
+from abs_engine.fit.evidence import Term
+from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_problem
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.shared import SharedProblem, shared_blocks
+from abs_engine.optimise.base import Solution
+from abs_engine.optimise.newton import Newton
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.tracking.calibration_views import ROUNDS, Stand
+from abs_engine.tracking.mouth_search import SEARCHED, CalibrationFrame, place_mouth, shifted
+
+FloatArray = NDArray[np.float64]
+
+# what the faces found in several frames leave open: radians, mm, and the share of the depth by
+# which the distances of people's eyes differ
+SEEN_DEVIATION = np.array([0.05, 0.03, 0.02, 2.0, 3.0, 0.06])
+# the same of a place that somebody told, or where no face was found again
+TOLD_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0, 0.08])
+# what is left where the head's texture was aligned
+ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
+# shares of the depth, tried about the one before, in the first rounds
+DEPTHS = ((-0.07, -0.035, 0.0, 0.035, 0.07), (-0.03, 0.0, 0.03), (-0.015, 0.0, 0.015))
+LOOKED_AT = 4  # frames, evenly spread, at each
+# what the rigid motion of the upper face leaves open in a frame
+POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What is held for the rest of the clip.
+
+    Parameters
+    ----------
+    person : (Q,) float64
+        Weights of the person modes.
+    shift : (6,) float64
+        Constant correction of the poses, radians and mm.
+    classes : ColourClasses
+    expressions : (K, 6 + P) float64
+        Fits of the calibration frames.
+    """
+
+    person: FloatArray
+    shift: FloatArray
+    classes: ColourClasses
+    expressions: FloatArray
+
+
+def shift_deviation(
+    model: MouthModel, frames: Sequence[CalibrationFrame], seen: bool
+) -> FloatArray:
+    """Standard deviations (6,) of the constant correction of the poses, radians and mm."""
+    if model.known:
+        return ALIGNED_DEVIATION
+    depth = float(np.median([f.pose.translation[2] for f in frames]))
+    return np.asarray((SEEN_DEVIATION if seen else TOLD_DEVIATION) * np.r_[np.ones(5), depth])
+
+
+def calibrate(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    camera: Camera,
+    renderer: Renderer,
+    known: ColourClasses | None = None,
+    begin: FloatArray | None = None,
+    seen: bool = True,
+) -> Calibration:
+    """Fit the person's mouth and the clip's colours by turns.
+
+    Each round learns the colours from where the model now stands, fits every frame's posture,
+    then one person and one pose correction to all of the frames together. In the first, an unknown
+    mouth is looked for by colours that anybody's lips have beside such skin.
+
+    Parameters
+    ----------
+    model : MouthModel
+    frames : sequence of CalibrationFrame
+    camera : Camera
+    renderer : Renderer
+    known : ColourClasses, optional
+        Colours that were learned before; then only the mouth is fitted.
+    begin : (Q,) float64, optional
+        The person to begin with; by default the average.
+    seen : bool
+        Whether the poses are those of faces that were found in several frames.
+
+    Raises
+    ------
+    FaceNotFoundError, TooFewPixelsError
+        If the frames do not show enough of skin and lips to learn from.
+    """
+    vectors = np.tile(at_base(model.prototypes[2]), (len(frames), 1))
+    person, shift = np.zeros(model.n_person) if begin is None else begin, no_correction()
+    deviation = shift_deviation(model, frames, seen)
+    for turn in range(len(ROUNDS)):
+        stand = Stand(model, frames, camera, renderer, shift, person)
+        if turn == 0 and not model.known:
+            classes = known or replace(stand, more=SEARCHED).learned(vectors, 0)
+            shift = place_mouth(model, frames, classes, camera, renderer, deviation, person)
+            stand = replace(stand, shift=shift)
+        classes = known or stand.learned(vectors, turn)
+        terms = stand.terms(classes)
+        if turn < len(DEPTHS) and not model.known:
+            shift = _choose_depth(
+                model, frames, terms, shift, person, vectors, deviation, DEPTHS[turn]
+            )
+        bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
+        fits = zip(terms, bases, vectors, strict=True)
+        vectors = np.stack([fit_posture(model, t, b, person, v).x for t, b, v in fits])
+        joint = person_problem(model, frames, [{COLOUR: t} for t in terms], vectors, deviation)
+        start = joint.blocks.vector({POSE: shift, IDENTITY: person})
+        found = Simplex(tolerance=0.1, limit=500).minimise(joint, start, joint.spec).x
+        shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
+    return Calibration(person, shift, classes, vectors)
+
+
+def _choose_depth(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    terms: Sequence[FacetLikelihood],
+    shift: FloatArray,
+    person: FloatArray,
+    vectors: FloatArray,
+    deviation: FloatArray,
+    steps: Sequence[float],
+) -> FloatArray:
+    """The depth at which a few frames are explained best once their postures are fitted.
+
+    Depth and posture trade against each other, so fitting them by turns creeps; trying depths
+    and fitting the postures at each does not.
+    """
+    prior = GaussianPrior(no_correction(), deviation)
+    some = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).round().astype(int))
+
+    def cost(candidate: FloatArray) -> float:
+        total = prior.negative_log(candidate)
+        for k in some:
+            base = shifted(frames[k].pose, candidate, model.pivot)
+            frame = PoseFrame(base, model.pivot)
+            total += fit_posture(model, terms[k], frame, person, vectors[k], 300).value
+        return total
+
+    depth = float(np.median([frame.pose.translation[2] for frame in frames]))
+    tries = [shift + np.array([0, 0, 0, 0, 0, share * depth]) for share in steps]
+    return np.asarray(tries[int(np.argmin([cost(t) for t in tries]))], np.float64)
+
+
+def fit_posture(
+    model: MouthModel,
+    term: FacetLikelihood,
+    frame: PoseFrame,
+    person: FloatArray,
+    last: FloatArray,
+    limit: int = 250,
+    more: tuple[Prior, ...] = (),
+) -> Solution:
+    """Pose and posture (6 + P,) of one frame with the person held.
+
+    Started from `last` or a usual posture, whichever explains the frame better; `more` priors over
+    (6 + P) add to the usual ones. With them, an outline keeps its lips' thickness.
+    """
+    p = model.n_expression
+    held = replace(term, scene=model.held(person))
+    deviation = np.r_[POSE_DEVIATION, np.ones(p)]
+    prior = GaussianPrior(at_base(np.zeros(p)), deviation)
+    contact = contact_prior(model, person, thick=bool(more))
+    problem = head_problem(held, frame, (prior, contact, *more), p)
+    starts = at_base(model.prototypes)
+    start = best_start(problem, np.vstack([starts, last]))
+    return Newton(limit=limit).minimise(problem, start, problem.spec)
+
+
+def person_problem(
+    model: MouthModel,
+    frames: Sequence[CalibrationFrame],
+    terms: Sequence[Mapping[str, Term]],
+    vectors: FloatArray,
+    deviation: FloatArray,
+) -> SharedProblem:
+    """The person (Q,) and a correction of the poses, the frames' postures held.
+
+    Parameters
+    ----------
+    model : MouthModel
+    frames : sequence of CalibrationFrame, K
+    terms : sequence of mapping of str to Term
+        The evidence of each frame, over the model's scene.
+    vectors : (K, 6 + P) float64
+        Where each frame stands.
+    deviation : (6,) float64, radians and mm
+        How far off the poses may be.
+    """
+    blocks = shared_blocks(deviation, model.person_deviation)
+    own = Blocks(
+        {**pose_and(mode_block(model.n_expression)).specs, IDENTITY: blocks.specs[IDENTITY]}
+    )
+    problems = [
+        Problem(PoseFrame(frame.pose, model.pivot), own, seen, free=tuple(own.specs))
+        for frame, seen in zip(frames, terms, strict=True)
+    ]
+    held = np.hstack([vectors, np.zeros((len(vectors), model.n_person))])
+    prior = GaussianPrior(np.zeros(len(blocks)), np.r_[deviation, model.person_deviation])
+    return SharedProblem(problems, held, blocks, prior)

@@ -1,0 +1,178 @@
+"""A first pose of the head: by a face that was found, or by a box around the mouth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose, rotations
+from abs_engine.face.head import MouthModel
+from abs_engine.tracking.face_detection import Face
+
+FloatArray = NDArray[np.float64]
+
+# A square around a face, by which a box around its mouth is enlarged: its width, the height of the
+# mouth's centre below its top and the mouth's width, both as shares of it.
+BOX_WIDTH_MM = 175.0
+MOUTH_HEIGHT = 0.805
+MOUTH_WIDTH = 0.27
+
+# Between the middles of the eyes of somebody: 63 in people (Dodgson 2004), 65 in the ICT face
+# model's mean, but 60 in the bundled average person, whose mouth is as much too narrow: between.
+EYES_APART_MM = 62.0
+MOUTH = 3  # of the points that tell the pose: eyes, tip of the nose, mouth
+# mm, where the detector sees them, less the landmarks
+_SEEN_AT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3.0, 0.0], [0.0, -0.9, 0.0]])
+# mm across and down a face, how far people's marks differ from the average head's
+_MARK_DEVIATION = np.array([[1.8, 3.0], [1.8, 3.0], [1.5, 6.0], [1.5, 6.0]])
+_TURN_DEVIATION = np.array([0.1, 0.4, 0.1])  # radians: pitch, yaw, and roll beyond the eyes'
+
+
+@dataclass(frozen=True)
+class FaceBox:
+    """A square around a face: left, top and side length, pixels."""
+
+    x: float
+    y: float
+    size: float
+
+    @property
+    def mouth(self) -> tuple[float, float]:
+        """Where the mouth's centre is expected, pixels."""
+        return self.x + 0.5 * self.size, self.y + MOUTH_HEIGHT * self.size
+
+    @property
+    def centre(self) -> FloatArray:
+        """Its middle (2,), pixels."""
+        return np.array([self.x, self.y]) + 0.5 * self.size
+
+    @classmethod
+    def around_mouth(cls, x: float, y: float, width: float, height: float) -> FaceBox:
+        """The face box that a mouth box (left, top, width, height) belongs to."""
+        size = width / MOUTH_WIDTH
+        return cls(x + width / 2 - size / 2, y + height / 2 - MOUTH_HEIGHT * size, size)
+
+    def shown(self, faces: Sequence[Face]) -> Face | None:
+        """The face whose mouth is where this box expects it; None if there is none."""
+        away = [np.abs(face.mouth - self.mouth).max() for face in faces]
+        near = [k for k, far in enumerate(away) if far < 0.5 * MOUTH_WIDTH * self.size]
+        return faces[min(near, key=away.__getitem__)] if near else None
+
+
+def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose:
+    """An upright head that faces the camera, with its mouth where the box expects it.
+
+    Parameters
+    ----------
+    box : FaceBox
+    camera : Camera
+    mouth : (3,) float64
+        The mouth's centre, mm, head frame.
+
+    Returns
+    -------
+    Pose
+    """
+    depth = camera.matrix[0, 0] * BOX_WIDTH_MM / box.size
+    ahead = Pose(FACING, np.array([0.0, 0.0, depth]) - FACING @ mouth)
+    return with_mouth_at(ahead, np.array(box.mouth), camera, mouth)
+
+
+def face_marks(model: MouthModel) -> FloatArray:
+    """Where the detector would see eyes, tip of the nose and mouth of a head, (4, 3) mm.
+
+    Those of a person who is not known are somewhat farther apart than the average head's.
+    """
+    at, marks = model.head.mean.astype(np.float64), model.speaker.landmarks
+    right, left = np.split(at[marks["eye_corners"]], 2)
+    nose = at[marks["nose_tip"]].mean(axis=0)
+    lips = at[marks["inner_lip_8"][[2, 6]]].mean(axis=0)
+    seen = np.stack([right.mean(axis=0), left.mean(axis=0), nose, lips]) + _SEEN_AT
+    if not model.known:
+        seen[:2, 0] *= EYES_APART_MM / np.ptp(seen[:2, 0])
+    return np.asarray(seen)
+
+
+def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
+    """The head's pose by a face that was found; its mouth is just where it was seen.
+
+    The most probable one, as people, heads' poses and the detector vary: size and roll come from
+    the eyes, yaw from the tip of the nose; of pitch little can be told.
+
+    Parameters
+    ----------
+    face : Face
+    camera : Camera
+    marks : (4, 3) float64
+        `face_marks`, mm, head frame.
+
+    Returns
+    -------
+    Pose
+    """
+    from scipy.optimize import least_squares  # not for every clip: it takes a while to import
+
+    seen = _undistorted(face.points[: len(marks)], camera)
+    middle = marks.mean(axis=0)
+    eyes, width = seen[1] - seen[0], np.linalg.norm(marks[1] - marks[0])
+    depth = width / np.linalg.norm(eyes)
+    roll = np.array([[0.0, 0.0, np.arctan2(eyes[1], eyes[0])]])
+    leaning = rotations(roll)[0]
+
+    def posed(x: FloatArray) -> Pose:
+        rotation = leaning @ rotations(x[None, :3])[0] @ FACING
+        centre = np.array([*(x[3:5] * depth), depth * np.exp(x[5])])
+        return Pose(rotation, centre - rotation @ middle)
+
+    def misfit(x: FloatArray) -> FloatArray:
+        at = posed(x).apply(marks)
+        away = (at[:, :2] / at[:, 2:] - seen) @ leaning[:2, :2] * depth / _MARK_DEVIATION
+        return np.concatenate([away.ravel(), x[:3] / _TURN_DEVIATION])
+
+    start = np.r_[np.zeros(3), seen.mean(axis=0), 0.0]
+    found = posed(least_squares(misfit, start).x)
+    return _moved_to(found, marks[MOUTH], seen[MOUTH])
+
+
+def with_mouth_at(
+    pose: Pose, pixel: NDArray[np.floating], camera: Camera, mouth: NDArray[np.float64]
+) -> Pose:
+    """The pose moved across the line of sight until the mouth is seen at a pixel.
+
+    Parameters
+    ----------
+    pose : Pose
+    pixel : (2,) float64
+    camera : Camera
+    mouth : (3,) float64
+        The mouth's centre, mm, head frame.
+
+    Returns
+    -------
+    Pose
+    """
+    return _moved_to(pose, mouth, _undistorted(np.asarray(pixel, np.float64)[None], camera)[0])
+
+
+def _moved_to(pose: Pose, point: FloatArray, ray: FloatArray) -> Pose:
+    """The pose moved across the line of sight until a point (3,) lies on a ray (2,) at depth 1."""
+    at = pose.apply(point)
+    return Pose(pose.rotation, pose.translation + np.array([*(ray * at[2]), at[2]]) - at)
+
+
+def _undistorted(pixels: FloatArray, camera: Camera) -> FloatArray:
+    """Rays (N, 2) at depth 1 through pixels (N, 2).
+
+    A strong lens model does not reach far beyond the picture, where points of a face that is cut
+    off may lie: there the lens is left out.
+    """
+    rays = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
+    plain = cv2.undistortPoints(pixels[:, None], camera.matrix, None)[:, 0]
+    back = camera.project(np.hstack([rays, np.ones((len(rays), 1))]))
+    off = np.abs(back - pixels).max(axis=1, keepdims=True)
+    return np.asarray(np.where(off < 1.0, rays, plain))

@@ -1,0 +1,270 @@
+"""Where on a head the network's landmarks lie, and how far it is off: by drawing and looking.
+
+The network names its points, but not where on somebody's mesh they are, nor how well it sees
+them. Both are measured: heads are drawn from several sides in several postures, the network looks
+at the drawings, and each landmark is given the point of the surface that explains all of its
+sightings best. What is left is its noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError, ModelFormatError
+from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.io.assets import Speaker
+from abs_engine.io.npz import read_npz
+from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise, seen_off
+from abs_engine.tracking.landmark_rays import SeenRays
+from abs_engine.tracking.landmarks import COUNT, INNER_RING, Landmarks
+
+FloatArray = NDArray[np.float64]
+
+FILE = "landmarks.npz"
+FORMAT, VERSION = "abs_engine.landmarks", 2
+_LOWER, _UPPER = INNER_RING[1:10], INNER_RING[11:20]
+_TRIED = 96  # points of the surface about the triangulated one
+_STRAY_MM = 6.0  # a sighting that is farther off counts as this far
+_TURNED = 0.15  # least cosine between the surface and the line of sight; beyond, it is hidden
+_SEEN = ("skin", "upper_lip", "lower_lip", "eyes")  # facet classes that landmarks lie on
+LEAST_SIGHTINGS = 3
+_AGAIN = "make it again with assets/make_landmarks.py"
+USUAL_DEVIATION = np.array([1.7, 1.6, 4.4])
+"""Median deviations, mm, over the six bundled people in five postures: one head alone, whose own
+points are chosen to fit, seems surer."""
+LEAST_DEVIATION = 1.0  # mm: a landmark that hardly any side shows may agree by chance
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """Points of a head's surface that the landmarks show.
+
+    Parameters
+    ----------
+    corners : (468, 3) int32
+        Vertices of the facet that each lies on.
+    weights : (468, 3) float64
+        Barycentric.
+    deviation : (468, 3) float64, mm
+        Standard deviation of the network along the line of the eyes, down the face, and in depth.
+    noise : LandmarkNoise
+        The same error taken apart.
+    """
+
+    corners: NDArray[np.int32]
+    weights: FloatArray
+    deviation: FloatArray
+    noise: LandmarkNoise
+
+    def of(self, vertices: NDArray[np.floating]) -> FloatArray:
+        """The points (..., 468, 3) of vertices (..., V, 3), which may be displacements."""
+        taken = np.asarray(vertices[..., self.corners, :], np.float64)
+        return np.ascontiguousarray(np.einsum("lk,...lkd->...ld", self.weights, taken))
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz`` that `load_correspondence` reads."""
+        np.savez_compressed(
+            path, format=FORMAT, version=VERSION, corners=self.corners,
+            weights=self.weights.astype(np.float32), deviation=self.deviation.astype(np.float32),
+            **cast("dict[str, Any]", self.noise.arrays()),
+        )  # fmt: skip
+
+
+def load_correspondence(speaker: Speaker) -> Correspondence | None:
+    """The correspondence that lies beside a speaker's file; None where there is none.
+
+    Raises
+    ------
+    ModelFormatError
+        If it belongs to another mesh.
+    """
+    path = speaker.folder / FILE
+    if not path.is_file():
+        return None
+    data = read_npz(path, FORMAT, VERSION)
+    try:
+        corners = np.asarray(data["corners"], np.int32)
+        weights, deviation = (np.asarray(data[k], np.float64) for k in ("weights", "deviation"))
+        noise = LandmarkNoise.of_arrays(data)
+    except KeyError as error:
+        raise ModelFormatError(f"{path} lacks {error}", _AGAIN) from error
+    except ValueError as error:
+        raise ModelFormatError(f"{path}: {error}", _AGAIN) from error
+    shapes = {a.shape for a in (corners, weights, deviation)} == {(COUNT, 3)}
+    whole = shapes and bool(np.isfinite(weights).all() and (deviation > 0).all())
+    if not (whole and corners.min() >= 0 and corners.max() < len(speaker.vertices)):
+        raise ModelFormatError(f"{path} belongs to another mesh", _AGAIN)
+    return Correspondence(corners, weights, deviation, noise)
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """A head in a picture, and what the network saw of it.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, mm, head frame
+    pose : Pose
+    camera : Camera
+    landmarks : Landmarks
+    """
+
+    vertices: FloatArray
+    pose: Pose
+    camera: Camera
+    landmarks: Landmarks
+
+
+def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Correspondence:
+    """The surface points that explain the sightings best, and what they leave.
+
+    Parameters
+    ----------
+    speaker : Speaker
+        Whose mesh it is.
+    sightings : sequence of Sighting
+        Of heads with this mesh, from several sides.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If there are fewer than `LEAST_SIGHTINGS`.
+    """
+    if len(sightings) < LEAST_SIGHTINGS:
+        raise FaceNotFoundError(
+            "the landmark network sees no face in drawings of this head",
+            "give a head with a texture, or start from colours with --start blobs",
+        )
+    about = np.stack([_triangulated(s, sightings, speaker) for s in _shapes(sightings)]).mean(
+        axis=0
+    )
+    nearest = _nearest(speaker.vertices, about)
+    corners, weights = np.zeros((COUNT, 3), np.int32), np.zeros((COUNT, 3))
+    deviation = np.zeros((COUNT, 3))
+    views = [_View.of(s, speaker, nearest) for s in sightings]
+    for k in range(COUNT):
+        facets, bary = _candidates(speaker, k, about[k])
+        best, left = _best(views, speaker.faces[facets], bary, k)
+        corners[k], weights[k] = speaker.faces[facets[best]], bary[best]
+        deviation[k] = left
+    off = np.stack([off_of(corners, weights, s) for s in sightings])
+    people = [id(s.vertices) for s in sightings]
+    noise = learn_noise(off, np.array(people))
+    return Correspondence(corners, weights, np.maximum(deviation, LEAST_DEVIATION), noise)
+
+
+def off_of(corners: NDArray[np.int32], weights: FloatArray, sighting: Sighting) -> FloatArray:
+    """By how much (468, 3), mm, the network sees points of a head's surface off."""
+    s = sighting
+    points = np.einsum("lk,lkd->ld", weights, s.vertices[corners])
+    return seen_off(s.pose.apply(points), SeenRays.of(s.landmarks, s.camera))
+
+
+_BARYCENTRIC = np.vstack([np.eye(3), 0.5 * (1 - np.eye(3)), np.full((1, 3), 1 / 3)])
+
+
+def _allowed(speaker: Speaker, landmark: int) -> NDArray[np.int_]:
+    """Facets that a landmark may lie on: of the inner ring, those of its own lip."""
+    names: tuple[str, ...] = _SEEN
+    if landmark in _LOWER:
+        names = ("lower_lip",)
+    elif landmark in _UPPER:
+        names = ("upper_lip",)
+    ids = [speaker.class_id(n) for n in names if n in speaker.class_names]
+    return np.flatnonzero(np.isin(speaker.facet_class, ids))
+
+
+def _candidates(
+    speaker: Speaker, landmark: int, about: FloatArray
+) -> tuple[NDArray[np.int_], FloatArray]:
+    """Facets (C,) and barycentric weights (C, 3) of the points that are tried for a landmark."""
+    facets = _allowed(speaker, landmark)
+    middles = speaker.vertices[speaker.faces[facets]].astype(np.float64).mean(axis=1)
+    near = facets[np.argsort(np.linalg.norm(middles - about, axis=1))[:_TRIED]]
+    return np.repeat(near, len(_BARYCENTRIC)), np.tile(_BARYCENTRIC, (len(near), 1))
+
+
+def _shapes(sightings: Sequence[Sighting]) -> list[FloatArray]:
+    """The heads that were seen, each once."""
+    return list({id(s.vertices): s.vertices for s in sightings}.values())
+
+
+def _triangulated(shape: FloatArray, sightings: Sequence[Sighting], speaker: Speaker) -> FloatArray:
+    """Where each landmark (468, 3) lies on the speaker's own vertices, by a shape's sightings."""
+    matrix, sums = np.zeros((COUNT, 3, 3)), np.zeros((COUNT, 3))
+    for s in (s for s in sightings if s.vertices is shape):
+        k = s.camera.matrix
+        rays = np.column_stack([(s.landmarks.pixels - k[:2, 2]) / np.diag(k)[:2], np.ones(COUNT)])
+        rays = rays / np.linalg.norm(rays, axis=1, keepdims=True) @ s.pose.rotation
+        across = np.eye(3) - rays[:, :, None] * rays[:, None]
+        matrix += across
+        sums += across @ (-s.pose.rotation.T @ s.pose.translation)
+    places = np.linalg.solve(matrix, sums[..., None])[..., 0]
+    about = np.zeros((COUNT, 3))
+    for group in (np.setdiff1d(np.arange(COUNT), INNER_RING), _LOWER, _UPPER, INNER_RING[[0, 10]]):
+        vertices = np.unique(speaker.faces[_allowed(speaker, int(group[0]))])
+        nearest = vertices[_nearest(shape[vertices], places[group])]
+        about[group] = speaker.vertices[nearest]
+    return about
+
+
+def _nearest(points: NDArray[np.floating], places: FloatArray) -> NDArray[np.int_]:
+    """Which point (N, 3) is nearest to each place (M, 3), (M,)."""
+    from scipy.spatial import cKDTree  # not for every clip: it takes a while to import
+
+    return np.asarray(cKDTree(points).query(places)[1], np.int_)
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """A sighting, and which way its head's surface faces."""
+
+    sighting: Sighting
+    facing: FloatArray  # (V,) cosine between the surface and the line of sight
+    scale: float  # mm for a pixel at the head
+    zero: float  # mm from the camera, where the network's depth counts from
+    axes: FloatArray  # (2, 2) along the eyes, down the face, in the picture
+
+    @classmethod
+    def of(cls, sighting: Sighting, speaker: Speaker, about: NDArray[np.int_]) -> _View:
+        """The view of a sighting, in which the landmarks lie about some vertices (468,)."""
+        s = sighting
+        there = s.pose.apply(s.vertices)
+        normals = vertex_normals(s.vertices, speaker.faces) @ s.pose.rotation.T
+        sight = there / np.linalg.norm(there, axis=1, keepdims=True)
+        along, down = s.landmarks.axes
+        scale = float(there[:, 2].mean() / s.camera.matrix[0, 0])
+        zero = float(np.median(there[about, 2] - scale * s.landmarks.points[:, 2]))
+        return cls(s, -(normals * sight).sum(axis=1), scale, zero, np.stack([along, down]))
+
+    def away(
+        self, corners: NDArray[np.int32], weights: FloatArray, landmark: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """By how much (C, 3), mm, the landmark is seen off points, and how well (C,) they show."""
+        s = self.sighting
+        there = s.pose.apply(np.einsum("ck,ckd->cd", weights, s.vertices[corners]))
+        off = (s.landmarks.pixels[landmark] - s.camera.project(there)) @ self.axes.T * self.scale
+        depth = s.landmarks.points[landmark, 2] * self.scale - (there[:, 2] - self.zero)
+        shown = np.einsum("ck,ck->c", weights, self.facing[corners])
+        return np.column_stack([off, depth]), np.clip(shown - _TURNED, 0.0, None)
+
+
+def _best(
+    views: Sequence[_View], corners: NDArray[np.int32], weights: FloatArray, landmark: int
+) -> tuple[int, FloatArray]:
+    """Which point explains a landmark best, and the standard deviation (3,), mm, that it leaves."""
+    seen = [view.away(corners, weights, landmark) for view in views]
+    off, shown = np.stack([s[0] for s in seen]), np.stack([s[1] for s in seen])
+    squared = np.minimum((off[..., :2] ** 2).sum(axis=2), _STRAY_MM**2)
+    mass = shown.sum(axis=0)
+    cost = np.where(mass > 0, (shown * squared).sum(axis=0) / np.maximum(mass, 1e-9), np.inf)
+    best = int(np.argmin(cost)) if np.isfinite(cost).any() else 0
+    weight = shown[:, best] / max(float(mass[best]), 1e-9)
+    return best, np.sqrt(weight @ off[:, best] ** 2)

@@ -1,0 +1,76 @@
+"""The tracked head as a mesh: what a run stores of it, and its reader."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.io.npz import read_npz
+
+MESH, FORMAT, VERSION = "mesh.npz", "abs_engine.run_mesh", 1
+
+
+@dataclass(frozen=True, eq=False)
+class RunMesh:
+    """The whole head of a run, as a linear shape with weights for each frame.
+
+    Parameters
+    ----------
+    mean : (V, 3) float32, mm, head frame
+        The person without expression.
+    modes : (P, V, 3) float32, mm at weight 1
+    weights : (T, P) float64
+        NaN in lost frames.
+    faces : (F, 3) int32
+    """
+
+    mean: NDArray[np.float32]
+    modes: NDArray[np.float32]
+    weights: NDArray[np.float64]
+    faces: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.weights)
+
+    def vertices(self, frame: int) -> NDArray[np.float64]:
+        """Vertices (V, 3), mm, head frame; NaN in a lost frame."""
+        return np.asarray(self.mean + np.tensordot(self.weights[frame], self.modes, 1), np.float64)
+
+    def points(self, vertex: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Paths (T, N, 3), mm, head frame, of some vertices (N,)."""
+        moved = np.tensordot(self.weights, self.modes[:, vertex].astype(np.float64), 1)
+        return np.asarray(self.mean[vertex] + moved, np.float64)
+
+    def save(self, folder: Path) -> None:
+        """Write ``mesh.npz`` into an existing folder."""
+        np.savez_compressed(folder / MESH, format=FORMAT, version=VERSION, **vars(self))
+
+
+def load_mesh(folder: Path) -> RunMesh:
+    """Read the mesh of a run.
+
+    Raises
+    ------
+    InputFileError
+        If the folder holds no ``mesh.npz``, or one that cannot be read.
+    ModelFormatError
+        If it has another format or version, or lacks an array.
+    """
+    path = Path(folder) / MESH
+    if not path.is_file():
+        raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
+    arrays = read_npz(path, FORMAT, VERSION)
+    try:
+        return RunMesh(
+            np.asarray(arrays["mean"], np.float32),
+            np.asarray(arrays["modes"], np.float32),
+            np.asarray(arrays["weights"], np.float64),
+            np.asarray(arrays["faces"], np.int32),
+        )
+    except KeyError as error:
+        raise ModelFormatError(f"{path} lacks {error}", "track the video again") from error

@@ -1,0 +1,148 @@
+"""A talking face made ready for a clip of its speaker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.prior import PenaltyPrior
+from abs_engine.core.blocks import POSTURE
+from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.scene import Renderer
+from abs_engine.face.base import Face
+from abs_engine.face.talking import TalkingFace, as_face
+from abs_engine.face.talking_file import load_talking
+from abs_engine.fit.evidence import Term
+from abs_engine.fit.head_frame import contact_of
+from abs_engine.fit.talking import face_window
+from abs_engine.fit.terms import LOCAL, TEXTURE
+from abs_engine.fit.view import View
+from abs_engine.io.assets import load_speaker
+from abs_engine.learn.training import checksum
+from abs_engine.tracking.blob_start import by_blobs
+from abs_engine.tracking.face_frame import FaceBinder
+from abs_engine.tracking.options import (
+    BLOBS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    Tell,
+    TrackOptions,
+)
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Talker:
+    """A clip whose head is found and followed, and the talking face of its speaker.
+
+    Parameters
+    ----------
+    base : ClipTracker
+        Of the speaker's head.
+    talking : TalkingFace
+    """
+
+    base: ClipTracker
+    talking: TalkingFace
+
+    @property
+    def face(self) -> Face:
+        """The talking face with the clip's colours; textures are compared over all of it."""
+        shape = self.talking.shape
+
+        def wide(view: View) -> View:
+            alpha = shape.blocks.part(view.start, POSTURE)
+            window = face_window(shape, alpha, view.frame.base, view.camera)
+            return replace(view, window=window)
+
+        def texture(face: Face, view: View) -> Term:
+            return TEXTURE.bind(face, wide(view))
+
+        def local(face: Face, view: View) -> Term:
+            return LOCAL.bind(face, wide(view))
+
+        colours = self.base.setting.face.learned("colour")
+        own = {TEXTURE.name: texture, LOCAL.name: local}
+        return replace(as_face(self.talking).looking(colour=colours), own_terms=own)
+
+
+def found_talker(
+    clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+) -> Talker:
+    """Find and follow the head of a talking face's speaker, and learn the clip's colours.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the face's file cannot be read, or is of another head.
+    ParameterError
+        If no file is given, or what is chosen does not go together.
+    AbsEngineError
+        As `heads.prepare_head`.
+    """
+    leaves.check("talking", ("colour", "texture", "local"))
+    path = _path(options.model_file)
+    stored, speaker = load_talking(path), load_speaker(options.speaker)
+    if stored.speaker and stored.speaker != checksum(speaker):
+        raise ModelFormatError(
+            f"{path} is of another head", "give its head with --speaker, or make it again"
+        )
+    if options.person not in (None, stored.person):
+        raise ParameterError(
+            f"{path} is the face of '{stored.person}', not of '{options.person}'",
+            "leave out --person",
+        )
+    plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
+    known = replace(options, person=stored.person)
+    return Talker(by_blobs(clip, speaker, renderer, known, plain, tell), stored.face)
+
+
+def _path(path: Path | None) -> Path:
+    if path is None:
+        raise ParameterError("a talking face is a speaker's own", "give its file: --model face.npz")
+    return path
+
+
+def prepare_talker(
+    clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+) -> ClipTracker:
+    """Make a clip ready for the talking face of its speaker.
+
+    Poses are those of the head's motion, corrected in each frame; what is likely of a posture is
+    that of the corpus.
+
+    Parameters
+    ----------
+    clip : Clip
+    options : TrackOptions
+    leaves : Leaves
+    renderer : Renderer
+    tell : callable
+        Called with what is begun, in a few words.
+
+    Raises
+    ------
+    AbsEngineError
+        As `found_talker`.
+    """
+    talker = found_talker(clip, options, leaves, renderer, tell)
+    base, shape, face = talker.base, talker.talking.shape, talker.face
+    likely = 0.5 * len(shape.spec) / shape.penalty.strength  # A(a) in nats: a Gaussian's at first
+    prior = PenaltyPrior(shape.penalty, likely, shape.blocks.places[POSTURE])
+    touching = contact_of(face.scene, face.rings, shape.neutral)
+    binder = FaceBinder(
+        face, clip.camera, renderer, clip.info.rate, leaves.kinds, (prior, touching),
+        base.setting.pose_held,
+    )  # fmt: skip
+    setting = replace(base.setting, face=face, binder=binder, driver=leaves.driver.minimiser())
+    return replace(base, setting=setting)
+
+
+TALKING = Model(prepare_talker, starts=(BLOBS,), without=("physics", "evidence"))
+"""Found by the texture of its speaker's head."""

@@ -1,8 +1,0 @@
-"""The only reader and writer of video (PyAV)."""
-
-from __future__ import annotations
-
-from abs_engine.video.reader import VideoInfo, probe, read_frames
-from abs_engine.video.writer import Frame, VideoWriter
-
-__all__ = ["Frame", "VideoInfo", "VideoWriter", "probe", "read_frames"]

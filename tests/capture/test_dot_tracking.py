@@ -1,0 +1,71 @@
+"""Painted dots followed through pictures that are drawn here, without a camera."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from abs_engine.capture.dot_tracking import DotFollower, FollowOptions
+from abs_engine.core.errors import ParameterError
+
+SKIN, INK, MOLE = (206, 160, 140), (40, 40, 90), (128, 98, 112)
+GRID = np.array([[40.0 + 30 * i, 40.0 + 30 * j] for j in range(3) for i in range(4)])
+FADING, FRAMES, RADIUS = 5, 14, 3.0
+
+
+def picture(frame: int) -> np.ndarray:
+    """All dots move to the right by a pixel a frame; one is gone after two, and a mole wanders."""
+    large, scale = np.full((130 * 4, 200 * 4, 3), SKIN, np.uint8), 4
+    for i, place in enumerate(dots(frame)):
+        ink, at = INK, place
+        if i == FADING and frame >= 2:
+            ink, at = MOLE, place + np.array([0.0, 1.6 * (frame - 1)])
+        centre = tuple(int(c) for c in np.rint((at + 0.5) * scale * 16))
+        cv2.circle(large, centre, int(RADIUS * scale * 16), ink, -1, cv2.LINE_AA, 4)
+    small = cv2.resize(large, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    noise = np.random.default_rng(frame).normal(0, 9, small.shape)
+    return np.uint8(np.clip(small + noise, 0, 255))
+
+
+def dots(frame: int) -> np.ndarray:
+    """Where the dots are, (12, 2) px."""
+    return GRID + np.array([1.0 * frame, 0.0])
+
+
+def followed(options: FollowOptions) -> np.ndarray:
+    """How far each dot is found from where it is, (T, 12) px; NaN where it is lost."""
+    follower = DotFollower(picture(0), dots(0), options)
+    places = [follower.start.places]
+    places += [follower.step(picture(t)).places for t in range(1, FRAMES)]
+    return np.linalg.norm(np.array(places) - [dots(t) for t in range(FRAMES)], axis=2)
+
+
+def test_dots_are_followed_to_a_fraction_of_a_pixel():
+    away = np.delete(followed(FollowOptions()), FADING, axis=1)
+    assert np.nanmax(away) < 0.5
+    assert np.isfinite(away).all()
+
+
+def test_what_wanders_away_from_where_the_neighbours_went_is_no_dot():
+    """Uncertain dots, alone: a mole is as round as ink, but not as dark."""
+    unsure = {"least": 0.3, "sure": 0.96}
+    wandering = followed(FollowOptions(**unsure, stray=100.0))[:, FADING]
+    held = followed(FollowOptions(**unsure))[:, FADING]
+    assert np.nanmax(wandering) > 3 * RADIUS
+    assert np.isnan(held[-3:]).all()
+    assert np.nanmax(held) < 2.5 * RADIUS
+
+
+def test_a_dot_that_a_person_says_is_hidden_misleads_no_neighbour():
+    """Its place is unknown, and so says nothing of where an uncertain dot beside it went."""
+    options = FollowOptions(least=0.3, sure=0.96)
+    follower, hidden = DotFollower(picture(0), dots(0), options), {FADING - 1: None}
+    seen = [follower.step(picture(t), hidden) for t in range(1, FRAMES)]
+    assert not seen[-1].found[FADING]
+    assert not seen[-1].found[FADING - 1]
+
+
+def test_lengths_must_be_positive():
+    with pytest.raises(ParameterError, match="cannot be followed"):
+        FollowOptions(stray=0.0)

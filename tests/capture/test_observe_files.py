@@ -1,0 +1,243 @@
+"""Files of points, markers and observations: whole ones come back, broken ones are one line."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from marker_files import write_c3d, write_long, write_wide
+
+from abs_engine.capture.dot_annotations import LIPS17, Mark, initial_places, read_marks, write_marks
+from abs_engine.capture.headfiles import read_head_poses, read_reference
+from abs_engine.capture.markers import read_markers
+from abs_engine.capture.observations import Observations, read_observations, write_observations
+from abs_engine.cli import main
+from abs_engine.core.errors import (
+    AbsEngineError,
+    InputFileError,
+    ModelFormatError,
+    TooFewPointsError,
+)
+
+SKULL = ("a", "b", "c")
+NAMES = (*LIPS17, *SKULL)
+_OUTER, _INNER = np.array([-10.0, 0, 10]), np.array([-12.0, -4, 4, 12])
+
+
+def _row(across: np.ndarray, up: float, out: float) -> np.ndarray:
+    return np.stack([across, np.full_like(across, up), np.full_like(across, out)], axis=1)
+
+
+FACE = np.concatenate(
+    [
+        [[-20, 0, 0]], _row(_OUTER, 6, 0), [[20, 0, 0]], _row(_OUTER, -6, 0),
+        _row(_INNER, 3, 1), _row(_INNER, -3, 1),
+        [[0, 40, 15], [-50, 90, 0], [50, 90, 0], [0, 60, 10]],
+    ]
+)  # fmt: skip
+"""mm: 17 points of the mouth and nose, three of the skull."""
+
+
+def talking(frames: int = 5) -> np.ndarray:
+    """Places (T, 20, 3): the lower lip goes down by 2 mm a frame, the head 3 mm to the left."""
+    out = np.tile(FACE, (frames, 1, 1))
+    lower = [k for k, name in enumerate(NAMES) if name.startswith("lower")]
+    out[:, lower, 1] -= 2.0 * np.arange(frames)[:, None]
+    out[..., 0] += 3.0 * np.arange(frames)[:, None]
+    return out
+
+
+def expected(frames: int = 5) -> np.ndarray:
+    """The same without the head's motion, from the nose."""
+    out = talking(frames)
+    out[..., 0] -= 3.0 * np.arange(frames)[:, None]
+    return out - FACE[16]
+
+
+@pytest.mark.parametrize("lost", ["x", "z"])
+def test_a_table_of_points_without_a_coordinate_says_which(tmp_path: Path, lost: str):
+    path = write_long(tmp_path / "markers.csv", NAMES, talking())
+    path.write_text(path.read_text().replace(f",{lost}", f",{lost.upper()}", 1))
+    with pytest.raises(InputFileError, match=f"has no column {lost}"):
+        read_markers(path)
+
+
+@pytest.mark.parametrize("kind", ["c3d", "wide", "long"])
+def test_marker_files_become_observations(tmp_path: Path, kind: str):
+    """By the command line; a marker is missing in one frame, and the nose has another name."""
+    points, names = talking(), tuple("Nase" if n == "nose" else n for n in NAMES)
+    points[2, 4] = np.nan
+    path = tmp_path / f"markers.{'c3d' if kind == 'c3d' else 'csv'}"
+    {"c3d": write_c3d, "wide": write_wide, "long": write_long}[kind](path, names, points)
+    rate = ["--rate", "60"] if kind == "long" else []
+    out = tmp_path / "o.npz"
+    command = ["observe", str(path), "--rename", "Nase=nose", "--rigid", "a,b,c", *rate]
+    assert main([*command, "-o", str(out)]) == 0
+    seen = read_observations(out)
+    assert seen.names == NAMES
+    assert seen.rate == pytest.approx(60)
+    assert seen.found.sum() == seen.found.size - 1
+    assert not seen.found[2, 4]
+    assert np.isnan(seen.points[2, 4]).all()
+    assert seen.points[seen.found] == pytest.approx(expected()[seen.found], abs=1e-4)
+    assert seen.complete(LIPS17).tolist() == [True, True, False, True, True]
+
+
+def test_units_are_turned_into_millimetres(tmp_path: Path):
+    path = write_c3d(tmp_path / "m.c3d", NAMES, talking() / 1000, "m")
+    assert read_markers(path).points == pytest.approx(talking(), abs=1e-3)
+    wide = write_wide(tmp_path / "cm.csv", NAMES, talking() / 10)
+    assert read_markers(wide, unit="cm").points == pytest.approx(talking())
+
+
+def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    whole = write_c3d(tmp_path / "whole.c3d", NAMES, talking())
+    cut, none, empty = (tmp_path / f"{n}.c3d" for n in ("cut", "none", "empty"))
+    cut.write_bytes(whole.read_bytes()[:-700])
+    none.write_bytes(b"no markers at all" * 100)
+    empty.write_bytes(b"")
+    gap = write_wide(tmp_path / "gap.csv", NAMES, talking(), time=False)
+    gap.write_text("\n".join(line for k, line in enumerate(gap.read_text().split("\n")) if k != 3))
+    words = write_wide(tmp_path / "words.csv", NAMES, talking())
+    words.write_text(words.read_text().replace("-20.0", "left", 1))
+    few = write_wide(tmp_path / "few.csv", NAMES[4:], talking()[:, 4:])
+    timeless = write_long(tmp_path / "timeless.csv", NAMES, talking())
+    inches = write_c3d(tmp_path / "in.c3d", NAMES, talking(), "in")
+    cases = [
+        (cut, "export it again"), (none, "not a C3D file"), (empty, "not a C3D file"),
+        (gap, "skips or repeats"), (words, "left"), (few, "4 of the 17 points are missing"),
+        (timeless, "frame rate"), (inches, "is in 'in'"), (tmp_path / "x.c3d", "does not exist"),
+    ]  # fmt: skip
+    for path, told in cases:
+        out = tmp_path / "o.npz"
+        assert main(["observe", str(path), "--rigid", "a,b,c", "-o", str(out)]) == 2
+        assert told in capsys.readouterr().err
+        assert not out.exists()
+
+
+def test_points_are_read_from_csv_and_json(tmp_path: Path):
+    table, tree = tmp_path / "p.csv", tmp_path / "p.json"
+    table.write_text("\ufeffpoint, x ,y,view,note\nnose,1.5,2,2,fine\nchin,,,1,\n")
+    marks = (Mark(0, 1, "nose", (1.5, 2.0)), Mark(0, 0, "chin", None))
+    assert read_marks(table) == marks
+    rows = [
+        {"point": "nose", "view": 2, "x": 1.5, "y": 2},
+        {"point": "chin", "x": None, "y": None},
+    ]
+    tree.write_text(json.dumps({"format": "abs_engine.dots", "version": 1, "points": rows}))
+    assert read_marks(tree) == marks
+    table.write_text(write_marks((m, {"why": "lost"}) for m in marks))
+    assert read_marks(table) == marks
+    tree.write_text(json.dumps({"format": "abs_engine.dots", "version": 2, "points": rows}))
+    with pytest.raises(ModelFormatError, match="version 2"):
+        read_marks(tree)
+    for text in ("", "point,x\nnose,1\n", "point,x,y\nnose,one,2\n", "point,x,y\nnose,1,\n",
+                 "point,x,y,frame\nnose,1,2,-1\n", "point,x,y\n,1,2\n"):  # fmt: skip
+        table.write_text(text)
+        with pytest.raises(InputFileError):
+            read_marks(table)
+
+
+def test_points_that_are_missing_or_double_are_named():
+    every = [Mark(0, v, n, (1.0, 2.0)) for v in (0, 1) for n in LIPS17]
+    names, places = initial_places([*every, *(Mark(0, v, "x", (3.0, 4.0)) for v in (0, 1))], 2)
+    assert names == (*LIPS17, "x")
+    assert places[:, -1].tolist() == [[3, 4], [3, 4]]
+    with pytest.raises(TooFewPointsError, match=r"1 places are missing.*nose \(view 2\)"):
+        initial_places(every[:-1], 2)
+    with pytest.raises(ModelFormatError, match="twice"):
+        initial_places([*every, every[3]], 2)
+    with pytest.raises(ModelFormatError, match="view 3"):
+        initial_places([*every, Mark(0, 2, "nose", (1.0, 1.0))], 2)
+
+
+def some() -> Observations:
+    found = np.ones((5, 20), bool)
+    found[1, 3] = False
+    points = np.where(found[..., None], expected(), np.nan)
+    flat, still = np.where(found, 0.2, np.nan), np.zeros((5, 3))
+    return Observations(
+        points, NAMES, found, np.zeros_like(found), flat, flat, 30.0, still, still,
+        np.zeros(5), np.ones((2, 5, 20, 2)), "by hand",
+    )  # fmt: skip
+
+
+def test_observations_come_back(tmp_path: Path):
+    path = write_observations(tmp_path / "o.npz", some())
+    back = read_observations(path)
+    for name in Observations.__dataclass_fields__:
+        assert np.array_equal(
+            getattr(back, name), getattr(some(), name), equal_nan=name not in ("names", "source")
+            and getattr(some(), name).__class__ is np.ndarray,
+        )  # fmt: skip
+    with np.load(path, allow_pickle=False) as archive:
+        assert (str(archive["format"]), int(archive["version"])) == ("abs_engine.observations", 1)
+    with pytest.raises(TooFewPointsError, match="1 of 2"):
+        back.of(("nose", "chin"))
+    with pytest.raises(AbsEngineError, match="exists already"):
+        write_observations(path, some())
+
+
+def test_a_place_that_was_not_found_is_no_place():
+    found = np.ones((5, 20), bool)
+    found[2, 4] = False
+    seen = replace(some(), points=expected(), found=found)
+    assert np.isfinite(seen.points).all()
+    assert seen.complete(LIPS17).tolist() == [True, True, False, True, True]
+    assert np.isnan(seen.of(LIPS17)[2, 4]).all()
+    assert np.isfinite(seen.of(LIPS17)).sum() == 3 * (5 * 17 - 1)
+
+
+def test_broken_observations_are_named(tmp_path: Path):
+    path = write_observations(tmp_path / "o.npz", some())
+    with np.load(path) as archive:
+        fields = dict(archive)
+    for change in ({"version": 9}, {"points": np.zeros((4, 20, 3))}, {"names": ["x"] * 20}):
+        np.savez(tmp_path / "bad.npz", **(fields | change))
+        with pytest.raises(ModelFormatError):
+            read_observations(tmp_path / "bad.npz")
+    del fields["score"]
+    np.savez(tmp_path / "bad.npz", **fields)
+    with pytest.raises(ModelFormatError, match="score"):
+        read_observations(tmp_path / "bad.npz")
+    with pytest.raises(AbsEngineError, match="no place"):
+        replace(some(), found=np.ones((5, 20), bool))
+
+
+def test_head_poses_and_references(tmp_path: Path):
+    poses, reference = tmp_path / "poses.csv", tmp_path / "reference.csv"
+    poses.write_text("frame,rx,ry,rz,tx,ty,tz\n1,,,,,,\n0,0,0,0.5,1,2,3\n")
+    motion = read_head_poses(poses, 2)
+    assert motion.rotations[0].tolist() == [0, 0, 0.5]
+    assert motion.found.tolist() == [True, False]
+    with pytest.raises(InputFileError, match="frame 2"):
+        read_head_poses(poses, 3)
+    reference.write_text("point,x,y,z\na,1,2,3\n")
+    assert read_reference(reference)["a"].tolist() == [1, 2, 3]
+    reference.write_text("point,x,y,z\na,1,2,\n")
+    with pytest.raises(InputFileError, match="'a'"):
+        read_reference(reference)
+
+
+def test_calibration_commands_that_lack_something_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    import cv2
+
+    wall = tmp_path / "wall.png"
+    cv2.imwrite(str(wall), np.full((120, 160, 3), 99, np.uint8))
+    board, out = ["--squares", "7", "5", "--square", "20"], ["-o", str(tmp_path / "c.json")]
+    cases = [
+        ([str(wall), *out], "--squares"),
+        ([str(wall), *board, *out], "found in 0 pictures"),
+        ([str(wall), *board, "--board", "chessboard", "--mirror", *out], "ChArUco"),
+        ([str(wall), *board, "--second", str(wall), *out], "--second-output"),
+        ([str(tmp_path / "no.png"), *board, *out], "not a readable picture"),
+    ]
+    for arguments, told in cases:
+        assert main(["observe", "calibrate", *arguments]) == 2
+        assert told in capsys.readouterr().err
+        assert not (tmp_path / "c.json").exists()

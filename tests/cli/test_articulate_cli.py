@@ -1,0 +1,384 @@
+"""A user's own articulatory model from the command line: files in, a model out, or one line."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_visemes import GROUPS, NAMES, visemes
+from marker_files import write_c3d, write_long, write_wide
+
+import abs_engine
+from abs_engine.capture.corpus import Corpus
+from abs_engine.cli import main
+from abs_engine.core.errors import InputFileError, ParameterError, TooFewPointsError
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.articulatory import leave_out_in_turn, left_out_errors
+from abs_engine.report.articulation.applied import Applied
+from abs_engine.report.articulation.predictor_file import predictors_text, read_predictors
+
+TEETH = ("right", "left", "front")
+MARKS = np.array([[-25.0, 0, -35], [25, 0, -35], [0, 0, 0]])
+OWN = (Predictor("jaw", ("jaw",), "y", "-y"), Predictor("lips", ("p4", "lips"), "z", "+z"))
+WRITERS = {"c3d": write_c3d, "csv": write_wide, "long.csv": write_long}
+
+
+def table(count: int) -> str:
+    lines = ["what,name,value"]
+    lines += [f"point,{n},{group}" for group, names in GROUPS.items() for n in names]
+    lines += [f"viseme,v${k}$,{k}" for k in range(count)]
+    return "\n".join([*lines, *(f"teeth,{n},{n}" for n in TEETH)]) + "\n"
+
+
+def recorded(count: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    """Points (V, 12, 3) in the frame of the teeth; with these on a head elsewhere (V, 15, 3)."""
+    own = visemes(count, noise=0.05)[1]
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    both = np.concatenate([own, np.tile(MARKS, (count, 1, 1))], axis=1)
+    return own, both @ turn.T + [100.0, -40, 900]
+
+
+def written(folder: Path, points: np.ndarray, kind: str = "csv") -> list[str]:
+    """What is typed to build a model of the points."""
+    path = folder / f"own.{kind}"
+    if kind == "npz":
+        np.savez(path, names=np.array([*NAMES, *TEETH]), points=points)
+    else:
+        WRITERS[kind](path, (*NAMES, *TEETH), points)
+    (folder / "roles.csv").write_text(table(len(points)))
+    (folder / "own.toml").write_text(predictors_text(OWN))
+    return [
+        "articulate", str(path), "--roles", str(folder / "roles.csv"),
+        "--predictors", str(folder / "own.toml"), "-o", str(folder / "model"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["c3d", "csv", "long.csv", "npz"])
+def test_a_model_of_recorded_points(tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str):
+    own, points = recorded()
+    assert main(written(tmp_path, points, kind)) == 0
+    out = capsys.readouterr().out
+    assert "12 visemes of 12 points" in out
+    assert "kept out, 3 points in no group: right, left, front" in out
+    model = abs_engine.load_articulatory(tmp_path / "model" / "model.npz")
+    assert (model.names, model.parameters) == (NAMES, ("jaw", "lips"))
+    np.testing.assert_allclose(model.mean, own.mean(axis=0), atol=1e-3)
+    alpha = model.transform(own)
+    assert alpha.shape == (12, 2)
+    np.testing.assert_allclose(alpha, model.transform(own.reshape(12, 36)))
+    np.testing.assert_allclose(model.inverse_transform(alpha), own, atol=0.5)
+    told = json.loads((tmp_path / "model" / "results.json").read_text())
+    assert told["variance"]["total"] == pytest.approx(model.held) == pytest.approx(1, abs=0.01)
+    assert told["left_out_error_mm_median"] > told["model_error_mm_median"] > 0
+    page = (tmp_path / "model" / "index.html").read_text()
+    for name in ("boxplots.svg", "nomograms.svg"):
+        assert (tmp_path / "model" / name).read_bytes().lstrip().startswith(b"<?xml")
+        assert name in page
+
+
+def test_a_saved_corpus_needs_no_table_and_gives_the_same(tmp_path: Path):
+    words = written(tmp_path, recorded()[1])
+    assert main(words) == 0
+    corpus = tmp_path / "model" / "corpus.npz"
+    again = ["articulate", "-o", str(tmp_path / "again"), *words[4:6], str(corpus)]
+    assert main(again) == 0
+    first, second = (
+        abs_engine.load_articulatory(tmp_path / name / "model.npz") for name in ("model", "again")
+    )
+    np.testing.assert_array_equal(first.modes, second.modes)
+
+
+def test_units_are_turned_into_millimetres(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    own, points = recorded()
+    words = written(tmp_path, points / 1000, "npz")
+    assert main(words) == 0
+    assert "hardly a face; say with --unit" in capsys.readouterr().out
+    assert main([*words[:-1], str(tmp_path / "metres"), "--unit", "m"]) == 0
+    assert "hardly a face" not in capsys.readouterr().out
+    model = abs_engine.load_articulatory(tmp_path / "metres" / "model.npz")
+    np.testing.assert_allclose(model.mean, own.mean(axis=0))
+
+
+def test_missing_points_are_kept_out_or_imputed_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    points = recorded()[1]
+    points[3, 5] = points[4, 5] = points[7, 9] = np.nan
+    words = written(tmp_path, points)
+    assert main(words) == 2
+    line = capsys.readouterr().err
+    assert "2 of 12 points are missing in some visemes: p5, p9" in line
+    assert main([*words, "--missing", "drop"]) == 0
+    assert "kept out, 2 points missing in some visemes: p5, p9" in capsys.readouterr().out
+    assert main([*words[:-1], str(tmp_path / "b"), "--missing", "impute"]) == 0
+    assert "imputed, 2 points missing in some visemes (how many): p5 (2), p9 (1)" in (
+        capsys.readouterr().out
+    )
+    assert main([*words[:-1], str(tmp_path / "c"), "--without", "p5", "--without", "v$7$"]) == 0
+    out = capsys.readouterr().out
+    assert "11 visemes of 11 points" in out
+    assert "kept out as asked for: p5, v$7$" in out
+    twice = [*words[:-1], str(tmp_path / "d"), "--without", "v$7$", "--missing", "impute"]
+    assert main([*twice, "--without", "v$7$"]) == 0
+    assert "kept out as asked for: v$7$\n" in capsys.readouterr().out
+
+
+def test_just_enough_visemes_are_not_left_out_in_turn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    assert main(written(tmp_path, recorded(3)[1])) == 0
+    out = capsys.readouterr().out
+    assert "not left out in turn: v$0$, v$1$, v$2$: 2 visemes for 2 parameters" in out
+    assert "each viseme in the model of the others" not in out
+    told = json.loads((tmp_path / "model" / "results.json").read_text())
+    assert "left_out_error_mm_median" not in told
+    assert told["not_left_out"]["v$1$"] == "2 visemes for 2 parameters"
+
+
+def test_only_the_viseme_that_cannot_be_left_out_is_skipped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """All but one visemes lack a point: without that one nothing says where it is."""
+    points = recorded()[1]
+    words = [*written(tmp_path, points), "--missing", "impute"]
+    assert main(words) == 0
+    whole = json.loads((tmp_path / "model" / "results.json").read_text())
+    points[[k for k in range(12) if k != 7], 9] = np.nan
+    folder = tmp_path / "gaps"
+    folder.mkdir()
+    capsys.readouterr()
+    assert main([*written(folder, points), "--missing", "impute"]) == 0
+    out = capsys.readouterr().out
+    assert "not left out in turn: v$7$: 1 points are missing in all visemes: p9" in out
+    assert "warning: of 1 point imputed hardly anything is known" in out
+    assert "(in how many): p9 (1)" in out
+    told = json.loads((folder / "model" / "results.json").read_text())
+    assert list(told["not_left_out"]) == ["v$7$"]
+    key = "left_out_error_mm_median"
+    assert told[key] == pytest.approx(whole[key], rel=0.3)
+    assert "p9 (1)" in (folder / "model" / "index.html").read_text()
+
+
+def test_a_viseme_with_too_few_points_of_its_own_is_told_of(monkeypatch):
+    """Of many visemes several are left out at once: the others among them are measured."""
+    monkeypatch.setattr("abs_engine.learn.articulatory.MOST_BUILT", 5)
+    own, _ = recorded(40)
+    own[3] = np.nan
+    corpus = Corpus(own, NAMES, tuple(f"v{k}" for k in range(40)), GROUPS)
+    done = leave_out_in_turn(corpus, OWN, "impute")
+    assert list(done.skipped) == ["v3"]
+    assert "do not determine" in done.skipped["v3"].problem
+    assert np.isfinite(np.delete(done.errors, 3)).all()
+    assert np.isnan(done.errors[3])
+    with pytest.raises(TooFewPointsError, match="do not determine"):
+        left_out_errors(corpus, OWN, "impute")
+
+
+def infinite(points: np.ndarray) -> np.ndarray:
+    points[2, 1, 0] = np.inf
+    return points
+
+
+def nowhere(points: np.ndarray) -> np.ndarray:
+    points[2, :12] = np.nan
+    return points
+
+
+@pytest.mark.parametrize(
+    ("points", "more", "said"),
+    [
+        (lambda p: p[:2], (), "2 visemes for 2 parameters"),
+        (infinite, (), "'p1' is infinite in frame 2"),
+        (nowhere, ("--missing", "impute"), "viseme 'v$2$': 0 points do not determine"),
+        (lambda p: p[:, :, :] * 0 + p[:1], (), "nothing left to explain"),
+        (lambda p: p, ("--without", "p50"), "neither a viseme nor a point 'p50'"),
+        (lambda p: p, ("--person", "clara"), "CORPUS and --person were given"),
+        (lambda p: p, ("--predictors", "none.toml"), "none.toml does not exist"),
+        (lambda p: p, ("--roles", "none.csv"), "none.csv does not exist"),
+        (lambda p: p, ("--roles", "/dev/null"), "/dev/null is not a file"),
+        (lambda p: p, ("--predictors", "/dev"), "/dev is not a file"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["csv", "npz"])  # infinity cannot be written to a C3D file
+def test_bad_input_is_one_line(tmp_path, capsys, points, more, said, kind):
+    words = [*written(tmp_path, points(recorded()[1]), kind), *more]
+    before = sorted(tmp_path.rglob("*"))
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("what,", "kind,", "the first line is not what,name,value"),
+        ("v$3$,3", "v$3$,x", "'x' are not frames"),
+        ("v$3$,3", "v$3$,12", "names frame 12"),
+        ("v$3$", "v$2$", "viseme 'v$2$' is given twice"),
+        ("point,p1,", "point,q1,", "names 'q1', which is not a point"),
+        ("jaw\n", "chin\n", "predictor 'jaw' asks for 'jaw'"),
+        ("teeth,left,left\n", "", "upper_teeth are three points"),
+    ],
+)
+def test_tables_that_are_wrong_are_one_line(tmp_path, capsys, old, new, said):
+    words = written(tmp_path, recorded()[1])
+    roles = tmp_path / "roles.csv"
+    roles.write_text(roles.read_text().replace(old, new))
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+    assert not (tmp_path / "model").exists()
+
+
+def test_predictors_come_back(tmp_path: Path):
+    path = tmp_path / "p.toml"
+    odd = (*PAPER_PREDICTORS, Predictor('a "b" \\ é', ("x",), "zx", "-z"))
+    path.write_text(predictors_text(odd), encoding="utf-8")
+    assert read_predictors(path) == odd
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("points", "point", "has no key 'point' (nearest: 'points')"),
+        ("[[predictor]]", "[[predictors]]", "no key 'predictors' (nearest: 'predictor')"),
+        ('"jaw1"', '"jaw2"', "two predictors are named 'jaw2'"),
+        ('["lips"]', "[]", "predictor 'lips1' has no points"),
+        ('["lips"]', '"lips"', "give a list"),
+        ('"xyz"', '"xyw"', "coordinates 'xyw'"),
+        ("version = 1", "version = 2", "version 2"),
+        ("version = 1", "version = true", "version True"),
+        ("version = 1", "version = " + "[" * 5000, "too deep"),
+        ('"jaw1"', '"a,b"', "no predictor can be named 'a,b'"),
+        ('"jaw1"', '"frame"', "no predictor can be named 'frame'"),
+        ('"jaw1"', '"rms_mm"', "no predictor can be named 'rms_mm'"),
+        ('"jaw1"', '""', "a predictor has an empty name"),
+        ('"jaw1"', '"a\\nb"', "cannot be printed"),
+        ("version", "[", "is not TOML"),
+    ],
+)
+def test_predictors_that_are_wrong_are_named(tmp_path: Path, old: str, new: str, said: str):
+    path = tmp_path / "p.toml"
+    path.write_text(predictors_text(PAPER_PREDICTORS).replace(old, new))
+    with pytest.raises((InputFileError, ParameterError)) as error:
+        read_predictors(path)
+    assert said in str(error.value)
+
+
+def test_a_model_refuses_what_does_not_fit(tmp_path: Path):
+    own, points = recorded()
+    assert main(written(tmp_path, points)) == 0
+    model = abs_engine.load_articulatory(tmp_path / "model" / "model.npz")
+    with pytest.raises(ParameterError, match="give 2: jaw, lips"):
+        model.inverse_transform(np.zeros((4, 3)))
+    with pytest.raises(ParameterError, match="infinite"):
+        model.transform(np.where(own > own.max() - 1e-9, np.inf, own))
+
+
+def test_of_many_visemes_several_are_left_out_at_once(tmp_path: Path, monkeypatch):
+    monkeypatch.setattr("abs_engine.learn.articulatory.MOST_BUILT", 5)
+    assert main(written(tmp_path, recorded()[1])) == 0
+    told = json.loads((tmp_path / "model" / "results.json").read_text())
+    assert 0.05 < told["left_out_error_mm_median"] < 0.2
+
+
+def test_points_elsewhere_than_the_model_s_are_warned_of(tmp_path: Path, capsys):
+    words = written(tmp_path, recorded()[1])
+    assert main(words) == 0
+    more = ["--model", str(tmp_path / "model" / "model.npz"), "-o", str(tmp_path / "talk.csv")]
+    assert main([*words[:2], *more]) == 0
+    assert "warning: the points hardly lie where the model's do" in capsys.readouterr().out
+
+
+def test_a_model_gives_the_parameters_of_a_recording(tmp_path: Path, capsys):
+    own, points = recorded()
+    assert main(written(tmp_path, points)) == 0
+    model = tmp_path / "model" / "model.npz"
+    expected = abs_engine.load_articulatory(model).transform(own)
+    points[3, 5] = points[4, 14] = points[5, :12] = np.nan  # a point, a tooth, all
+    talk = write_c3d(tmp_path / "talk.c3d", (*NAMES[::-1], *TEETH), points[:, [*range(11, -1, -1),
+                     12, 13, 14]])  # fmt: skip
+    (tmp_path / "teeth.csv").write_text("what,name,value\n" + table(0).split("rest\n")[-1])
+    words = ["articulate", str(talk), "--roles", str(tmp_path / "teeth.csv"), "--model", str(model)]
+    capsys.readouterr()
+    assert main([*words, "-o", str(tmp_path / "talk.csv")]) == 0
+    assert "12 frames, 2 without parameters" in capsys.readouterr().out
+    head, *lines = (tmp_path / "talk.csv").read_text().splitlines()
+    assert head == "frame,jaw,lips,rms_mm,points"
+    assert lines[4:6] == ["4,,,,0", "5,,,,0"]
+    assert lines[3].endswith(",11")
+    rows = [line.split(",") for k, line in enumerate(lines) if k not in (3, 4, 5)]
+    found = np.array([row[1:3] for row in rows], float)
+    np.testing.assert_allclose(found, np.delete(expected, (3, 4, 5), axis=0), atol=1e-3)
+    assert main([*words, "-o", str(tmp_path / "x.csv"), "--without", "p1"]) == 2
+    assert "leave them out with --model" in capsys.readouterr().err
+    corpus = tmp_path / "model" / "corpus.npz"
+    again = ["articulate", str(corpus), "--model", str(model), "-o", str(tmp_path / "y.csv")]
+    assert main(again) == 0
+    first = float((tmp_path / "y.csv").read_text().splitlines()[1].split(",")[1])
+    assert first == pytest.approx(expected[0, 0], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("names", "points", "said"),
+    [
+        ([f"q{k}" for k in range(12)], np.zeros((4, 12, 3)), "none of the points"),
+        (NAMES, np.full((4, 12, 3), np.nan), "no frame has enough points for 2 parameters"),
+    ],
+)
+def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, points, said):
+    assert main(written(tmp_path, recorded()[1])) == 0
+    capsys.readouterr()
+    np.savez(tmp_path / "talk.npz", names=np.array(names), points=points)
+    model, out = tmp_path / "model" / "model.npz", tmp_path / "talk.csv"
+    words = ["articulate", tmp_path / "talk.npz", "--model", model, "-o", out]
+    assert main([str(word) for word in words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+    assert not out.exists()
+
+
+def test_names_are_quoted_in_the_table_of_parameters():
+    alpha, one = np.array([[1.0, np.nan]]).T, np.array([0.5, np.nan])
+    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), ())
+    rows = list(csv.reader(done.as_csv().splitlines()))
+    assert rows == [
+        ["frame", 'a "b"', "rms_mm", "points"], ["0", "1.0000", "0.5000", "4"], ["1", "", "", "0"]
+    ]  # fmt: skip
+
+
+def test_two_points_of_one_name_have_no_parameters(tmp_path: Path, capsys):
+    own, points = recorded()
+    assert main(written(tmp_path, points)) == 0
+    capsys.readouterr()
+    np.savez(tmp_path / "talk.npz", names=np.array([*NAMES[:11], "p0"]), points=own)
+    model, out = tmp_path / "model" / "model.npz", tmp_path / "talk.csv"
+    words = ["articulate", tmp_path / "talk.npz", "--model", model, "-o", out]
+    assert main([str(word) for word in words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "two points are named 'p0'" in line
+    assert not out.exists()
+
+
+@pytest.mark.slow
+def test_a_bundled_person_is_an_example_to_start_from(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    one, two = tmp_path / "clara", tmp_path / "again"
+    words = ["articulate", "--person", "clara", "--renderer", "cpu", "-o", str(one)]
+    assert main(words) == 0
+    first = capsys.readouterr().out.splitlines()
+    assert main([
+        "articulate", str(one / "points.csv"), "--roles", str(one / "roles.csv"),
+        "--predictors", str(one / "predictors.toml"), "-o", str(two),
+    ]) == 0  # fmt: skip
+    second = capsys.readouterr().out.splitlines()
+    assert first[2:-1] == second[2:-1]  # variance and errors, to the last digit that is shown
+    a, b = (abs_engine.load_articulatory(path / "model.npz") for path in (one, two))
+    np.testing.assert_allclose(a.modes, b.modes, atol=1e-3)
+    assert main(words) == 2
+    assert "exists already" in capsys.readouterr().err

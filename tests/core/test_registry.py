@@ -1,0 +1,219 @@
+"""What can be chosen by name: nearest names, entries that fail, files that add their own."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from abs_engine.cli import main
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    ParameterError,
+    PluginError,
+    TermError,
+)
+from abs_engine.core.registry import (
+    DRIVERS,
+    MODELS,
+    PRESETS,
+    RENDERERS,
+    TERMS,
+    Registry,
+    load_plugin,
+    nearest,
+)
+from abs_engine.core.scene import Candidates
+from abs_engine.face.shape.modal import load_physics
+from abs_engine.fit.evidence import valued
+from abs_engine.fit.terms import term_kinds
+from abs_engine.io.assets import shipped
+from abs_engine.io.video import VideoInfo
+from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.run import check_options
+
+
+def test_the_nearest_name_is_given():
+    assert nearest("simplx", ["simplex", "forces"]).startswith("did you mean 'simplex'?")
+    assert nearest("zzz", ["simplex", "forces"]) == "choose one of simplex, forces"
+
+
+@pytest.mark.parametrize("registry", [MODELS, TERMS, DRIVERS, PRESETS])
+def test_every_entry_of_the_engine_can_be_had(registry):
+    assert registry.names()
+    for name in registry.names():
+        assert registry.get(name) is not None
+
+
+def test_an_entry_that_is_added_is_found_and_an_unknown_one_named():
+    toys = Registry("toy")
+    toys.add("ball", 3)
+    assert (toys.names(), toys.get("ball")) == (("ball",), 3)
+    with pytest.raises(ParameterError, match="no toy 'bal'; did you mean 'ball'"):
+        toys.get("bal")
+
+
+def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
+    group = "abs_engine.toys"
+    points = [
+        metadata.EntryPoint("whole", "math:pi", group),
+        metadata.EntryPoint("broken", "no_such_package:thing", group),
+        metadata.EntryPoint("empty", "math:no_such_thing", group),
+    ]
+    monkeypatch.setattr(
+        "abs_engine.core.registry.metadata.entry_points", lambda group: points if group else []
+    )
+    toys = Registry("toy")
+    assert toys.names() == ("broken", "empty", "whole")
+    assert toys.get("whole") == pytest.approx(3.14159, abs=1e-5)
+    for name in ("broken", "empty"):
+        with pytest.raises(PluginError, match=f"toy '{name}' cannot be imported") as caught:
+            toys.get(name)
+        assert "the others work" in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"preset": "basu98"}, "no preset 'basu98'; did you mean 'basu1998'"),
+        ({"model": "shel"}, "no model 'shel', nor is it a file; did you mean 'shell'"),
+        ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
+        ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
+        ({"terms": "+"}, "no evidence is named; choose one of colour"),
+    ],
+)
+def test_a_misspelt_leaf_is_refused_with_the_nearest(options, said):
+    chosen = TrackOptions(**options)
+    with pytest.raises(ParameterError) as caught:
+        Leaves.of(resolved(chosen)[0])
+    assert said in str(caught.value)
+
+
+def test_what_is_chosen_counts_more_than_the_preset():
+    chosen, _ = resolved(TrackOptions(preset="basu1998"))
+    assert (chosen.model, chosen.terms, chosen.driver, chosen.start) == (
+        "shell", ("colour",), "forces", "blobs",
+    )  # fmt: skip
+    other, _ = resolved(TrackOptions(preset="basu1998", driver="simplex", start="landmarks"))
+    assert (other.model, other.driver, other.start) == ("shell", "simplex", "landmarks")
+    usual, _ = resolved(TrackOptions(terms="colour"))
+    assert (usual.model, usual.terms, usual.driver) == ("head", ("colour",), "newton")
+    shell, _ = resolved(TrackOptions(model="shell"))
+    assert shell.driver == "simplex"
+    face, _ = resolved(TrackOptions(preset="basu1998", model="head"))
+    assert (face.model, face.preset) == ("head", None)
+
+
+@pytest.mark.parametrize(
+    ("registry", "entry", "lacks"), [(DRIVERS, object, "minimiser"), (TERMS, object(), "bind")]
+)
+def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
+    registry.add("odd", entry)
+    with pytest.raises(PluginError, match=f"'odd' is a .* without '{lacks}'"):
+        registry.get("odd")
+    registry._added.pop("odd")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"preset": "basu1998", "face": 2}, "--face needs a start from landmarks, which --preset"),
+        ({"preset": "basu1998", "pupil_distance": 58.0}, "which --preset basu1998 replaces"),
+        ({"model": "talking", "evidence": "landmarks"}, "--evidence does nothing for the model"),
+        ({"model": "talking", "physics": Path("lips.npz")}, "--physics does nothing for the model"),
+        ({"model": "talking", "face": 2}, "which --model replaces"),
+        ({"preset": "odisio2004", "start": "landmarks"}, "is not found from landmarks"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(options, said):
+    info = VideoInfo(size=(320, 240), rate=25.0, frames=5, times=())
+    with pytest.raises(ParameterError) as caught:
+        check_options(TrackOptions(**options), info)
+    assert said in str(caught.value)
+
+
+def test_a_model_is_known_by_its_file(tmp_path):
+    lips = shipped("lips/lips.npz")
+    chosen, _ = resolved(TrackOptions(model=str(lips)))
+    assert (chosen.model, chosen.model_file) == ("shell", lips)
+    for other, said in (
+        (shipped("speaker/head.npz"), "abs_engine.speaker"),
+        (tmp_path / "x.npz", "not exist"),
+    ):
+        with pytest.raises(InputFileError, match=said):
+            resolved(TrackOptions(model=str(other)))
+    old = tmp_path / "old.npz"
+    np.savez(old, format="abs_engine.learned_physics", version=9)
+    assert resolved(TrackOptions(model=str(old)))[0].model == "shell"
+    with pytest.raises(ModelFormatError, match="version 9"):
+        load_physics(old)
+
+
+def test_a_file_that_adds_entries(tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text("from abs_engine import RENDERERS\nRENDERERS.add('mine', dict)\n")
+    load_plugin(own)
+    assert RENDERERS.get("mine") is dict
+    RENDERERS._added.pop("mine")
+    own.write_text("1 / 0\n")
+    with pytest.raises(PluginError, match=r"own\.py cannot be run \(ZeroDivisionError"):
+        load_plugin(own)
+    with pytest.raises(InputFileError, match="does not exist"):
+        load_plugin(tmp_path / "none.py")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["trak", "a.mp4"], "there is no command 'trak'; did you mean 'track'?"),
+        (["track", "a.mp4", "-o", "x", "--start", "blob"], "did you mean 'blobs'?"),
+    ],
+)
+def test_a_command_or_choice_misspelt(words, said, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert said in lines[0]
+
+
+def test_a_name_that_is_there_already_is_refused():
+    with pytest.raises(PluginError, match="there is a term 'colour' already"):
+        TERMS.add("colour", TERMS.get("colour"))
+
+
+def test_evidence_that_is_named_twice_is_refused():
+    with pytest.raises(ParameterError, match="'colour' is named twice"):
+        term_kinds(("colour", "colour"))
+
+
+class Odd:
+    """Somebody's term."""
+
+    def __init__(self, values) -> None:
+        self.values = values
+
+    def negative_log(self, _candidates):
+        if isinstance(self.values, Exception):
+            raise self.values
+        return self.values
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (np.full(2, np.nan), "'odd' is not a finite number for each of the 2"),
+        (np.zeros((2, 2)), "shape (2, 2)"),
+        (ValueError("boom"), "'odd' fails (ValueError: boom)"),
+    ],
+)
+def test_evidence_that_fails_or_is_not_finite_is_named(values, said):
+    two = Candidates(np.zeros((2, 0)), np.tile(np.eye(3), (2, 1, 1)), np.zeros((2, 3)))
+    with pytest.raises(TermError) as caught:
+        valued("odd", Odd(values), two)
+    assert said in str(caught.value)

@@ -1,0 +1,137 @@
+"""Work beside other work keeps its order, its errors and its bounds."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info
+
+from abs_engine.core.clock import Clock
+from abs_engine.core.threads import Behind, ahead, closed_after, one_thread
+
+
+def test_items_come_as_they_are_from_another_thread():
+    makers = []
+
+    def made():
+        for k in range(20):
+            makers.append(threading.current_thread())
+            yield k
+
+    assert list(ahead(made(), 3)) == list(range(20))
+    assert threading.current_thread() not in makers
+
+
+def test_no_more_is_made_than_may_wait():
+    made = []
+    items = ahead((made.append(k) or k for k in range(100)), 3)
+    assert next(items) == 0
+    time.sleep(0.05)
+    assert len(made) <= 5
+    items.close()
+    count = len(made)
+    time.sleep(0.05)
+    assert len(made) <= count + 1
+
+
+def test_an_error_comes_where_its_item_would():
+    def broken():
+        yield 1
+        raise ValueError("second")
+
+    items = ahead(broken())
+    assert next(items) == 1
+    with pytest.raises(ValueError, match="second"):
+        next(items)
+
+
+def test_calls_are_made_in_their_order_and_waited_for():
+    done = []
+    with Behind(2) as behind:
+        for k in range(10):
+            behind.call(done.append, k)
+    assert done == list(range(10))
+
+
+def test_a_call_that_fails_is_not_swallowed():
+    def fails():
+        raise OSError("full")
+
+    with pytest.raises(OSError, match="full"), Behind() as behind:
+        behind.call(fails)
+
+
+def test_one_thread_of_blas_until_the_last_lets_it_go():
+    np.ones((2, 2)) @ np.ones((2, 2))
+
+    def threads():
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    before = threads()
+    outer, inner = one_thread(), one_thread()
+    outer.__enter__()
+    inner.__enter__()
+    assert set(threads()) == {1}
+    outer.__exit__(None, None, None)
+    assert set(threads()) == {1}
+    inner.__exit__(None, None, None)
+    assert threads() == before
+
+
+def test_time_is_counted_where_it_is_spent():
+    spent = Clock(time.thread_time)
+    with spent.part("work"):
+        end = time.thread_time() + 0.02
+        while time.thread_time() < end:
+            pass
+    with spent.part("rest"):
+        time.sleep(0.02)
+    assert spent.seconds["work"] >= 0.02 > spent.seconds["rest"]
+
+
+def test_a_generator_is_closed_where_its_user_fails():
+    ended = []
+
+    def made():
+        try:
+            yield from range(10)
+        finally:
+            ended.append(True)
+
+    def fails():
+        with closed_after(made()) as items:
+            next(iter(items))
+            raise OSError("full")
+
+    with pytest.raises(OSError, match="full"):
+        fails()
+    assert ended == [True]
+
+
+def test_threads_take_turns_often_until_the_last_is_done():
+    usual = sys.getswitchinterval()
+    first, second = ahead(iter(range(9))), ahead(iter(range(9)))
+    next(first), next(second)
+    assert sys.getswitchinterval() < usual
+    first.close()
+    assert sys.getswitchinterval() < usual
+    second.close()
+    assert sys.getswitchinterval() == pytest.approx(usual)
+
+
+def test_the_time_that_items_take_is_counted():
+    spent = Clock(time.thread_time)
+
+    def slow():
+        for k in range(3):
+            end = time.thread_time() + 0.01
+            while time.thread_time() < end:
+                pass
+            yield k
+
+    assert list(spent.over("made", slow())) == [0, 1, 2]
+    assert spent.seconds["made"] >= 0.03

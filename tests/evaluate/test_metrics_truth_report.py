@@ -1,0 +1,147 @@
+"""The report of a run against its truth, on a truth made by hand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import InputFileError, OutputError, ParameterError
+from abs_engine.dataset import Truth
+from abs_engine.evaluate.truth_report import CURVES, SCORES, report, score
+
+FRAMES = 40
+
+
+@pytest.fixture
+def truth():
+    """Eight inner-lip points and two corners: the lips part by 0 to 10 mm, the corners by 44 mm."""
+    rng = np.random.default_rng(3)
+    neutral = rng.normal(size=(10, 3)).astype(np.float32) * 5
+    neutral[2], neutral[6] = [0, 0, 90], [0, 0, 90]
+    neutral[8], neutral[9] = [-22, 0, 80], [22, 0, 80]
+    offsets = np.zeros((FRAMES, 10, 3), np.float16)
+    opening = 10 * np.sin(np.linspace(0, 3 * np.pi, FRAMES)) ** 2
+    offsets[:, 6, 1] = -np.round(opening * 8) / 8
+    return Truth(
+        folder=Path("nowhere"),
+        camera=Camera.ideal((320, 240)),
+        rate=25.0,
+        person="clara",
+        sentence="demo",
+        command="",
+        seed=0,
+        unit_names=(),
+        unit_weights=np.zeros((FRAMES, 0)),
+        identity_weights=np.zeros(0, np.float32),
+        neutral=neutral,
+        offsets=offsets,
+        faces=np.zeros((0, 3), np.int32),
+        facet_class=np.zeros(0, np.uint8),
+        class_names=("background",),
+        rotations=np.tile([np.pi - 0.05, 0.02, 0.1], (FRAMES, 1)),
+        translations=np.tile([3.0, 5, 600], (FRAMES, 1)),
+        closed=-offsets[:, 6, 1] < 1.0,
+        landmarks={"inner_lip_8": np.arange(8), "mouth_corners": np.array([8, 9])},
+    )
+
+
+@pytest.fixture
+def run(truth):
+    """A run that found the truth."""
+    vertex = np.arange(10)
+    return {
+        "lip_points": truth.points(vertex),
+        "lip_vertex": vertex,
+        "rotation": truth.rotations,
+        "translation": truth.translations,
+        "aperture": truth.aperture,
+        "width": truth.width,
+    }
+
+
+def test_the_truth_scores_full_marks(truth, run):
+    scores = score(run, truth)
+    assert scores["lip_rms_head_raw_mm"] == 0
+    assert scores["lip_rms_head_offset_removed_mm"] == pytest.approx(0, abs=1e-9)
+    assert scores["lip_rms_camera_mm"] == scores["head_position_rms_mm"] == 0
+    assert scores["head_angle_rms_deg"] == pytest.approx(0, abs=1e-5)
+    assert scores["aperture"]["correlation"] == pytest.approx(1)
+    assert scores["width"]["rms"] == 0
+    assert scores["closure"] == {"precision": 1, "recall": 1}
+    assert (scores["frames"], scores["frames_tracked"], scores["lip_points"]) == (
+        FRAMES,
+        FRAMES,
+        10,
+    )
+
+
+def test_head_and_camera_errors_are_told_apart(truth, run):
+    run["translation"] = run["translation"] + [0, 0, 2.0]
+    scores = score(run, truth)
+    assert scores["lip_rms_head_raw_mm"] == 0
+    assert scores["lip_rms_camera_mm"] == pytest.approx(2)
+    assert scores["head_position_rms_mm"] == pytest.approx(2)
+    run["lip_points"] = run["lip_points"] + [0, 1.5, 0]
+    scores = score(run, truth)
+    assert scores["lip_rms_head_raw_mm"] == pytest.approx(1.5)
+    assert scores["lip_rms_head_offset_removed_mm"] == pytest.approx(0, abs=1e-9)
+
+
+def test_opposite_rotation_vectors_near_half_a_turn_are_near(truth, run):
+    vectors = np.tile([np.pi - 0.01, 0, 0], (FRAMES, 1))
+    scores = score(run | {"rotation": vectors - [2 * np.pi - 0.03, 0, 0]}, truth)
+    direct = score(run | {"rotation": np.add(vectors, [0.03, 0, 0])}, truth)
+    assert scores["head_angle_rms_deg"] == pytest.approx(direct["head_angle_rms_deg"], abs=1e-6)
+
+
+def test_lost_frames_are_counted_and_left_out(truth, run):
+    for name in ("lip_points", "aperture", "width"):
+        run[name] = run[name].copy()
+        run[name][7] = np.nan
+    scores = score(run, truth)
+    assert scores["frames_tracked"] == FRAMES - 1
+    assert scores["lip_rms_head_raw_mm"] == 0
+    assert scores["aperture"]["rms"] == 0
+
+
+def test_spikes_and_closures_of_a_run(truth, run):
+    run["aperture"] = run["aperture"].copy()
+    at = int(np.flatnonzero(truth.closed)[0]) + 1
+    run["aperture"][at] = 30
+    scores = score(run, truth)
+    assert scores["aperture_spikes"] == 1
+    assert scores["closure"]["precision"] == 1
+    n = int(truth.closed.sum())
+    missed = int(truth.closed[at])
+    assert scores["closure"]["recall"] == pytest.approx((n - missed) / n)
+    always = np.ones(FRAMES, bool)
+    assert score(run | {"closed": always}, truth)["closure"] == scores["closure"]  # its own word
+    said = score(run, truth, (always, truth.closed))
+    assert said["closure"] == {"precision": pytest.approx(n / FRAMES), "recall": 1}
+
+
+def test_files_are_written(truth, run, tmp_path):
+    run["width"] = np.full(FRAMES, 40.0)
+    scores = report(run, truth, tmp_path)
+    read = json.loads((tmp_path / SCORES).read_text())
+    assert read["width"]["correlation"] is None
+    assert read["lip_rms_head_raw_mm"] == scores["lip_rms_head_raw_mm"]
+    picture = cv2.imread(str(tmp_path / CURVES))
+    assert min(picture.shape[:2]) > 500
+    assert picture.std() > 5
+    with pytest.raises(OutputError, match="cannot be written"):
+        report(run, truth, tmp_path / "missing")
+
+
+def test_runs_of_something_else_are_refused(truth, run):
+    with pytest.raises(InputFileError, match="lacks aperture, width"):
+        score({k: v for k, v in run.items() if k not in ("aperture", "width")}, truth)
+    with pytest.raises(ParameterError, match="the truth 40"):
+        score({k: v if k == "lip_vertex" else v[:-1] for k, v in run.items()}, truth)
+    with pytest.raises(ParameterError, match="not among"):
+        score(run | {"lip_vertex": run["lip_vertex"] + 1}, truth)

@@ -1,0 +1,85 @@
+"""A face without colour is known from its frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+from drawn import drawn, network_sees
+from test_colours_by_head import painted, places
+
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colourless import LEAST_SPREAD, chroma_spread, in_colour
+from abs_engine.face.appearance.colours_by_head import learn_placed
+from abs_engine.tracking.run_warnings import NO_COLOUR, doubts
+
+LUMA = np.array([0.299, 0.587, 0.114])
+SEPIA = np.array([1.12, 1.0, 0.78])
+
+
+@cache
+def face():
+    """A picture of somebody, and the outline of the face."""
+    image = drawn("clara", jawOpen=0.15)
+    return image, network_sees(image).pixels
+
+
+def toned(image, tint=(1.0, 1.0, 1.0), noise=0.0, colour=0.0):
+    """The picture with so much of its colour, in a tint, and with grain of each channel."""
+    grey = (image @ LUMA)[..., None] * np.ones(3)
+    grain = np.random.default_rng(0).normal(0, noise, image.shape) if noise else 0.0
+    mixed = colour * image + (1 - colour) * grey * np.array(tint) + grain
+    return np.uint8(np.clip(np.rint(mixed), 0, 255))
+
+
+def coded(image):
+    """The picture as a JPEG of low quality, its chroma at half the resolution."""
+    ok, data = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 40])
+    assert ok
+    return cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1]
+
+
+@pytest.mark.parametrize("tint", [(1.0, 1.0, 1.0), SEPIA, (0.9, 0.9, 1.2)])
+@pytest.mark.parametrize("noise", [0.0, 4.0])
+def test_grey_and_tinted_pictures_have_no_colour(tint, noise):
+    image, outline = face()
+    grey = coded(toned(image, tint, noise))
+    assert chroma_spread(grey, outline) < LEAST_SPREAD
+    assert not in_colour([(grey, outline)] * 3)
+
+
+def test_people_are_in_colour():
+    for name in ("clara", "kofi", "mei"):
+        image = drawn(name, jawOpen=0.15)
+        outline = network_sees(image).pixels
+        assert chroma_spread(coded(image), outline) > LEAST_SPREAD
+        assert in_colour([(image, outline)])
+
+
+def test_most_frames_decide():
+    image, outline = face()
+    grey = toned(image)
+    assert in_colour([(image, outline), (image, outline), (grey, outline)])
+    assert not in_colour([(image, outline), (grey, outline), (grey, outline)])
+
+
+def test_a_face_beside_the_picture_says_nothing():
+    image, outline = face()
+    assert chroma_spread(image, outline + 1e4) is None
+    assert in_colour([(image, outline + 1e4)])
+
+
+def test_classes_keep_whether_the_clip_was_in_colour(tmp_path):
+    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3)
+    assert made.chromatic
+    replace(made, chromatic=False).save(tmp_path / "colours.npz")
+    assert not ColourClasses.load(tmp_path / "colours.npz").chromatic
+
+
+def test_a_video_without_colour_is_warned_of():
+    told = doubts(np.zeros(20, bool), [False] * 20, {"upper_lip": 0.6}, chromatic=False)
+    assert told[0] == NO_COLOUR
+    assert NO_COLOUR not in doubts(np.zeros(20, bool), [False] * 20, {"upper_lip": 0.6})

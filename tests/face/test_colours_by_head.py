@@ -1,0 +1,272 @@
+"""Colours learned where a placed head shows them, of lips that differ from skin and that do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, MouthPlace, features
+from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
+
+SKIN, LIPS, DARK, TEETH = (205, 155, 130), (165, 80, 85), (45, 22, 20), (190, 180, 165)
+SHAPE = 72, 96
+SKIN_ID, UPPER, LOWER, INSIDE = range(4)
+
+
+def labels(large=1.0):
+    """Which of `PLACES` each pixel (H, W) of a mouth that is a little open shows."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
+    x, y = (x - 48) / large, (y - 36) / large
+    out = np.zeros(SHAPE, int)
+    mouth = (x / 30) ** 2 + (y / 15) ** 2 < 1
+    out[mouth & (y < 0)] = UPPER
+    out[mouth & (y >= 0)] = LOWER
+    out[(x / 22) ** 2 + (y / 4) ** 2 < 1] = INSIDE
+    return out
+
+
+def painted(upper=LIPS, lower=LIPS, inside=DARK, large=1.0, noise=5.0, seed=0):
+    """A picture of it with grain."""
+    colours = np.array([SKIN, upper, lower, inside], float)[labels(large)]
+    grain = np.random.default_rng(seed).normal(0, noise, colours.shape)
+    return np.uint8(np.clip(cv2.GaussianBlur(colours, (0, 0), 0.7) + grain, 0, 255))
+
+
+def places(large=1.0, blur=2.0):
+    """Where the drawn head has them, (4, H, W)."""
+    planes = np.stack([labels(large) == k for k in range(len(PLACES))]).astype(float)
+    return 0.95 * np.stack([cv2.GaussianBlur(p, (0, 0), blur) for p in planes])
+
+
+def learned(*colours, large=1.0, **more):
+    images = [painted(*colours, large=large, seed=k, **more) for k in range(3)]
+    return learn_placed(images, [places(large)] * 3)
+
+
+@cache
+def red():
+    return learned()
+
+
+@cache
+def pale():
+    """Lips of just the skin's colour."""
+    return learned(SKIN, SKIN, SKIN)
+
+
+def flat(colour):
+    """A patch (1, 1, 3) of one colour."""
+    return np.array(colour, float)[None, None]
+
+
+def patch(colour, upper=0.5, within=0.0, beyond=0.0):
+    """Probabilities by name of a colour where the mouth's place is known so far."""
+    place = MouthPlace(*(np.full((1, 1), v) for v in (upper, within, beyond)))
+    return dict(zip(CLASSES, red().probabilities(flat(colour), 0.0, place)[:, 0, 0], strict=True))
+
+
+def seen(classes, colour):
+    return dict(zip(CLASSES, classes.probabilities(flat(colour))[:, 0, 0], strict=True))
+
+
+def test_lips_that_differ_are_told_apart():
+    assert red().lips_apart
+    assert set(red().separability) == set(EACH_LIP)
+    assert min(red().separability.values()) > 0.9
+    assert red().weight == 1.0
+    for name, colour in {"skin": SKIN, "lips": LIPS, "dark": DARK}.items():
+        assert seen(red(), colour)[name] > 0.8, name
+
+
+def test_classes_lie_at_what_was_painted():
+    for name, colour in {"upper_lip": LIPS, "lower_lip": LIPS, "skin": SKIN}.items():
+        mixture = red().mixtures[name]
+        centre = mixture.means[mixture.weights.argmax()]
+        wanted = features(flat(colour), red().reference)[0, 0]
+        np.testing.assert_allclose(centre, wanted, atol=0.04, err_msg=name)
+
+
+def test_lips_of_the_skins_colour_are_not_refused_but_said_to_be_so():
+    assert all(abs(told - 0.5) < 0.15 for told in pale().separability.values())
+    assert pale().weight == pytest.approx(0.2)
+
+
+def test_separability_grows_with_the_difference():
+    def between(share):
+        return tuple(np.array(SKIN) + share * (np.array(LIPS) - np.array(SKIN)))
+
+    told = [
+        np.mean(list(learned(c, c, DARK, noise=8.0).separability.values()))
+        for c in (between(0.1), between(0.4), between(1.0))
+    ]
+    assert told == sorted(told)
+    assert told[-1] > told[0] + 0.2
+
+
+@pytest.mark.parametrize("which", EACH_LIP)
+def test_each_lip_is_measured_by_itself(which):
+    """A lower lip in bright light may look like skin where the upper one does not."""
+    other = EACH_LIP[1 - EACH_LIP.index(which)]
+    colour = {which: LIPS, other: SKIN}
+    told = learned(*(colour[name] for name in EACH_LIP)).separability
+    assert told[which] > 0.85
+    assert told[other] < 0.7
+
+
+def test_each_lip_gets_its_own_colour():
+    upper, lower = (150, 70, 100), (190, 95, 75)
+    classes = learned(upper, lower)
+    at = {"upper_lip": upper, "lower_lip": lower}
+    for name, other in (EACH_LIP, EACH_LIP[::-1]):
+        own = classes.mixtures[name].density(features(flat(at[name]), classes.reference)[0])
+        apart = classes.mixtures[other].density(features(flat(at[name]), classes.reference)[0])
+        assert own > 3 * apart, name
+
+
+@pytest.mark.parametrize("large", [0.12, 0.2])
+def test_a_few_pixels_of_lip_are_enough(large):
+    few = [((labels(large) == k).sum()) for k in (UPPER, LOWER)]
+    assert min(few) < 30
+    classes = learn_placed([painted(large=large)], [places(large, 0.7)])
+    for mixture in classes.mixtures.values():
+        assert np.isfinite(mixture.means).all()
+        assert (np.linalg.eigvalsh(mixture.covariances) > 0).all()
+    assert all(0.0 <= told <= 1.0 for told in classes.separability.values())
+    # what is hardly seen is not sure of itself
+    wide, narrow = (np.linalg.det(c.mixtures["lower_lip"].covariances[0]) for c in (classes, red()))
+    assert wide > narrow
+
+
+@pytest.mark.parametrize("lost", [[SKIN_ID], [UPPER, LOWER]])
+def test_a_mouth_outside_of_the_picture_is_an_error(lost):
+    given = places()
+    given[lost] = 0.0
+    with pytest.raises(FaceNotFoundError, match="outside of the picture"):
+        learn_placed([painted()], [given])
+    with pytest.raises(FaceNotFoundError, match="outside of the picture"):
+        learn_placed([painted()], [np.zeros((4, *SHAPE))])
+
+
+@pytest.mark.parametrize("lost", [UPPER, LOWER])
+def test_a_lip_that_is_seen_nowhere_is_anybodys(lost):
+    given = places()
+    given[lost] = 0.0
+    classes = learn_placed([painted()], [given])
+    assert all(np.isfinite(m.means).all() for m in classes.mixtures.values())
+
+
+def test_a_black_and_white_picture_is_learned_from():
+    grey = np.repeat(painted().mean(axis=2, keepdims=True).astype(np.uint8), 3, axis=2)
+    classes = learn_placed([grey], [places()])
+    assert all(np.isfinite(m.means).all() for m in classes.mixtures.values())
+    assert all(0.0 <= told <= 1.0 for told in classes.separability.values())
+
+
+def test_it_learns_the_same_each_time():
+    again = learned()
+    for name, mixture in red().mixtures.items():
+        np.testing.assert_array_equal(mixture.means, again.mixtures[name].means)
+
+
+def test_saved_classes_keep_each_lip_and_what_was_measured(tmp_path):
+    replace(red(), agreement=0.7).save(tmp_path / "colours.npz")
+    again = ColourClasses.load(tmp_path / "colours.npz")
+    assert set(again.mixtures) == set(CLASSES) | set(EACH_LIP)
+    for name, mixture in red().mixtures.items():
+        for part in ("weights", "means", "covariances"):
+            np.testing.assert_array_equal(
+                getattr(mixture, part), getattr(again.mixtures[name], part)
+            )
+    assert again.separability == red().separability
+    assert again.agreement == 0.7
+    np.testing.assert_array_equal(again.priors, red().priors)
+
+
+def test_classes_without_lips_of_their_own_still_load(tmp_path):
+    whole = replace(red(), mixtures={c: red().mixtures[c] for c in CLASSES}, separability={})
+    whole.save(tmp_path / "old.npz")
+    again = ColourClasses.load(tmp_path / "old.npz")
+    assert not again.lips_apart
+    assert again.separability == {}
+    assert again.weight == 1.0
+
+
+@pytest.mark.parametrize(("told", "weight"), [(0.5, 0.2), (0.75, 0.5), (0.9, 1.0), (1.0, 1.0)])
+def test_the_weight_of_colours_by_their_separability(told, weight):
+    classes = replace(red(), separability=dict.fromkeys(EACH_LIP, told))
+    assert classes.weight == pytest.approx(weight)
+
+
+@pytest.mark.parametrize(("told", "weight"), [(-0.5, 0.2), (0.3, 0.2), (0.55, 0.5), (1.2, 1.0)])
+def test_the_weight_of_colours_by_how_apertures_follow(told, weight):
+    classes = replace(red(), agreement=told)
+    assert classes.weight == pytest.approx(weight)
+    both = replace(classes, separability=dict.fromkeys(EACH_LIP, 0.75))
+    assert both.weight == pytest.approx(0.5 * weight)
+
+
+def test_skin_coloured_teeth_within_the_lips_are_no_skin():
+    yellow = tuple(np.array(SKIN) * 0.97)
+    assert patch(yellow)["skin"] > 0.8
+    within = patch(yellow, within=1.0)
+    assert within["skin"] == 0.0
+    assert within["teeth"] > 0.9 > within["lips"]
+    half = patch(yellow, within=0.5)["skin"]
+    assert 0 < half <= patch(yellow)["skin"]
+
+
+def test_a_lip_of_the_skins_colour_stays_a_lip_within_its_outline():
+    place = MouthPlace(*(np.full((1, 1), v) for v in (0.5, 1.0, 0.0)))
+    shown = pale().probabilities(flat(SKIN), 0.0, place)[:, 0, 0]
+    assert CLASSES[int(shown.argmax())] == "lips"
+
+
+def test_a_lip_coloured_beard_beyond_is_no_lip():
+    assert patch(LIPS)["lips"] > 0.8
+    beyond = patch(LIPS, beyond=1.0)
+    assert beyond["lips"] == beyond["teeth"] == beyond["dark"] == 0.0
+    assert patch(LIPS, beyond=0.95)["lips"] < patch(LIPS)["lips"]
+
+
+def test_what_is_darker_than_dark_is_dark():
+    """Whatever its chroma, which says nothing there."""
+    for black in ((0, 0, 0), (0, 0, 22), (0, 14, 0), (2, 6, 14)):
+        assert patch(black, within=0.9)["dark"] > 0.9, black
+    assert patch((0, 160, 0))["dark"] < 0.1  # a green that is no darker belongs to nobody
+
+
+def test_a_place_of_no_opinion_changes_little():
+    for colour in (SKIN, LIPS, TEETH):
+        with_place, without = patch(colour), seen(red(), colour)
+        for name in CLASSES:
+            assert with_place[name] == pytest.approx(without[name], abs=0.15), (colour, name)
+
+
+def test_each_lip_is_compared_with_its_own_colours():
+    upper, lower = (150, 70, 100), (190, 95, 75)
+    classes = learned(upper, lower)
+    told = {
+        (name, share): classes.probabilities(
+            flat(colour), 0.0, MouthPlace(*(np.full((1, 1), v) for v in (share, 0.0, 0.0)))
+        )[CLASSES.index("lips"), 0, 0]
+        for name, colour in (("upper", upper), ("lower", lower))
+        for share in (0.0, 1.0)
+    }
+    assert told["upper", 1.0] > told["upper", 0.0]
+    assert told["lower", 0.0] > told["lower", 1.0]
+
+
+@pytest.mark.parametrize(
+    ("agreement", "times"), [(0.4, 1.0), (1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (7.0, 1.0)]
+)
+def test_colours_that_open_the_mouth_farther_outdo_landmarks(agreement, times):
+    assert replace(red(), agreement=agreement).outdoing == pytest.approx(times)
+
+
+def test_colours_of_little_worth_outdo_little():
+    assert replace(pale(), agreement=2.0).outdoing == pytest.approx(1.2)

@@ -1,0 +1,124 @@
+"""Linear shapes: principal components in the metric that was asked for, and the mouth's own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.linear import principal_shapes
+from abs_engine.face.shape.mouth import JAW_LIMIT, mouth_shape, mouth_units, sample_postures
+from abs_engine.io.assets import load_speaker
+
+N, V = 6, 40
+
+
+@pytest.fixture
+def toy():
+    """Neutral, generators, samples of correlated weights, importance."""
+    rng = np.random.default_rng(0)
+    samples = rng.normal(0, 1, (500, N)) @ rng.normal(0, 1, (N, N)) + rng.normal(0, 1, N)
+    neutral = rng.normal(0, 30, (V, 3)).astype(np.float32)
+    generators = rng.normal(0, 1, (N, V, 3)).astype(np.float32)
+    return neutral, generators, samples, rng.uniform(0, 3, V)
+
+
+def shapes_of(neutral, generators, samples):
+    return neutral + np.tensordot(samples, generators, 1)
+
+
+def test_the_mean_is_that_of_the_shapes(toy):
+    neutral, generators, samples, importance = toy
+    model = principal_shapes(neutral, generators, samples, 3, importance)
+    np.testing.assert_allclose(model.mean, shapes_of(*toy[:3]).mean(axis=0), atol=1e-4)
+    np.testing.assert_allclose(model.generators(np.zeros(3)), samples.mean(axis=0))
+
+
+def test_modes_are_those_of_the_vertices_covariance(toy):
+    """The detour over the generators' space gives what the plain way gives."""
+    neutral, generators, samples, importance = toy
+    model = principal_shapes(neutral, generators, samples, N, importance)
+    scale = np.repeat(np.sqrt(importance), 3)
+    flat = shapes_of(neutral, generators, samples).reshape(len(samples), -1) * scale
+    values = np.linalg.eigvalsh(np.cov(flat.T))[::-1][:N]
+    weighted = model.modes.reshape(N, -1) * scale
+    gram = weighted @ weighted.T
+    np.testing.assert_allclose(np.diag(gram), values, rtol=1e-4)
+    assert np.abs(gram - np.diag(np.diag(gram))).max() < 1e-4 * values[0]
+    np.testing.assert_allclose(model.variance, values / values.sum(), rtol=1e-4)
+    assert (np.diff(model.variance) <= 0).all()
+    assert model.variance.sum() == pytest.approx(1)
+
+
+def test_parameters_of_the_samples_have_unit_variance(toy):
+    neutral, generators, samples, importance = toy
+    model = principal_shapes(neutral, generators, samples, N, importance)
+    parameters = np.linalg.solve(model.mixing.T, (samples - model.offset).T).T
+    np.testing.assert_allclose(np.cov(parameters.T), np.eye(N), atol=1e-6)
+
+
+def test_generators_make_the_same_vertices_as_the_modes(toy):
+    neutral, generators, samples, importance = toy
+    model = principal_shapes(neutral, generators, samples, 4, importance)
+    parameters = np.random.default_rng(1).normal(0, 1, (3, 4))
+    by_modes = model.mean + np.tensordot(parameters, model.modes, 1)
+    by_generators = shapes_of(neutral, generators, model.generators(parameters))
+    np.testing.assert_allclose(by_modes, by_generators, atol=1e-3)
+
+
+def test_more_modes_than_the_samples_span(toy):
+    neutral, generators, samples, importance = toy
+    flat = samples.copy()
+    flat[:, -2:] = 0.5
+    with pytest.raises(ParameterError, match="5 modes asked for, the samples span 4"):
+        principal_shapes(neutral, generators, flat, 5, importance)
+
+
+@pytest.fixture(scope="module")
+def speaker():
+    return load_speaker()
+
+
+@pytest.fixture(scope="module")
+def mouth(speaker):
+    return mouth_shape(speaker, speaker.vertices, 10)
+
+
+def test_postures_are_plausible():
+    names = mouth_units()
+    postures = sample_postures(500, seed=3)
+    assert postures.shape == (500, len(names))
+    assert postures.min() >= 0
+    assert postures.max() < 1.1
+    jaw, close = postures[:, names.index("jawOpen")], postures[:, names.index("mouthClose")]
+    assert jaw.max() < JAW_LIMIT + 0.4
+    assert (close <= jaw + 1e-12).all()
+    np.testing.assert_array_equal(postures, sample_postures(500, seed=3))
+
+
+def test_modes_are_orthogonal_over_the_lips_metric(speaker, mouth):
+    """Lips count five times, what lies inside of the mouth not at all."""
+    weight = np.zeros(len(speaker.vertices))
+    for names, value in ((("skin",), 1.0), (("upper_lip", "lower_lip"), 5.0)):
+        ids = [speaker.class_id(n) for n in names]
+        weight[speaker.faces[np.isin(speaker.facet_class, ids)]] = value
+    flat = mouth.modes.reshape(10, -1).astype(float)
+    gram = flat * np.repeat(weight, 3) @ flat.T
+    size = np.sqrt(np.diag(gram))
+    assert np.abs(gram / np.outer(size, size) - np.eye(10)).max() < 1e-3
+    assert (np.diff(size) <= 0).all()
+
+
+def test_ten_modes_hold_a_posture_that_was_not_trained_on(speaker, mouth):
+    units = speaker.unit_matrix(mouth_units())
+    lips = np.unique(speaker.faces[np.isin(speaker.facet_class, (2, 3))])
+    matrix = mouth.modes[:, lips].reshape(10, -1).T.astype(float)
+    errors, sizes = [], []
+    for posture in sample_postures(40, seed=77):
+        moved = speaker.vertices[lips] + np.tensordot(posture, units[:, lips], 1)
+        offset = (moved - mouth.mean[lips]).ravel()
+        rest = offset - matrix @ np.linalg.lstsq(matrix, offset, rcond=None)[0]
+        errors.append(np.sqrt(3 * np.mean(rest**2)))
+        sizes.append(np.sqrt(3 * np.mean(offset**2)))
+    assert np.sqrt(np.mean(np.square(errors))) < 0.45  # mm
+    assert np.sqrt(np.mean(np.square(sizes))) > 2.5

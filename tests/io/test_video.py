@@ -1,0 +1,263 @@
+"""Video: what was written comes back; files that are wrong say so."""
+
+from __future__ import annotations
+
+import os
+import re
+import struct
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from av.stream import Disposition
+from runs import drift, noise, write_broken, write_kind, write_noise
+
+from abs_engine.core.errors import InputFileError, VideoError
+from abs_engine.io.video import VideoWriter, probe, read_frames
+from abs_engine.io.video.truncation import is_torn
+
+
+@pytest.mark.parametrize("size", [(96, 80), (97, 81)])
+def test_lossless_video_comes_back_bit_for_bit(tmp_path, size):
+    pictures = noise(7, size)
+    with VideoWriter(tmp_path / "v.mp4", size, 29.97, crf=0) as writer:
+        for picture in pictures:
+            writer.write(picture)
+    np.testing.assert_array_equal(list(read_frames(tmp_path / "v.mp4")), pictures)
+    info = probe(tmp_path / "v.mp4")
+    assert info.size == size
+    assert info.rate == pytest.approx(29.97, abs=0.01)
+    assert info.frames == 7
+
+
+def test_ordinary_video_is_close_and_in_order(tmp_path):
+    ramp = np.mgrid[:80, :97][1][..., None] * np.array([1.0, 0.5, 0.2])
+    pictures = [np.uint8(np.clip(ramp + 20 * k, 0, 255)) for k in range(5)]
+    with VideoWriter(tmp_path / "v.mp4", (97, 80), 25.0) as writer:
+        for picture in pictures:
+            writer.write(picture)
+    back = list(read_frames(tmp_path / "v.mp4"))
+    assert probe(tmp_path / "v.mp4").size == (96, 80)
+    for ours, picture in zip(back, pictures, strict=True):
+        assert np.abs(ours.astype(float) - picture[:, :96]).mean() < 4
+
+
+@pytest.mark.parametrize("read", [probe, lambda path: list(read_frames(path))])
+class TestWrongFiles:
+    def test_missing(self, read, tmp_path):
+        with pytest.raises(InputFileError, match="does not exist"):
+            read(tmp_path / "none.mp4")
+
+    def test_a_folder(self, read, tmp_path):
+        with pytest.raises(InputFileError, match="is a folder"):
+            read(tmp_path)
+
+    def test_a_file_in_place_of_a_folder(self, read, tmp_path):
+        (tmp_path / "file").touch()
+        with pytest.raises(InputFileError, match="does not exist"):
+            read(tmp_path / "file" / "v.mp4")
+
+    def test_a_pipe(self, read, tmp_path):
+        os.mkfifo(tmp_path / "pipe")
+        with pytest.raises(InputFileError, match="is not an ordinary file"):
+            read(tmp_path / "pipe")
+
+    def test_one_that_may_not_be_read(self, read, tmp_path, monkeypatch):
+        def refuse(*_: object) -> None:  # root may read everything, so that chmod shows nothing
+            raise PermissionError(13, "Permission denied")
+
+        path = write_noise(tmp_path / "v.mp4")
+        monkeypatch.setattr(Path, "open", refuse)
+        with pytest.raises(InputFileError, match=r"cannot be read \(Permission denied\)"):
+            read(path)
+
+    def test_a_name_too_long(self, read, tmp_path):
+        with pytest.raises(InputFileError, match=r"cannot be read \(File name too long\)"):
+            read(tmp_path / ("v" * 300))
+
+    def test_empty(self, read, tmp_path):
+        (tmp_path / "empty.mp4").touch()
+        with pytest.raises(InputFileError, match="is empty"):
+            read(tmp_path / "empty.mp4")
+
+    def test_text(self, read, tmp_path):
+        (tmp_path / "text.mp4").write_text("no video\n" * 50)
+        with pytest.raises(VideoError, match="is not a video"):
+            read(tmp_path / "text.mp4")
+
+    def test_text_that_ffmpeg_would_draw(self, read, tmp_path):
+        (tmp_path / "notes.txt").write_text("no video\n" * 50)
+        with pytest.raises(VideoError, match="is not a video"):
+            read(tmp_path / "notes.txt")
+
+    def test_sound_only(self, read, tmp_path):
+        path = tmp_path / "sound.wav"
+        with av.open(str(path), "w") as container:
+            stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
+            sound = av.AudioFrame.from_ndarray(np.zeros((1, 800), np.int16), "s16", "mono")
+            sound.rate = 8000
+            container.mux(stream.encode(sound))
+        with pytest.raises(VideoError, match="no video stream"):
+            read(path)
+
+
+def test_a_video_that_breaks_off_gives_its_frames_and_then_says_so(tmp_path):
+    seen = []
+    with pytest.raises(VideoError, match="is cut off after") as caught:
+        seen.extend(read_frames(write_broken(tmp_path / "v.mp4", 20)))
+    assert 5 <= len(seen) < 20
+    assert f"after {len(seen)} " in str(caught.value)
+
+
+def test_a_video_without_its_end_cannot_be_opened(tmp_path):
+    whole = write_noise(tmp_path / "v.mp4").read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(whole[: len(whole) // 2])  # its index is at the end
+    with pytest.raises(VideoError, match="is cut off before"):
+        list(read_frames(tmp_path / "cut.mp4"))
+
+
+KINDS = {
+    "mpeg2video": (".mpg", ".ts", ".mkv"),
+    "libx264": (".mp4", ".mkv", ".ts", ".avi"),
+    "mpeg4": (".avi", ".mov"),
+    "mjpeg": (".avi", ".mkv"),
+    "libvpx": (".webm",),
+    "flv1": (".flv",),
+}
+
+
+@pytest.mark.parametrize(
+    ("codec", "suffix"), [(codec, suffix) for codec, all_of in KINDS.items() for suffix in all_of]
+)
+def test_a_cut_is_noticed_in_every_container_and_no_whole_video_is_refused(tmp_path, codec, suffix):
+    path = write_kind(tmp_path / f"v{suffix}", codec, drift(40))
+    assert probe(path).frames == len(list(read_frames(path))) == 40
+    whole = path.read_bytes()
+    for part in (0.31, 0.55, 0.78, 0.9):
+        path.write_bytes(whole[: int(part * len(whole))])
+        for read in (probe, lambda p: list(read_frames(p))):
+            with pytest.raises(VideoError, match="is cut off"):
+                read(path)
+
+
+def test_the_real_clips_are_whole_and_cut_ones_are_not(tmp_path, data_dir):
+    clips = sorted((data_dir / "grid").glob("*.mpg"))
+    assert clips
+    for clip in clips:
+        assert probe(clip).frames == 75
+        whole = clip.read_bytes()
+        for part in (0.3, 0.55, 0.8, 0.95):
+            (tmp_path / "cut.mpg").write_bytes(whole[: int(part * len(whole))])
+            with pytest.raises(VideoError, match="is cut off after"):
+                probe(tmp_path / "cut.mpg")
+
+
+def test_a_cut_between_two_frames_is_noticed_by_the_pack_it_tears(tmp_path):
+    path = write_kind(tmp_path / "v.mpg", "mpeg2video", drift(40))
+    whole = path.read_bytes()
+    packs = [m.start() for m in re.finditer(b"\x00\x00\x01\xba", whole)]
+    torn = tmp_path / "torn.mpg"
+    for start in packs[1:]:
+        torn.write_bytes(whole[: start + 40])  # within the pack's first packet
+        assert is_torn(torn)
+        torn.write_bytes(whole[:start])  # before it
+        assert not is_torn(torn)
+    assert not is_torn(path)
+
+
+def test_damage_in_the_middle_is_no_break(tmp_path):
+    path = write_kind(tmp_path / "v.ts", "mpeg2video", drift(40))
+    damaged = bytearray(path.read_bytes())
+    middle = len(damaged) // 2 // 188 * 188
+    damaged[middle : middle + 188] = bytes(188)
+    path.write_bytes(damaged)
+    assert len(list(read_frames(path))) == pytest.approx(40, abs=1)
+
+
+def test_a_recording_may_begin_between_key_frames(tmp_path):
+    path = write_kind(tmp_path / "v.ts", "libx264", drift(40), gop=10)
+    whole = path.read_bytes()
+    path.write_bytes(whole[len(whole) // 5 // 188 * 188 :])
+    assert 25 <= len(list(read_frames(path))) < 40
+    probe(path)
+
+
+def turned(path: Path, matrix: tuple[int, int, int, int]) -> Path:
+    """An MP4 with another a, b, c, d in its track header's matrix, see ISO/IEC 14496-12, 8.3.2."""
+    content = bytearray(path.read_bytes())
+    at = content.index(b"tkhd") + 4 + 40
+    for place, value in zip((0, 1, 3, 4), matrix, strict=True):
+        struct.pack_into(">i", content, at + 4 * place, value * 65536)
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("matrix", "size", "corner"),
+    [
+        ((1, 0, 0, 1), (96, 64), (0, 0)),
+        ((0, 1, -1, 0), (64, 96), (0, -1)),  # shown a quarter turn clockwise: its top is right
+        ((-1, 0, 0, -1), (96, 64), (-1, -1)),
+        ((0, -1, 1, 0), (64, 96), (-1, 0)),  # counter-clockwise: its top is left
+    ],
+)
+def test_a_phone_held_upright_gives_upright_frames(tmp_path, matrix, size, corner):
+    picture = np.zeros((64, 96, 3), np.uint8)
+    picture[:16, :24] = 255  # white at the top left
+    with VideoWriter(tmp_path / "v.mp4", (96, 64), 25.0) as writer:
+        for _ in range(3):
+            writer.write(picture)
+    path = turned(tmp_path / "v.mp4", matrix)
+    frames = list(read_frames(path))
+    assert probe(path).size == size
+    assert {frame.shape for frame in frames} == {(size[1], size[0], 3)}
+    corners = frames[0][[0, 0, -1, -1], [0, -1, 0, -1], 0].reshape(2, 2) > 128
+    assert corners[corner]
+    assert corners.sum() == 1
+
+
+def test_frames_at_uneven_times_are_all_read_and_their_times_are_told(tmp_path):
+    stamps = [33 * k + (300 if k >= 7 else 0) for k in range(20)]
+    path = write_kind(tmp_path / "v.mkv", "libx264", drift(20), stamps=stamps)
+    info = probe(path)
+    assert len(list(read_frames(path))) == info.frames == 20
+    np.testing.assert_allclose(info.times, np.array(stamps) / 1000, atol=1e-3)
+    assert info.rate == pytest.approx(19 / (stamps[-1] / 1000), rel=0.01)
+
+
+def test_ten_bits_are_read_as_eight(tmp_path):
+    pictures = drift(5)
+    path = write_kind(tmp_path / "v.mkv", "ffv1", pictures, pixels="yuv444p10le")  # lossless
+    for ours, picture in zip(read_frames(path), pictures, strict=True):
+        assert ours.dtype == np.uint8
+        assert np.abs(ours.astype(float) - picture).max() <= 3  # rounded to limited range and back
+
+
+def test_the_cover_of_a_song_is_no_video(tmp_path):
+    path = tmp_path / "song.mp3"
+    with av.open(str(path), "w") as container:
+        sound = container.add_stream("libmp3lame", rate=44100, layout="mono")
+        cover = container.add_stream("mjpeg", rate=1)
+        cover.width, cover.height, cover.pix_fmt = 96, 80, "yuvj420p"
+        cover.disposition = Disposition.attached_pic
+        picture = av.VideoFrame.from_ndarray(drift(1)[0], format="rgb24")
+        container.mux([*cover.encode(picture), *cover.encode()])
+        silence = av.AudioFrame.from_ndarray(np.zeros((1, 4410), np.float32), "fltp", "mono")
+        silence.rate = 44100
+        container.mux([*sound.encode(silence), *sound.encode()])
+    with av.open(str(path)) as container:
+        assert container.streams.video[0].disposition & Disposition.attached_pic
+    with pytest.raises(VideoError, match="no video stream"):
+        probe(path)
+
+
+@pytest.mark.parametrize("crf", [0, 16])
+def test_the_same_pictures_give_the_same_file(tmp_path, crf):
+    pictures = np.random.default_rng(2).integers(0, 256, (20, 64, 96, 3), np.uint8)
+    for name in ("a.mp4", "b.mp4"):
+        with VideoWriter(tmp_path / name, (96, 64), 29.97, crf=crf) as writer:
+            for picture in pictures:
+                writer.write(picture)
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+    assert len(list(read_frames(tmp_path / "a.mp4"))) == 20

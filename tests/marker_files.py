@@ -1,0 +1,45 @@
+"""Marker files as other systems write them: C3D, and CSV with a row a frame or a row a point."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import c3d
+import numpy as np
+
+
+def write_c3d(path: Path, names: tuple[str, ...], points: np.ndarray, unit: str = "mm") -> Path:
+    """Points (T, N, 3), NaN where missing; scale of the file: mm as floats."""
+    writer = c3d.Writer(point_rate=60.0, analog_rate=0)
+    writer.set_point_labels(list(names))
+    for places in points:
+        lacks = np.isnan(places[:, :1])
+        rows = np.concatenate(
+            [np.nan_to_num(places), np.where(lacks, -1.0, 0.0), 0 * lacks], axis=1
+        )
+        writer.add_frames([(rows.astype(np.float32), np.zeros((0, 0), np.float32))])
+    made = io.BytesIO()
+    writer.write(made)
+    path.write_bytes(made.getvalue().replace(b"mm  ", unit.ljust(4).encode()))
+    return path
+
+
+def write_wide(path: Path, names: tuple[str, ...], points: np.ndarray, time: bool = True) -> Path:
+    head = ["time" if time else "frame", *(f"{n}_{c}" for n in names for c in "xyz")]
+    lines = [",".join(head)]
+    for t, places in enumerate(points):
+        cells = ["" if np.isnan(v) else repr(float(v)) for v in places.ravel()]
+        lines.append(",".join([repr(t / 60) if time else str(t), *cells]))
+    path.write_text("\n".join(lines))
+    return path
+
+
+def write_long(path: Path, names: tuple[str, ...], points: np.ndarray) -> Path:
+    lines = ["frame,point,x,y,z"]
+    for t, places in enumerate(points):
+        for name, place in zip(names, places, strict=True):
+            if np.isfinite(place).all():
+                lines.append(f"{t + 10},{name},{','.join(repr(float(v)) for v in place)}")
+    path.write_text("\n".join(lines))
+    return path

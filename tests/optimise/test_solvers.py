@@ -1,0 +1,118 @@
+"""The solvers beside the simplex: what they find, that they keep bounds and limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+from abs_engine.optimise.axes import AxesSimplex
+from abs_engine.optimise.derivative_free import METHODS, DerivativeFree
+from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.restarted import RestartedSimplex
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.optimise.variations import LocalVariations
+
+MIDDLE = np.array([1.0, -0.5, 0.3])
+
+
+class Bowl:
+    """A tilted quadratic bowl, as a value and as residuals; slopes by differences."""
+
+    unit = 1.0
+
+    def __init__(self, middle=MIDDLE) -> None:
+        rng = np.random.default_rng(3)
+        self.matrix = np.eye(6, 3) + 0.15 * rng.normal(size=(6, 3))
+        self.middle, self.seen = np.asarray(middle), []
+
+    def residuals(self, x):
+        self.seen.append(np.array(x))
+        return self.matrix @ (x - self.middle)
+
+    def __call__(self, x) -> Evaluation:
+        away = self.residuals(x)
+        return Evaluation(float(away @ away), {"bowl": float(away @ away)})
+
+    def values(self, vectors):
+        return np.array([self(x).value for x in vectors])
+
+    def gauss_newton(self, x, scale, difference):
+        here, *beside = (self.residuals(y) for y in [x, *(x + np.diag(difference * scale))])
+        slopes = (np.array(beside) - here) / difference
+        return float(here @ here), slopes @ slopes.T, slopes @ here
+
+
+def spec(reach: float = 5.0) -> ParamSpec:
+    ones = np.ones(3)
+    return ParamSpec(("a", "b", "c"), ("sd",) * 3, 0.5 * ones, -reach * ones, reach * ones)
+
+
+SOLVERS = {
+    **{m: lambda t, n, m=m: DerivativeFree(m, t, n) for m in METHODS},
+    "levenberg": LevenbergMarquardt,
+    "axes": lambda t, n: AxesSimplex(n, t, t),
+    "variations": LocalVariations,
+    "restarted": RestartedSimplex,
+}
+BY_MATRIX = ("levenberg", "axes")
+"""Those whose every matrix costs several evaluations and has one value."""
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_a_bowl_is_found(name):
+    bowl = Bowl()
+    found = SOLVERS[name](1e-10, 3000).minimise(bowl, np.zeros(3), spec())
+    np.testing.assert_allclose(found.x, MIDDLE, atol=0.02)
+    assert found.n_evaluations == len(bowl.seen)
+    assert len(found.trace) <= len(bowl.seen)
+    assert (len(found.trace) == len(bowl.seen)) == (name not in BY_MATRIX)
+    assert found.value == found.trace.min()
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_bounds_are_kept(name):
+    bowl = Bowl([3.0, 0.0, -3.0])
+    SOLVERS[name](1e-8, 300).minimise(bowl, np.array([9.0, 0.0, 0.0]), spec(2.0))
+    assert np.abs(bowl.seen).max() <= 2 + 1e-12
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("limit", [1, 7, 20])
+def test_the_limit_is_kept(name, limit):
+    bowl = Bowl()
+    found = SOLVERS[name](1e-15, limit).minimise(bowl, np.zeros(3), spec())
+    assert len(bowl.seen) == found.n_evaluations <= limit
+    if name not in BY_MATRIX:  # they stop where there is no room for another matrix
+        assert found.n_evaluations == limit
+        assert found.status == "evaluation limit"
+    assert found.value <= Bowl()(np.zeros(3)).value
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("start", [[np.nan, 0, 0], [0, 0]])
+def test_a_start_that_cannot_be(name, start):
+    with pytest.raises(ParameterError, match="give 3 numbers"):
+        SOLVERS[name](1e-3, 50).minimise(Bowl(), np.array(start, float), spec())
+
+
+def test_a_restart_is_never_worse():
+    def valley(x) -> Evaluation:
+        return Evaluation(float(200 * (x[1] - x[0] ** 2) ** 2 + (1 - x[0]) ** 2 + x[2] ** 2))
+
+    start = np.array([-1.5, 1.0, 0.4])
+    once = Simplex(1e-3, 2000).minimise(valley, start, spec())
+    again = RestartedSimplex(1e-3, 2000, 3).minimise(valley, start, spec())
+    assert again.value <= once.value
+    np.testing.assert_array_equal(again.trace[: once.n_evaluations], once.trace)
+
+
+def test_what_cannot_be_asked_for():
+    with pytest.raises(ParameterError, match="choose one of sbplx"):
+        DerivativeFree("gradient")
+    with pytest.raises(ParameterError, match="no residuals"):
+        LevenbergMarquardt().minimise(lambda x: Evaluation(0.0), np.zeros(3), spec())
+    with pytest.raises(ParameterError, match="no residuals"):
+        AxesSimplex().minimise(lambda x: Evaluation(0.0), np.zeros(3), spec())

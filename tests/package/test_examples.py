@@ -1,0 +1,111 @@
+"""The examples: each in one file of at most 30 lines of its own, found by the registry."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn import lit
+from heads import seen_at
+from runs import write_kind
+
+from abs_engine.core.registry import DRIVERS, MODELS, RENDERERS, TERMS, load_plugin
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.render.select import open_renderer
+from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.run import prepare
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+KINDS = {"new_term": TERMS, "new_solver": DRIVERS, "new_renderer": RENDERERS, "new_head": MODELS}
+OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
+
+
+def own_lines(path: Path) -> int:
+    """Lines of code that are not empty, no import and no docstring."""
+    tree, text = ast.parse(path.read_text()), path.read_text().splitlines()
+    taken: set[int] = set()
+    for node in ast.walk(tree):
+        plain = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if isinstance(node, ast.Import | ast.ImportFrom) or plain:
+            taken |= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
+    return sum(bool(line.strip()) and k not in taken for k, line in enumerate(text, 1))
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    pictures = [
+        lit("amara", seen_at([0, 0.03 * k - 0.06, 0], [0, 0, 700]), jawOpen=amount)
+        for k, amount in enumerate(OPEN)
+    ]
+    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+
+
+@pytest.fixture(scope="module")
+def head(video):
+    return prepare(video, CpuRenderer(), TrackOptions())
+
+
+@pytest.fixture
+def added():
+    """The example of a name, and what it adds to its registry; taken out again."""
+    taken = []
+
+    def load(name: str) -> str:
+        registry = KINDS[name]
+        before = set(registry.names())
+        load_plugin(next(path for path in EXAMPLES if path.stem == name))
+        (own,) = set(registry.names()) - before
+        taken.append((registry, own))
+        return own
+
+    yield load
+    for registry, own in taken:
+        registry._added.pop(own)
+
+
+def aperture(made, **changes) -> np.ndarray:
+    found = [one for _, one in replace(made, setting=replace(made.setting, **changes)).results()]
+    assert all(one.found for one in found)
+    return np.array([one.aperture for one in found])
+
+
+def follows(found: np.ndarray) -> bool:
+    return bool(np.corrcoef(found, OPEN)[0, 1] > 0.9)
+
+
+def test_every_example_is_short_and_of_a_kind_that_is_tested():
+    assert {path.stem for path in EXAMPLES} == set(KINDS)
+    assert {path.stem: own_lines(path) <= 30 for path in EXAMPLES} == dict.fromkeys(KINDS, True)
+
+
+def test_a_new_term(head, added):
+    """It has no borders, so that a driver serves that needs none."""
+    leaves = Leaves.of(resolved(TrackOptions(terms=("colour", added("new_term"))))[0])
+    assert leaves.name == "simplex"
+    driver = leaves.driver.minimiser()
+    both = aperture(head, binder=replace(head.setting.binder, kinds=leaves.kinds), driver=driver)
+    assert follows(both)
+    assert not np.array_equal(both, aperture(head, driver=driver))
+
+
+def test_a_new_solver(head, added):
+    leaves = Leaves.of(TrackOptions(terms=("colour",), driver=added("new_solver")))
+    assert follows(aperture(head, driver=leaves.driver.minimiser()))
+
+
+def test_a_new_renderer_that_cannot_compare(head, added):
+    """Its buffers are compared in place of its sums: about as well as at half the resolution."""
+    with open_renderer(added("new_renderer")) as coarse:
+        assert not hasattr(coarse, "measure")
+        binder = replace(head.setting.binder, renderer=coarse)
+        assert follows(aperture(head, binder=binder, renderer=coarse))
+
+
+def test_a_new_head(video, added):
+    made = prepare(video, CpuRenderer(), TrackOptions(model=added("new_head")))
+    assert made.facts["model"] == "long-jawed"
+    assert follows(aperture(made))

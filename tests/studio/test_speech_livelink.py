@@ -1,0 +1,127 @@
+"""Recorded ARKit streams."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset.timecode import seconds_since_first
+from abs_engine.io.assets import load_speaker
+from abs_engine.studio.speech import play_recording, read_livelink
+
+UNITS = ("jawOpen", "mouthClose")
+HEADER = "Timecode,BlendShapeCount,MouthClose,JawOpen,HeadYaw,HeadPitch,HeadRoll,LeftEyeYaw"
+
+
+def written(tmp_path, *rows, header=HEADER):
+    path = tmp_path / "take.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", "utf-8")
+    return path
+
+
+def test_samples_are_joined_by_straight_lines(tmp_path):
+    # Three samples at 0, 1/10 and 3/10 s of a 60 Hz timecode; frames at 0, 0.05, ... 0.3 s.
+    path = written(
+        tmp_path,
+        "10:00:00:33.000,61,0.0,0.2,0,0,0,9",
+        "10:00:00:39.000,61,0.4,0.4,0.1,0,0,9",
+        "10:00:00:51.000,61,0.0,1.4,0.1,0,0,9",
+    )
+    recording = read_livelink(path)
+    np.testing.assert_allclose(recording.times, [0, 0.1, 0.3], atol=1e-9)
+    assert recording.unit_names == ("mouthClose", "jawOpen")
+    speech = play_recording(recording, UNITS, 20.0)
+    np.testing.assert_allclose(speech.weights[:, 0], [0.2, 0.3, 0.4, 0.65, 0.9, 1, 1], atol=1e-6)
+    np.testing.assert_allclose(speech.weights[:, 1], [0, 0.2, 0.4, 0.3, 0.2, 0.1, 0], atol=1e-6)
+    np.testing.assert_allclose(speech.head[[1, 6]], [[0, 0.05, 0], [0, 0.1, 0]], atol=1e-6)
+    assert len(speech) == 7
+    assert set(speech.phonemes) == {"_"}
+
+
+def test_yaw_turns_first_then_pitch_then_roll(tmp_path):
+    path = written(tmp_path, "1:0:0:0,61,0,0,0.5,0.3,0.2,0", "1:0:0:1,61,0,0,0.5,0.3,0.2,0")
+    head = play_recording(read_livelink(path), UNITS, 10.0).head[0]
+
+    def about(axis, angle):
+        c, s = np.cos(angle), np.sin(angle)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(3)
+        turn[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+        return turn
+
+    expected = about(1, 0.5) @ about(0, 0.3) @ about(2, 0.2)
+    angle = np.arccos((np.trace(expected) - 1) / 2)
+    skew = (expected - expected.T) / (2 * np.sin(angle)) * angle
+    np.testing.assert_allclose(head, [skew[2, 1], skew[0, 2], skew[1, 0]], atol=1e-12)
+
+
+def test_the_timecode_counts_at_the_smallest_usual_rate(tmp_path):
+    rows = [f"23:59:59:{frame},61,0,0,0,0,0,0" for frame in (0, 12, 23)]
+    path = written(tmp_path, *rows, "00:00:00:12,61,0,0,0,0,0,0")  # past midnight
+    np.testing.assert_allclose(read_livelink(path).times, [0, 0.5, 23 / 24, 1.5])
+    np.testing.assert_allclose(read_livelink(path, 30).times[1:3], [0.4, 23 / 30])
+
+
+def test_timecodes_by_hand(tmp_path):
+    got = seconds_since_first(["01:00:00:00.000", "01:00:01:30.500"], tmp_path)
+    np.testing.assert_allclose(got, [0, 1 + 30.5 / 48])  # 48: the least rate above 30.5
+    got = seconds_since_first([" 1:0:0:0", "1:0:0:150 ", "1:0:1:0"], tmp_path)
+    np.testing.assert_allclose(got, [0, 150 / 151, 1])  # of no usual rate
+    night = seconds_since_first(["23:59:59:0", "00:00:00:0"], tmp_path)
+    np.testing.assert_allclose(night, [0, 1])
+    with pytest.raises(
+        InputFileError, match=r"line 3 .*'1:2:3' is not a timecode.*hh:mm:ss:ff\.fff"
+    ):
+        seconds_since_first(["1:2:3:4", "1:2:3"], tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("rows", "named"),
+    [
+        ([], "no samples"),
+        (["1:0:0:0,61,0,0,0,0,0"], "line 2"),
+        (["1:0:0:0,61,0,0,0,0,0,0", "1:0:0:1,61,0,x,0,0,0,0"], "convert"),
+        (["1:0:0:0,61,0,0,0,0,0,0", "1:0:0:1,61,0,nan,0,0,0,0"], "line 3"),
+        (["noon,61,0,0,0,0,0,0"], "'noon' is not a timecode"),
+        (["1:0:0:4,61,0,0,0,0,0,0", "1:0:0:2,61,0,0,0,0,0,0"], "line 3"),
+    ],
+)
+def test_bad_recordings_are_refused_in_one_line(tmp_path, rows, named):
+    path = written(tmp_path, *rows)
+    with pytest.raises(InputFileError, match="; ") as caught:
+        read_livelink(path)
+    assert named in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_other_files_and_missing_units_are_named(tmp_path):
+    with pytest.raises(InputFileError, match="does not exist"):
+        read_livelink(tmp_path / "none.csv")
+    with pytest.raises(InputFileError, match="does not begin with Timecode"):
+        read_livelink(written(tmp_path, "1,2", header="a,b"))
+    (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe\x00")
+    with pytest.raises(InputFileError, match="not a CSV"):
+        read_livelink(tmp_path / "picture.csv")
+    path = written(tmp_path, "1:0:0:0,61,0,0,0,0,0,0", "1:0:0:9,61,0,0,0,0,0,0")
+    with pytest.raises(ParameterError, match="no 'tongueOut'"):
+        play_recording(read_livelink(path), ("jawOpen", "tongueOut"), 25.0)
+    with pytest.raises(ParameterError, match="frame rate"):
+        play_recording(read_livelink(path), UNITS, 0.0)
+
+
+def test_a_real_recording_drives_the_head(data_dir):
+    path = data_dir / "livelink_rom" / "alex_rom_3.csv"
+    if not path.is_file():
+        pytest.skip(f"the recording {path.name} is missing")
+    recording = read_livelink(path)
+    names = load_speaker().unit_names
+    assert recording.weights.shape == (4030, 52)
+    # From 13:13:04:31.652 to 13:15:18:54.561, of 60 frames a second.
+    assert recording.times[-1] == pytest.approx(134 + 22.909 / 60, abs=1e-3)
+    speech = play_recording(recording, names, 25.0)
+    assert speech.weights.shape == (3360, 52)
+    jaw = recording.weights[:, recording.unit_names.index("jawOpen")]
+    at = int(jaw.argmax())
+    near = round(recording.times[at] * 25)
+    assert speech.weights[near - 1 : near + 2, names.index("jawOpen")].max() > 0.95 * jaw[at]

@@ -1,0 +1,135 @@
+"""A mouth that is seen is told from one behind a hand or a microphone."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+from drawn import drawn, network_sees
+
+from abs_engine.core.camera import Window
+from abs_engine.face.appearance.chroma import sampled
+from abs_engine.face.appearance.colours_by_head import learn_placed
+from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
+from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+
+PERSON = "clara"
+POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35}, {"mouthPucker": 0.6, "jawOpen": 0.1})
+
+
+@cache
+def clip():
+    """Pictures of somebody who talks, and the landmarks."""
+    images = [drawn(PERSON, **units) for units in POSTURES]
+    return [(image, network_sees(image)) for image in images]
+
+
+def disc(image, seen, colour, times):
+    """The picture with a disc over the mouth, `times` as wide as it."""
+    ring = seen.pixels[OUTER_RING]
+    centre, wide = ring.mean(axis=0), 0.5 * times * np.ptp(ring[:, 0])
+    out = image.copy()
+    cv2.circle(out, tuple(np.rint(centre).astype(int).tolist()), round(wide), colour, -1)
+    return out
+
+
+@cache
+def colours():
+    """Classes by what lies within the landmarks' rings."""
+    patches, places = [], []
+    for image, seen in clip():
+        ring = seen.pixels[OUTER_RING]
+        low, high = ring.min(axis=0) - 12, ring.max(axis=0) + 12
+        window = Window(*low.round().tolist(), *(high - low).round().tolist(), 2.0)
+        width, height = window.drawn
+        masks = []
+        for points in (ring, seen.pixels[INNER_RING]):
+            mask = np.zeros((height, width), np.uint8)
+            cv2.fillPoly(mask, [np.rint(window.to_drawn(points)).astype(np.int32)], 1)
+            masks.append(mask > 0)
+        below = np.arange(height)[:, None] > window.to_drawn(ring.mean(axis=0))[1]
+        lips = masks[0] & ~masks[1]
+        planes = [~masks[0], lips & ~below, lips & below, masks[1] & masks[0]]
+        places.append(0.95 * np.stack(planes))
+        patches.append(sampled(window, image))
+    return learn_placed(patches, places)
+
+
+def look(image, seen):
+    return MouthLook.of(colours(), image, seen)
+
+
+@cache
+def usual():
+    return UsualLook.of([look(image, seen) for image, seen in clip()])
+
+
+def test_a_mouth_that_talks_is_seen_in_every_posture():
+    for image, seen in clip():
+        now = look(image, seen)
+        assert 0 <= now.inside <= 1
+        assert 0 <= now.around <= 1
+        assert not usual().hidden(now)
+    assert usual().inside > 0.5
+    assert usual().around > 0.6
+
+
+def test_a_hand_of_the_skins_colour_hides_it():
+    image, seen = clip()[1]
+    skin = image[tuple(np.rint(seen.pixels[50]).astype(int)[::-1])].tolist()  # of the cheek
+    now = look(disc(image, seen, skin, 1.4), seen)
+    assert now.inside < 0.45 * usual().inside
+    assert usual().hidden(now)
+
+
+@pytest.mark.parametrize("colour", [(20, 20, 22), (20, 60, 190)])
+def test_a_microphone_hides_it(colour):
+    image, seen = clip()[1]
+    now = look(disc(image, seen, colour, 2.0), seen)
+    assert now.around < 0.5 * usual().around
+    assert usual().hidden(now)
+
+
+def test_a_mouth_outside_of_the_picture_has_no_look():
+    image, seen = clip()[0]
+    assert look(image, Landmarks(seen.points + np.array([1000.0, 0, 0]), 1.0)) is None
+    ring = seen.pixels[OUTER_RING]
+    cut = image[: int(ring[:, 1].mean()) - 8]  # less than half of it is left
+    assert look(cut, seen) is None
+    most = image[: int(ring[:, 1].max()) - 1]
+    assert look(most, seen) is not None
+
+
+def test_a_tiny_mouth_has_a_look():
+    image, seen = clip()[1]
+    small = cv2.resize(image, None, fx=0.2, fy=0.2, interpolation=cv2.INTER_AREA)
+    points = np.column_stack([0.2 * (seen.pixels + 0.5) - 0.5, 0.2 * seen.points[:, 2]])
+    now = look(small, Landmarks(points, 1.0))
+    assert np.isfinite([now.inside, now.around]).all()
+
+
+def test_a_mouth_without_lips_is_hidden():
+    """What covers a mouth of dark or teeth may have their colour, not the lips' too."""
+    image, seen = clip()[2]
+    ring = seen.pixels[OUTER_RING]
+    covered = image.copy()
+    cv2.fillPoly(covered, [np.rint(ring).astype(np.int32)], (30, 15, 14))
+    now = look(covered, seen)
+    assert now.inside > 0.45 * usual().inside
+    assert now.around > 0.45 * usual().around
+    assert now.lips < 0.2 * usual().lips
+    assert usual().hidden(now)
+
+
+def test_what_is_usual_is_the_median():
+    looks = [MouthLook(0.2, 0.9, 0.4), None, MouthLook(0.6, 0.7, 0.1), MouthLook(0.5, 0.1, 0.3)]
+    found = UsualLook.of(looks)
+    assert (found.inside, found.around, found.lips) == (0.5, 0.7, 0.3)
+    assert UsualLook.of([None, None]) is None
+    assert UsualLook.of([]) is None
+    assert not found.hidden(MouthLook(0.3, 0.4, 0.1))
+    assert found.hidden(MouthLook(0.2, 0.4, 0.1))
+    assert found.hidden(MouthLook(0.3, 0.3, 0.1))
+    assert found.hidden(MouthLook(0.3, 0.4, 0.05))

@@ -1,0 +1,140 @@
+"""Overlay video and contact sheet: lines lie where the camera puts them, and can be seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from runs import SIZE, lost_result, toy_result, toy_setting
+
+from abs_engine.io.video import probe, read_frames
+from abs_engine.tracking import sheet as sheets
+from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing
+from abs_engine.tracking.overlay import Overlay, Painter
+from abs_engine.tracking.sheet import ContactSheet
+
+GREY = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
+
+
+@pytest.fixture
+def drawing():
+    return LipDrawing.of(toy_setting())
+
+
+def painted(picture, colour):
+    """Where a picture has a colour, (N, 2) x and y."""
+    near = np.abs(picture.astype(int) - colour).max(axis=2) < 60
+    return np.argwhere(near)[:, ::-1]
+
+
+def test_contours_are_where_the_camera_projects_them(drawing):
+    result = toy_result(0, prototype=4)
+    window = drawing.mouth_window(result.pose, (480, 360), across=1.7)
+    picture = np.zeros((360, 480, 3), np.uint8)
+    drawing.draw(picture, window, result)
+    pixels = window.to_drawn(drawing.camera.project(result.pose.apply(result.lips)))
+    bright = picture.max(axis=2)
+    for x, y in np.rint(pixels).astype(int):
+        assert bright[y - 1 : y + 2, x - 1 : x + 2].max() > 120
+    length = sum(
+        np.linalg.norm(np.diff(c, axis=0), axis=1).sum() for c in lines_of(drawing, window)
+    )
+    assert (bright > 120).sum() < 2 * length  # thin
+    for colour in (OUTER, UPPER, LOWER):
+        assert len(painted(picture, colour)) > 100
+
+
+def lines_of(drawing, window):
+    return [window.to_drawn(points) for points, _, _ in drawing.contours(toy_result(0, 4))]
+
+
+def test_the_mouth_fills_its_window_whatever_it_does(drawing):
+    one = drawing.mouth_window(toy_result(0).pose, (240, 176), across=1.7)
+    for prototype in (1, 4, 5):
+        result = toy_result(1, prototype)
+        window = drawing.mouth_window(result.pose, (240, 176), across=1.7)
+        assert window == one
+        assert window.drawn == (240, 176)
+        outer = drawing.contours(result)[2][0]
+        drawn = window.to_drawn(outer)
+        assert (drawn > 0).all()
+        assert (drawn < (240, 176)).all()
+        assert np.ptp(drawn[:, 0]) > 80
+
+
+def test_the_video_has_even_sizes_and_all_frames(tmp_path):
+    with Overlay(tmp_path / "overlay.mp4", toy_setting()) as overlay:
+        for result in (toy_result(0), toy_result(1, 4), lost_result(2)):
+            overlay.add(GREY, result)
+    info = probe(tmp_path / "overlay.mp4")
+    frames = list(read_frames(tmp_path / "overlay.mp4"))
+    assert len(frames) == 3
+    assert info.size[1] >= 640
+    assert not info.size[0] % 2
+    assert not info.size[1] % 2
+    red = painted(frames[2], LOST)
+    assert len(red) > 500
+    assert len(painted(frames[1], LOST)) < 50
+
+
+def test_a_clip_that_begins_without_a_face_is_painted():
+    painter = Painter(toy_setting())
+    for result in (lost_result(0), toy_result(1), lost_result(2)):
+        assert painter.paint(GREY, result).shape == (painter.size[1], painter.size[0], 3)
+
+
+def test_the_enlarged_mouth_says_what_the_contours_are():
+    painter = Painter(toy_setting())
+    corner = [
+        p[:60, -448:-250] for p in (painter.paint(GREY, r) for r in (toy_result(0), lost_result(1)))
+    ]
+    for colour in (OUTER, UPPER, LOWER):
+        assert len(painted(corner[0], colour)) > 30
+        assert not len(painted(corner[1], colour))
+
+
+def test_large_video_is_not_enlarged():
+    class Large:
+        camera = type(toy_setting().camera).ideal((1921, 1081))
+        face, rate = toy_setting().face, 25.0
+
+    painter = Painter(Large())
+    assert painter.size == (1920 + 448, 1080 + 96)
+    picture = painter.paint(np.zeros((1081, 1921, 3), np.uint8), lost_result(0))
+    assert picture.shape == (1176, 2368, 3)
+
+
+@pytest.mark.parametrize(("count", "tiles"), [(1, 1), (9, 9), (80, 80), (700, 80)])
+def test_the_sheet_has_all_frames_or_evenly_spread_ones(count, tiles, monkeypatch):
+    tile = np.zeros((sheets.TILE[1] + sheets.CAPTION, sheets.TILE[0], 3), np.uint8)
+
+    class Marked(ContactSheet):
+        def tile(self, image, result):
+            marked = tile.copy()
+            marked[0, 0] = result, result // 256, 255
+            return marked
+
+    sheet = Marked(toy_setting())
+    for index in range(count):
+        sheet.add(None, np.uint16(index))
+    picture = sheet.picture().reshape(-1, 3).astype(int)
+    low, high, _ = picture[picture[:, 2] == 255].T
+    shown = low + 256 * high
+    assert len(shown) == tiles
+    assert shown[0] == 0
+    assert shown[-1] >= count - 4
+    steps = np.diff(shown)
+    assert not len(steps) or steps.max() - steps.min() <= 4
+    assert sheets.TILE[0] >= 200
+    assert len(sheet._tiles) <= 4 * sheets.MOST_TILES
+
+
+def test_tiles_mark_closed_and_lost_frames():
+    sheet = ContactSheet(toy_setting())
+    closed, wide, lost = (
+        sheet.tile(GREY, result)[sheets.TILE[1] :]
+        for result in (toy_result(0), toy_result(1, 4), lost_result(2))
+    )
+    yellow = (255, 210, 90)
+    assert len(painted(closed, yellow)) > 20
+    assert len(painted(wide, yellow)) == 0
+    assert len(painted(lost, LOST)) > 20

@@ -1,0 +1,153 @@
+"""A run on disk: what is written is what was found, and comes back."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from runs import lost_result, toy_model, toy_result, toy_setting
+
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.geometry import Pose
+from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.tracking.record import (
+    POINT_NAMES,
+    RESULTS,
+    SUMMARY,
+    TABLE,
+    Recorder,
+    load_run,
+)
+from abs_engine.tracking.run_mesh import load_mesh
+
+RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    recorder = Recorder(toy_setting())
+    for result in RESULTS_OF_CLIP:
+        recorder.add(result)
+    made = tmp_path_factory.mktemp("run")
+    recorder.write(made, {"settings": {"video": "v"}, "summary": {"seconds_per_frame": 0.1}})
+    return made
+
+
+@pytest.fixture(scope="module")
+def run(folder):
+    return load_run(folder)
+
+
+@pytest.fixture(scope="module")
+def table(folder):
+    with (folder / TABLE).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_arrays_come_back(run):
+    np.testing.assert_array_equal(run["found"], [True, True, False, True])
+    np.testing.assert_allclose(run["time"], [0, 0.04, 0.08, 0.12])
+    for index, result in enumerate(RESULTS_OF_CLIP):
+        np.testing.assert_array_equal(run["lip_points"][index], result.lips)
+        np.testing.assert_array_equal(run["parameters"][index], result.vector)
+    assert len(run["parameter_names"]) == run["parameters"].shape[1]
+    assert np.isnan(run["rotation"][2]).all()
+    pose = Pose.from_vectors(run["rotation"][1], run["translation"][1])
+    np.testing.assert_allclose(pose.rotation, RESULTS_OF_CLIP[1].pose.rotation, atol=1e-12)
+    assert run["status"].tolist() == ["converged", "converged", "face not found", "converged"]
+    assert str(run["renderer"]).startswith("cpu")
+    assert run["camera_size"].tolist() == [320, 240]
+
+
+def test_lip_vertices_are_those_of_the_bundled_head(run):
+    whole = toy_model().expression
+    weights = RESULTS_OF_CLIP[1].vector[6:]
+    vertices = whole.mean + np.tensordot(weights, whole.modes, 1)
+    np.testing.assert_allclose(vertices[run["lip_vertex"]], run["lip_points"][1], atol=1e-3)
+
+
+def test_closed_frames_have_a_small_aperture(run):
+    assert run["closed"].tolist() == [
+        result.found and result.aperture < CLOSED_APERTURE for result in RESULTS_OF_CLIP
+    ]
+    assert run["closed"][0]
+    assert not run["closed"][1:].any()
+
+
+def test_the_table_has_a_row_for_each_frame(table):
+    assert [row["index"] for row in table] == ["0", "1", "2", "3"]
+    assert table[2]["found"] == "0"
+    assert table[2]["aperture"] == table[2]["lip48_x"] == ""
+    wide = table[1]
+    assert float(wide["aperture"]) == pytest.approx(RESULTS_OF_CLIP[1].aperture, rel=1e-5)
+    height = float(wide["lip62_y"]) - float(wide["lip66_y"])  # points 62 and 66 of the 68
+    assert height == pytest.approx(float(wide["aperture"]), abs=1e-3)
+    corners = [[float(wide[f"{name}_{axis}"]) for axis in "xyz"] for name in ("lip48", "lip54")]
+    assert np.linalg.norm(np.subtract(*corners)) == pytest.approx(float(wide["width"]), abs=0.01)
+    assert len([name for name in wide if name.startswith("lip")]) == 3 * len(POINT_NAMES) == 60
+
+
+def test_the_summary(folder):
+    told = json.loads((folder / SUMMARY).read_text())
+    assert told["settings"] == {"video": "v"}
+    assert told["summary"] == {
+        "frames": 4,
+        "lost_frames": 1,
+        "covered_frames": 0,
+        "closed_frames": 1,
+        "mean_evaluations": 321.0,
+        "mean_score": pytest.approx(0.9),
+        "seconds_per_frame": 0.1,
+    }
+
+
+def test_what_is_no_run_is_refused(tmp_path, run):
+    with pytest.raises(InputFileError, match="is not a run"):
+        load_run(tmp_path)
+    np.savez(tmp_path / RESULTS, **(dict(run) | {"version": 2}))
+    with pytest.raises(ModelFormatError, match="version 2"):
+        load_run(tmp_path)
+    np.savez(tmp_path / RESULTS, **{k: v for k, v in run.items() if k != "aperture"})
+    with pytest.raises(ModelFormatError, match="lacks aperture"):
+        load_run(tmp_path)
+    np.savez(tmp_path / RESULTS, **(dict(run) | {"width": run["width"][:2]}))
+    with pytest.raises(ModelFormatError, match="different lengths"):
+        load_run(tmp_path)
+    (tmp_path / RESULTS).write_bytes(b"PK")
+    with pytest.raises(InputFileError):
+        load_run(tmp_path)
+
+
+def test_the_mesh_holds_the_lips_of_the_results(folder, run):
+    mesh = load_mesh(folder)
+    assert len(mesh) == len(RESULTS_OF_CLIP)
+    np.testing.assert_allclose(mesh.points(run["lip_vertex"]), run["lip_points"], atol=1e-4)
+    np.testing.assert_allclose(mesh.vertices(1)[run["lip_vertex"]], run["lip_points"][1], atol=1e-4)
+    assert np.isnan(mesh.vertices(2)).all()
+    assert mesh.faces.max() == len(mesh.mean) - 1
+
+
+def test_a_person_moves_the_whole_mesh_as_the_drawn_part():
+    model = toy_model()
+    person = np.linspace(-1, 1, model.n_person)
+    np.testing.assert_allclose(model.whole(person)[model.kept], model.held(person).mean, atol=1e-4)
+
+
+def test_a_missing_mesh_is_named(tmp_path):
+    with pytest.raises(InputFileError, match="no mesh"):
+        load_mesh(tmp_path)
+
+
+def test_times_are_the_videos_where_it_says_them():
+    uneven = (0.0, 0.03, 0.1)
+    for times, expected in ((uneven, uneven), ((0.0, 0.5), (0.0, 0.04, 0.08))):
+        recorder = Recorder(replace(toy_setting(), times=times))
+        for index in range(3):
+            recorder.add(toy_result(index))
+        np.testing.assert_allclose(recorder.arrays()["time"], expected)
+        rows = list(recorder.rows())
+        column = rows[0].index("time")
+        assert [float(row[column]) for row in rows[1:]] == pytest.approx(list(expected))

@@ -1,0 +1,87 @@
+"""What a user is told of a run that is to be doubted, and that a sound one is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.tracking.run_warnings import (
+    LEAST_AGREEMENT,
+    LEAST_SEPARABILITY,
+    contradicted,
+    doubts,
+)
+
+GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
+TALK = 6 + 5 * np.sin(np.arange(40) / 3)
+NONE = np.zeros(40, bool)
+SURE = np.full(40, 0.5)
+
+
+def test_a_sound_run_has_no_doubts():
+    noise = np.random.default_rng(0).normal(0, 0.7, 40)
+    against = contradicted(TALK + noise, SURE, TALK)
+    assert doubts(against, NONE, GOOD) == []
+
+
+def test_lips_of_the_skins_colour_are_told_each():
+    (line,) = doubts(NONE, NONE, {"upper_lip": 0.61, "lower_lip": 0.72})
+    assert "nearly the same colour" in line
+    assert "upper lip 61%, lower lip 72%" in line
+
+
+@pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
+def test_where_they_begin_to_be_the_same(told, lines):
+    both = dict.fromkeys(GOOD, LEAST_SEPARABILITY + told)
+    assert len(doubts(NONE, NONE, both)) == lines
+
+
+@pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
+def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
+    found = doubts(NONE, NONE, GOOD, LEAST_AGREEMENT + told)
+    assert len(found) == lines
+    assert all("opens 69% as far as by landmarks" in line for line in found)
+
+
+def test_colours_that_open_it_the_wrong_way_open_it_by_nothing():
+    (line,) = doubts(NONE, NONE, GOOD, -0.4)
+    assert "opens 0% as far" in line
+
+
+def test_separability_that_was_not_measured_is_no_doubt():
+    assert doubts(NONE, NONE, {}) == []
+
+
+def test_a_mouth_that_is_closed_where_landmarks_open_it():
+    shut = np.where(TALK > 8, 0.0, TALK)
+    against = contradicted(shut, SURE, TALK)
+    np.testing.assert_array_equal(against, TALK > 8)
+    (line,) = doubts(against, NONE, GOOD)
+    assert line.startswith(f"in {against.mean():.0%} of the frames the mouth is open farther")
+    assert "overlay" in line
+
+
+def test_the_same_difference_counts_less_where_the_fit_is_unsure():
+    assert contradicted(TALK + 4, SURE, TALK).any()
+    assert not contradicted(TALK + 4, 10 * SURE, TALK).any()
+
+
+def test_lost_frames_contradict_nothing():
+    lost = np.where(np.arange(40) % 2 == 0, np.nan, TALK + 9)
+    against = contradicted(lost, np.full(40, np.nan), TALK)
+    assert not against[::2].any()
+    assert against[1::2].all()
+    assert doubts(against[:9], NONE[:9], GOOD) == []  # too few to say
+
+
+def test_frames_that_were_held_to_the_landmarks():
+    held = [k < 10 for k in range(40)]
+    (line,) = doubts(NONE, held, GOOD)
+    assert line.startswith("in 25% of the frames what is drawn led off the lips")
+    assert doubts(NONE, [k < 4 for k in range(40)], GOOD) == []
+
+
+def test_all_of_it_at_once_and_nothing_at_all():
+    bad = dict.fromkeys(GOOD, 0.55)
+    assert len(doubts(~NONE, [True] * 40, bad)) == 3
+    assert doubts(NONE[:0], [], {}) == []
