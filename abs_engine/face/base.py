@@ -81,7 +81,7 @@ class Face:
         Point near the mouth that poses turn about.
     rings : mapping of str to int arrays
         Indices into the scene's vertices: `outer`, `upper`, `lower` (inner contours), `points` (12
-        outer and 8 inner), `corners`.
+        outer and 8 inner), `corners`; `jaw`, points that move as the jaw does, where there are any.
     border : (R, 3) float64, mm, head frame
         The lips' outer contour at rest.
     starts : (K, P) float64

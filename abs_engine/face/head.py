@@ -77,7 +77,7 @@ class MouthModel:
     pivot : (3,) float64, mm, head frame
     rings : mapping of str to int32 arrays
         Indices into `scene`'s vertices of `outer`, `upper`, `lower` (inner contours), `points`
-        (12 outer and 8 inner), and `corners`.
+        (12 outer and 8 inner), `corners`, and `jaw`, the lower teeth.
     person_spread : float
         How far the person's mouth may differ from this head's, as a share of how far people do:
         less than 1 where the head is fitted to the person already.
@@ -295,8 +295,14 @@ def lip_rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
     }
 
 
+def jaw_ring(speaker: Speaker) -> NDArray[np.int32]:
+    """Vertices of the lower teeth, which move as the jaw does."""
+    teeth = speaker.faces[speaker.facet_class == speaker.class_id("lower_teeth")]
+    return np.unique(teeth).astype(np.int32)
+
+
 def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
-    sources = lip_rings(speaker)
+    sources = {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
     lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
     if lost:
         raise ModelFormatError(

@@ -10,7 +10,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
 from abs_engine.face.articulated import STEP, FaceShape
-from abs_engine.face.head import colour_classes, lip_rings
+from abs_engine.face.head import colour_classes, jaw_ring, lip_rings
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
@@ -58,8 +58,13 @@ def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str
         part(scene, surface)[0], outer, kept, marks,
         ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper),
         ImprobablePenalty.of_corpus(built.alpha),
-        built.model.invert(frame.apply(neutral)), lip_rings(speaker), colour_classes(speaker),
+        built.model.invert(frame.apply(neutral)), _rings(speaker),
+        colour_classes(speaker),
     )  # fmt: skip
+
+
+def _rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
+    return {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
 
 
 def _marks(speaker: Speaker) -> NDArray[np.int64]:

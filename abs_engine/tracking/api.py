@@ -122,6 +122,11 @@ class Run:
         return self["closed"]
 
     @property
+    def closures(self) -> FloatArray:
+        """Onset and release of each closure, (C, 2), seconds; NaN where they are not seen."""
+        return self["closure_times"]
+
+    @property
     def lip_points(self) -> FloatArray:
         """The lips' contours, (T, N, 3), mm, head frame."""
         return self["lip_points"]

@@ -25,7 +25,7 @@ from abs_engine.tracking.contours import (
     cut,
     write_text,
 )  # fmt: skip
-from abs_engine.tracking.record import closed_frames, contradicted_frames
+from abs_engine.tracking.run_table import closed_frames, contradicted_frames
 
 OVERLAY = "overlay"  # what it is called among what frames cost
 LEAST_HEIGHT = 640  # of the drawn frame

@@ -1,15 +1,16 @@
 """What a run stores: arrays of all frames, a table for spreadsheets, and the reader of both.
 
 A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
-each frame), ``mesh.npz`` (the whole head, see `RunMesh`), ``run.json`` (settings and a summary),
-``overlay.mp4``, ``contact_sheet.png`` and ``head.png``; and the colour classes, ``colours.npz``.
+each frame), ``closures.csv`` (a row for each time that the lips close), ``mesh.npz`` (the whole
+head, see `RunMesh`), ``run.json`` (settings and a summary), ``overlay.mp4``, ``contact_sheet.png``
+and ``head.png``; and the colour classes, ``colours.npz``.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,26 +18,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.core.pose import POSE_NAMES, parted
+from abs_engine.core.pose import parted
 from abs_engine.core.release import engine_version
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import HELD
+from abs_engine.tracking.measures import Closure, closures, measures
 from abs_engine.tracking.run_mesh import RunMesh
-from abs_engine.tracking.run_warnings import contradicted, doubts
+from abs_engine.tracking.run_table import (
+    BELIEVED,
+    LANDMARK_MEASURES,
+    believed,
+    cells,
+    closed_frames,
+    closure_table,
+    contradicted_frames,
+    rotation_vector,
+    table_of,
+    translation,
+)
+from abs_engine.tracking.run_warnings import doubts
 
+FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
-
-POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
-"""The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
+CLOSURES = "closures.csv"
 
 _MEASURES = ("width", "aperture", "value", "score", "evaluations")
-_BELIEVED = ("width", "aperture", "protrusion")
-_SURE = (*(f"{name}_sd" for name in _BELIEVED), "closed_probability")
-_LANDMARKS = ("landmark_distance", "landmark_aperture")
 _FOR_EACH_FRAME = (
     *("index", "time", "found", "parameters", "rotation", "translation", "lip_points"),
     *("closed", "status", *_MEASURES),
@@ -81,15 +90,16 @@ class Recorder:
             `tracking.run_warnings`; `landmark_distance` and
             `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
             `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
-            `value_unit` (T,); `person_weights` (Q,); `camera_matrix`, `camera_distortion`,
-            `camera_size`, `rate`, `renderer`,
+            `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames` (C, 2),
+            first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
+            (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
             `engine_version`, `format`, `version`.
         """
         results, setting = self._results, self._setting
         camera = setting.camera
         each = {
             k: np.array([getattr(r, k) for r in results])
-            for k in ("index", "found", "covered", "protrusion", *_MEASURES, *_LANDMARKS)
+            for k in ("index", "found", "covered", "protrusion", *_MEASURES, *LANDMARK_MEASURES)
         }
         return {
             "format": FORMAT,
@@ -109,6 +119,8 @@ class Recorder:
             "status": np.array([r.status for r in results]),
             **self._terms(),
             **self._beliefs(),
+            **self._measured(),
+            **self._closures(),
             "person_weights": setting.face.identity,
             "camera_matrix": camera.matrix,
             "camera_distortion": camera.distortion,
@@ -138,12 +150,12 @@ class Recorder:
         """Standard deviations, and the probability that lips are closed; NaN where not known."""
         count = len(self._setting.face.body.lips)
         sizes = {
-            **{f"{name}_sd": () for name in _BELIEVED},
+            **{f"{name}_sd": () for name in BELIEVED},
             "lip_points_sd": (count, 3), "rotation_sd": (3,), "translation_sd": (3,),
             "closed_probability": (),
         }  # fmt: skip
         return {
-            name: np.array([_believed(r, name, size) for r in self._results]).reshape(-1, *size)
+            name: np.array([believed(r, name, size) for r in self._results]).reshape(-1, *size)
             for name, size in sizes.items()
         }
 
@@ -155,14 +167,7 @@ class Recorder:
 
     def table(self) -> list[list[Any]]:
         """The table of all frames, its heading first."""
-        rows = zip(self._results, self._times(), strict=True)
-        return [table_heading(self._setting), *(self._row(r, float(t)) for r, t in rows)]
-
-    def rows(self) -> Iterator[list[Any]]:
-        """The rows of ``results.csv``, its heading first."""
-        heading, *rows = self.table()
-        yield heading
-        yield from ([_cell(value) for value in row] for row in rows)
+        return table_of(self._setting, self._results, self._times(), self._measured())
 
     def _times(self) -> NDArray[np.float64]:
         """When each frame is shown, (T,), seconds: as the video says, or by its rate."""
@@ -171,34 +176,25 @@ class Recorder:
             return np.array(setting.times, np.float64)
         return np.arange(count) / setting.rate
 
-    def _row(self, result: FrameResult, time: float) -> list[Any]:
-        setting = self._setting
-        points = np.full((len(POINT_NAMES), 3), np.nan)
-        if result.found:
-            vertices = setting.face.scene.vertices(parted(result.vector)[1])
-            points = vertices[setting.face.rings["points"]]
-        return [
-            result.index,
-            time,
-            int(result.found),
-            *rotation_vector(result),
-            *translation(result),
-            *result.vector,
-            *points.ravel(),
-            result.width,
-            result.aperture,
-            int(closed_frames(result.aperture)),
-            result.value,
-            result.score,
-            result.evaluations,
-            int(result.covered),
-            result.landmark_distance,
-            result.landmark_aperture,
-            result.protrusion,
-            *(float(_believed(result, name, ())) for name in _SURE),
-            int(contradicted_frames([result])[0]),
-            result.status,
-        ]
+    def _measured(self) -> dict[str, FloatArray]:
+        """Measures of lips, jaw and head by their names, (T,) each."""
+        results, face = self._results, self._setting.face
+        lost = np.full(len(face.blocks.spec), np.nan)
+        postures = [parted(r.vector if r.found else lost)[1] for r in results]
+        flat = np.array(postures, np.float64).reshape(len(results), -1)
+        return measures(face, self._times(), flat, [r.pose for r in results])
+
+    def closures(self) -> list[Closure]:
+        """Each time that the lips close."""
+        aperture = np.array([r.aperture for r in self._results], np.float64)
+        return closures(aperture, self._times())
+
+    def _closures(self) -> dict[str, NDArray[Any]]:
+        """Closures as arrays of C rows."""
+        found = self.closures()
+        frames = np.array([(c.first, c.last) for c in found], np.int64)
+        times = np.array([(c.onset, c.release) for c in found], np.float64)
+        return {"closure_frames": frames.reshape(-1, 2), "closure_times": times.reshape(-1, 2)}
 
     def summary(self) -> dict[str, Any]:
         """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost."""
@@ -256,27 +252,13 @@ class Recorder:
         np.savez_compressed(folder / RESULTS, **arrays)
         self.mesh().save(folder)
         with (folder / TABLE).open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(self.rows())
+            csv.writer(file).writerows(map(cells, self.table()))
+        with (folder / CLOSURES).open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(map(cells, closure_table(self.closures())))
         heading = {k: arrays[k] for k in ("format", "version", "engine_version", "renderer")}
         told = {**heading, **facts, "summary": {**self.summary(), **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told
-
-
-def _believed(result: FrameResult, name: str, size: tuple[int, ...]) -> NDArray[np.float64]:
-    """A number of a frame's belief by its name in results; NaN where there is none."""
-    if result.belief is None:
-        return np.full(size, np.nan)
-    own = {"lip_points_sd": "lips", "closed_probability": "closed"}.get(name)
-    return np.asarray(getattr(result.belief, own or name.removesuffix("_sd")), np.float64)
-
-
-def contradicted_frames(results: Sequence[FrameResult]) -> NDArray[np.bool_]:
-    """Which frames' apertures landmarks contradict, (T,)."""
-    own = [_believed(r, "aperture_sd", ()) for r in results]
-    by = [(r.aperture, r.landmark_aperture) for r in results]
-    aperture, told = np.array(by, np.float64).reshape(-1, 2).T
-    return contradicted(aperture, np.array(own, np.float64).reshape(-1), told)
 
 
 def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
@@ -285,38 +267,6 @@ def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
     if not np.isfinite(scores).all():
         return None
     return float(np.mean(scores)) if scores else 0.0
-
-
-def closed_frames(aperture: Any) -> NDArray[np.bool_]:
-    """Whether lips of an aperture in mm count as closed; never where it is NaN."""
-    return np.asarray(np.asarray(aperture) < CLOSED_APERTURE)
-
-
-def table_heading(setting: ClipSetting) -> list[str]:
-    """Column names of ``results.csv``."""
-    points = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
-    pose = [f"head_{name}" for name in POSE_NAMES]
-    parameters = setting.face.blocks.spec.names
-    end = ["width", "aperture", "closed", "value", "score", "evaluations", "covered"]
-    end += [*_LANDMARKS, "protrusion", *_SURE, "contradicted", "status"]
-    return ["index", "time", "found", *pose, *parameters, *points, *end]
-
-
-def rotation_vector(result: FrameResult) -> NDArray[np.float64]:
-    """Head to camera as a rotation vector (3,), radians; NaN in a lost frame."""
-    return np.full(3, np.nan) if result.pose is None else result.pose.rotation_vector
-
-
-def translation(result: FrameResult) -> NDArray[np.float64]:
-    """Head to camera, (3,), mm; NaN in a lost frame."""
-    return np.full(3, np.nan) if result.pose is None else result.pose.translation
-
-
-def _cell(value: Any) -> Any:
-    """A number short enough to read, empty where it is NaN."""
-    if isinstance(value, float):  # NumPy's float64 is one
-        return "" if np.isnan(value) else f"{value:.6g}"
-    return value
 
 
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:

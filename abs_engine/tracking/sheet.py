@@ -6,7 +6,7 @@ import numpy as np
 
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.contours import LOST, WHITE, Image, LipDrawing, cut, write_text
-from abs_engine.tracking.record import closed_frames
+from abs_engine.tracking.run_table import closed_frames
 
 MOST_TILES = 80
 COLUMNS = 8

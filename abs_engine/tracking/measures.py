@@ -1,0 +1,170 @@
+"""Measures of lips, jaw and head that phoneticians use, from what a run has found of its frames.
+
+Nothing is smoothed. A number that needs a frame without numbers is NaN, so velocities never span
+one. The head's frame is right-handed, x to the subject's left, y up, z out of the face; its origin
+is the midpoint between the ear canals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.geometry import Pose
+from abs_engine.face.base import Face
+from abs_engine.io.assets import CLOSED_APERTURE
+
+FloatArray = NDArray[np.float64]
+
+UPPER, LOWER = 3, 9  # the outer lips' middles, points 51 and 57 of the usual 68
+ANGLES = ("head_pitch", "head_yaw", "head_roll")
+LIPS = ("upper_protrusion", "lower_protrusion", "opening_area", "lip_area")
+VELOCITIES = ("aperture_velocity", "width_velocity", "jaw_velocity")
+NAMES = (*LIPS, "jaw_opening", *VELOCITIES, *ANGLES)
+"""Columns of ``results.csv`` that `measures` gives."""
+
+_FACING = np.diag([1.0, -1.0, -1.0])  # head to camera, of a face that looks straight at it
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Lips that touch for a while: the aperture is below `CLOSED_APERTURE`.
+
+    Parameters
+    ----------
+    first, last : int
+        Numbers of its first and last frame.
+    onset, release : float
+        Seconds at which the aperture crosses the limit, on a straight line between two frames; NaN
+        where the frame before or after has no aperture, or there is none.
+    least : float
+        The smallest aperture, mm.
+    """
+
+    first: int
+    last: int
+    onset: float
+    release: float
+    least: float
+
+
+def measures(
+    face: Face, time: FloatArray, postures: FloatArray, poses: list[Pose | None]
+) -> dict[str, FloatArray]:
+    """All of `NAMES`, (T,) each.
+
+    Parameters
+    ----------
+    face : Face
+    time : (T,) float64, s
+    postures : (T, P) float64
+        NaN in frames whose lips were not found.
+    poses : list of (Pose or None)
+        Head to camera, T of them.
+
+    Returns
+    -------
+    dict of str to (T,) float64
+        mm: `upper_protrusion` and `lower_protrusion`, z of the outer lips' middles; `jaw_opening`,
+        how far the lower teeth lie below their place at rest, NaN for a face without teeth. mm^2,
+        seen along z: `opening_area` between the inner contours, `lip_area` within the outer one.
+        mm/s, central differences: `aperture_velocity`, `width_velocity`, `jaw_velocity`. Degrees:
+        `head_pitch` (up is positive), `head_yaw` (to the subject's left), `head_roll` (to the
+        subject's right shoulder), 0, 0, 0 for a face turned straight to the camera; the head is
+        turned by its yaw, then about its own axes by pitch and roll.
+    """
+    rows = [_of_posture(face, posture) for posture in postures]
+    table = np.array(rows, np.float64).reshape(len(rows), len(LIPS) + 3).T
+    found = dict(zip((*LIPS, "jaw_opening", "aperture", "width"), table, strict=True))
+    slopes = {
+        f"{name}_velocity": velocity(found[key], time)
+        for name, key in (("aperture", "aperture"), ("width", "width"), ("jaw", "jaw_opening"))
+    }
+    turned = np.array([angles(pose) for pose in poses], np.float64).reshape(-1, 3).T
+    every = {**found, **slopes, **dict(zip(ANGLES, turned, strict=True))}
+    return {name: every[name] for name in NAMES}
+
+
+def _of_posture(face: Face, posture: FloatArray) -> list[float]:
+    """`LIPS`, the jaw's opening, aperture and width of a posture (P,); NaN of an unknown one."""
+    if not np.isfinite(posture).all():
+        return [np.nan] * (len(LIPS) + 3)
+    vertices = np.asarray(face.scene.vertices(posture), np.float64)
+    outer, upper, lower = (vertices[face.rings[name]] for name in ("outer", "upper", "lower"))
+    points, corners = vertices[face.rings["points"]], vertices[face.rings["corners"]]
+    return [
+        float(points[UPPER, 2]), float(points[LOWER, 2]), opening_area(upper, lower),
+        abs(enclosed(outer)), jaw_opening(face, vertices), face.aperture(vertices),
+        float(np.linalg.norm(corners[1] - corners[0])),
+    ]  # fmt: skip
+
+
+def jaw_opening(face: Face, vertices: FloatArray) -> float:
+    """How far the lower teeth of vertices (V, 3) lie below their place at rest, mm, or NaN."""
+    jaw = face.rings.get("jaw")
+    if jaw is None or not len(jaw):
+        return float("nan")
+    rest = face.scene.vertices(face.starts[0])
+    return float(np.mean(rest[jaw, 1], dtype=np.float64) - np.mean(vertices[jaw, 1]))
+
+
+def enclosed(contour: FloatArray) -> float:
+    """Signed area within a closed contour (N, 3) seen along z, mm^2 (the shoelace formula)."""
+    x, y = contour[:, 0], contour[:, 1]
+    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def opening_area(upper: FloatArray, lower: FloatArray) -> float:
+    """Area between the inner contours (N, 3) and (M, 3), corner to corner, seen along z, mm^2.
+
+    Where lips overlap there is none.
+    """
+    upper, lower = (line[np.argsort(line[:, 0], kind="stable")] for line in (upper, lower))
+    across = np.unique(np.concatenate([upper[:, 0], lower[:, 0]]))
+    both = (np.interp(across, line[:, 0], line[:, 1]) for line in (upper, lower))
+    gap = np.subtract(*both).clip(min=0)
+    return float(np.trapezoid(gap, across))
+
+
+def velocity(values: FloatArray, time: FloatArray) -> FloatArray:
+    """Central differences (T,) of values (T,), per second; NaN at the ends and beside a NaN."""
+    slope = np.full(len(values), np.nan)
+    if len(values) > 2:
+        slope[1:-1] = (values[2:] - values[:-2]) / (time[2:] - time[:-2])
+    slope[np.isnan(values)] = np.nan
+    return slope
+
+
+def angles(pose: Pose | None) -> tuple[float, float, float]:
+    """Pitch, yaw and roll of a head to the camera, degrees; NaN of an unknown one."""
+    if pose is None:
+        return (np.nan,) * 3
+    turn = _FACING @ pose.rotation
+    pitch = np.arcsin(np.clip(turn[1, 2], -1, 1))
+    yaw = np.arctan2(turn[0, 2], turn[2, 2])
+    roll = np.arctan2(turn[1, 0], turn[1, 1])
+    return float(np.degrees(pitch)), float(np.degrees(yaw)), float(np.degrees(roll))
+
+
+def closures(aperture: FloatArray, time: FloatArray) -> list[Closure]:
+    """Each time that lips close, of apertures (T,) in mm at times (T,) in seconds."""
+    closed = np.concatenate([[False], aperture < CLOSED_APERTURE, [False]])
+    edges = np.flatnonzero(np.diff(closed.astype(np.int8)))
+    return [
+        Closure(
+            int(first), int(end) - 1, _crossing(aperture, time, first - 1),
+            _crossing(aperture, time, end - 1), float(aperture[first:end].min()),
+        )
+        for first, end in edges.reshape(-1, 2)
+    ]  # fmt: skip
+
+
+def _crossing(aperture: FloatArray, time: FloatArray, before: int) -> float:
+    """When the aperture crosses the limit between a frame and the next, s; NaN where unknown."""
+    if before < 0 or before + 1 >= len(aperture):
+        return float("nan")
+    one, other = aperture[before], aperture[before + 1]
+    share = (CLOSED_APERTURE - one) / (other - one)
+    return float(time[before] + share * (time[before + 1] - time[before]))

@@ -1,0 +1,107 @@
+"""Measures against shapes and motions whose numbers are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from runs import toy_setting
+
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.measures import (
+    NAMES,
+    angles,
+    closures,
+    enclosed,
+    measures,
+    opening_area,
+    velocity,
+)
+
+FACING = np.diag([1.0, -1.0, -1.0])
+
+
+def ellipse(count: int, half_width: float, half_height: float, start: float, end: float):
+    """Points (count, 3) on an ellipse from one angle to another, 7 mm before the origin."""
+    around = np.linspace(start, end, count)
+    x, y = half_width * np.cos(around), half_height * np.sin(around)
+    return np.stack([x, y, np.full(count, 7.0)], axis=1)
+
+
+def about(axis: str, degrees: float) -> np.ndarray:
+    """A right-handed turn about an axis of the head."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    first, second = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    turn = np.eye(3)
+    turn[[first, first, second, second], [first, second, first, second]] = c, -s, s, c
+    return turn
+
+
+def test_areas_of_an_ellipse():
+    contour = ellipse(400, 25, 10, 0, 2 * np.pi)[:-1]
+    assert abs(enclosed(contour)) == pytest.approx(np.pi * 250, rel=1e-3)
+    upper, lower = ellipse(200, 20, 6, np.pi, 0), ellipse(150, 20, 6, np.pi, 2 * np.pi)
+    assert opening_area(upper, lower) == pytest.approx(np.pi * 120, rel=1e-3)
+
+
+def test_lips_that_overlap_enclose_no_area():
+    upper, lower = ellipse(50, 20, -2, np.pi, 0), ellipse(50, 20, -2, np.pi, 2 * np.pi)
+    assert opening_area(upper, lower) == 0
+
+
+def test_velocity_of_even_motion_and_beside_a_gap():
+    time = np.array([0, 0.04, 0.09, 0.12, 0.16, 0.2])
+    np.testing.assert_allclose(velocity(3 + 50 * time, time)[1:-1], 50)
+    values = 50 * time
+    values[2] = np.nan
+    known = np.isfinite(velocity(values, time))
+    assert known.tolist() == [False, False, False, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("axis", "degrees", "expected"),
+    [
+        ("y", 20, (0, 20, 0)),  # to the subject's left, where x points
+        ("x", -15, (15, 0, 0)),  # up: the face's z turns towards y
+        ("z", 10, (0, 0, 10)),  # the subject's left side rises: the head falls to the right
+    ],
+)
+def test_angles_of_a_turn_about_one_axis(axis, degrees, expected):
+    pose = Pose(FACING @ about(axis, degrees), np.array([10.0, 0, 600]))
+    np.testing.assert_allclose(angles(pose), expected, atol=1e-9)
+
+
+def test_a_face_straight_before_the_camera_has_no_angles():
+    assert angles(Pose(FACING, np.array([0.0, 0, 500]))) == pytest.approx((0, 0, 0))
+    assert np.isnan(angles(None)).all()
+
+
+def test_angles_turn_a_head_again():
+    turned = FACING @ about("y", 25) @ about("x", -12) @ about("z", 8)
+    np.testing.assert_allclose(angles(Pose(turned, np.zeros(3))), (12, 25, 8), atol=1e-9)
+
+
+def test_closures_have_onset_and_release_between_frames():
+    time = np.arange(9) / 10
+    aperture = np.array([0.2, 3, 5, 0, 0, 2, np.nan, 0.5, 0.5])
+    first, second, third = closures(aperture, time)
+    assert (first.first, first.last) == (0, 0)
+    assert np.isnan(first.onset)  # the clip begins with closed lips
+    assert first.release == pytest.approx(0 + 0.1 * 0.8 / 2.8)
+    assert (second.onset, second.release) == pytest.approx((0.2 + 0.1 * 4 / 5, 0.4 + 0.1 / 2))
+    assert (third.first, third.last) == (7, 8)
+    assert np.isnan([third.onset, third.release]).all()
+    assert closures(np.full(4, np.nan), time[:4]) == []
+
+
+def test_a_head_that_opens_its_mouth():
+    """Opening the jaw lowers the teeth, widens the gap; a frame without numbers has none."""
+    face = toy_setting().face
+    postures = np.stack([face.starts[0], face.starts[4], np.full(len(face.posture), np.nan)])
+    got = measures(face, np.arange(3) / 25, postures, [None, None, None])
+    assert set(got) == set(NAMES)
+    assert got["jaw_opening"][0] == 0
+    assert got["jaw_opening"][1] > 3
+    assert got["opening_area"][1] > got["opening_area"][0] + 100
+    assert got["lip_area"][1] > got["opening_area"][1] + 200
+    assert got["lower_protrusion"][1] < got["lower_protrusion"][0]
+    assert all(np.isnan(values[2]) for values in got.values())
