@@ -1,4 +1,4 @@
-"""``core.camera.json``: a camera's intrinsics and distortion, where it stands, and its mirror."""
+"""``camera.json``: a camera's intrinsics and distortion, where it stands, and its mirror."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def camera_json(
     translations: ArrayLike | None = None,
     mirror: ArrayLike | None = None,
 ) -> str:
-    """The text of a ``core.camera.json``; see `PlacedCamera` for what its parts are."""
+    """The text of a ``camera.json``; see `PlacedCamera` for what its parts are."""
     fields = {
         "format": CAMERA_FORMAT,
         "version": VERSION,
@@ -81,7 +81,7 @@ def _rows(vectors: ArrayLike | None) -> list[list[float]]:
 
 
 def load_camera(path: Path) -> Camera:
-    """Read the intrinsics and the distortion of a ``core.camera.json``.
+    """Read the intrinsics and the distortion of a ``camera.json``.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def load_camera(path: Path) -> Camera:
 
 
 def load_placed_camera(path: Path) -> PlacedCamera:
-    """Read a ``core.camera.json``; one without `rotations` stands at the origin of the world.
+    """Read a ``camera.json``; one without `rotations` stands at the origin of the world.
 
     Raises
     ------

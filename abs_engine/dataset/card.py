@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from abs_engine.core.provenance import described
 from abs_engine.dataset.codec import (
     CHUNK,
     CLOSED_BELOW,
@@ -38,7 +39,7 @@ Rendered video of a talking head with exact labels: {frames} frames in {views} v
 
     {command}
 
-with seed {seed} and abs-engine {engine}. `core.scene.toml` is the scene as it was filmed: the same
+with seed {seed} and {engine}. `scene.toml` is the scene as it was filmed: the same
 scene, seed and release give the same truth and, before compression, the same pixels. The pictures
 were drawn by pyrender, with lights, lens, sensor and compression as the scene says.
 
@@ -145,7 +146,7 @@ def card_text(record: dict[str, Any], title: str = "Talking-head dataset") -> st
         clips="\n".join(_row(clip) for clip in clips),
         command=record["command"] or "(by a program)",
         seed=record["seed"],
-        engine=record["engine"],
+        engine=described({**record, "engine_version": record["engine"]}),
         chunk=CHUNK,
         closed=CLOSED_BELOW,
         labels="\n".join(_label(kind) for kind in LABELS if kind in record["labels"]),

@@ -186,7 +186,7 @@ def load_view(clip: Clip, folder: Path) -> Truth:
     Raises
     ------
     InputFileError
-        If ``core.camera.json`` or the video is missing or cannot be read.
+        If ``camera.json`` or the video is missing or cannot be read.
     ModelFormatError
         If the camera's file has another format, or its motion is of other frames.
     """

@@ -199,6 +199,8 @@ class ReportData:
         CLIP/CAMERA of the dataset that is shown.
     others : tuple of str
         The other views of that dataset.
+    caution : str
+        Why its figures may not be published.
     """
 
     title: str
@@ -218,6 +220,7 @@ class ReportData:
     facts: Mapping[str, Rows] = field(default_factory=dict)
     view: str = ""
     others: tuple[str, ...] = ()
+    caution: str = ""
 
     @property
     def times(self) -> FloatArray:

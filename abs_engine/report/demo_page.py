@@ -6,6 +6,8 @@ import html
 from collections.abc import Sequence
 from typing import Any
 
+from abs_engine.report.reproduction import cautioned
+
 _STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222 }
 img, video { max-width: 100%; display: block }
@@ -75,7 +77,7 @@ def demo_page(
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>abs_engine demo</title>
 <style>{_STYLE}</style></head><body>
-<h1>Lips tracked by rendering</h1>
+{cautioned(run)}<h1>Lips tracked by rendering</h1>
 <p>The studio filmed {html.escape(person)} with a renderer of its own, with noise and compression
 (<a href="{html.escape(video)}">{html.escape(video)}</a>). The tracker was given that video,
 the camera's calibration and a head, nothing else of the truth, with which its results are compared

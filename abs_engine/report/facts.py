@@ -7,14 +7,14 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import described, made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.machine import machine_facts
 from abs_engine.report.data import Rows
 from abs_engine.tracking.record import SUMMARY
 
 _MORE_PACKAGES = ("scipy", "opencv-contrib-python-headless", "nlopt", "av", "plotly")
-_FIRST = ("engine_version", "renderer")
+_FIRST = ("engine_version", "commit", "dirty", "renderer")
 
 
 def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
@@ -37,14 +37,14 @@ def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
 def made_facts(command: str, seed: int | None) -> dict[str, Rows]:
     """What made the report, and on which machine."""
     machine = machine_facts()
-    described = {k: machine.pop(k) for k in ("cpu", "cores", "system", "python")}
+    computer = {k: machine.pop(k) for k in ("cpu", "cores", "system", "python")}
     packages = {str(k): str(v) for k, v in machine.items()}
     packages |= {name: _version(name) for name in _MORE_PACKAGES}
     listed = ", ".join(f"{name} {version}" for name, version in sorted(packages.items()))
-    rows = [("command", command or "a program"), ("engine", f"abs_engine {engine_version()}")]
+    rows = [("command", command or "a program"), ("engine", described(made_by()))]
     if seed is not None:
         rows.append(("seed of the confidence intervals", str(seed)))
-    rows += [(name, str(value)) for name, value in described.items()]
+    rows += [(name, str(value)) for name, value in computer.items()]
     return {"Report": (*rows, ("packages", listed))}
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.provenance import caution, made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
@@ -158,6 +159,7 @@ def _with_truth(
         facts=truth_facts(truth, folder) | made_facts(options.command, options.seed),
         view=view.name,
         others=view.others,
+        caution=caution(made_by()) or "",
     )
 
 
@@ -217,6 +219,7 @@ def _without_truth(
         focus=_focus(_rest(first)[loops["outer"]]),
         curves=CURVES,
         facts=made_facts(options.command, None),
+        caution=caution(made_by()) or "",
     )
 
 

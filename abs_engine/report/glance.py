@@ -31,7 +31,8 @@ def heading(data: ReportData) -> str:
         if data.true is not None
         else ""
     )
-    return f"""<header><h1>{safe(data.title)}</h1>
+    caution = f'<p class="warning">{safe(data.caution)}</p>' if data.caution else ""
+    return f"""<header>{caution}<h1>{safe(data.title)}</h1>
 <p class="soft">{safe(data.subtitle)}</p>{_views(data)}
 <ul class="legend">{"".join(items)}{closed}</ul></header>{_cards(data)}"""
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from abs_engine.core.provenance import caution
 
 _STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222 }
@@ -18,16 +21,25 @@ MISSED = "not met"
 """A row whose last cell begins so is marked."""
 
 
-def page(title: str, heading: str, body: str) -> str:
-    """A whole page; the title and the heading are text, the body is HTML."""
+def page(title: str, heading: str, body: str, results: Mapping[str, Any]) -> str:
+    """A whole page; the title and the heading are text, the body is HTML.
+
+    Its first line says if figures of these results, by their commit, may not be published.
+    """
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>
 <style>{_STYLE}</style></head><body>
-<h1>{html.escape(heading)}</h1>
+{cautioned(results)}<h1>{html.escape(heading)}</h1>
 {body}
 <p>All numbers: <a href="results.json">results.json</a>.</p>
 </body></html>
 """
+
+
+def cautioned(results: Mapping[str, Any]) -> str:
+    """Why figures may not be published, as HTML; nothing where they may."""
+    why = caution(results)
+    return "" if why is None else f"<p><strong>{html.escape(why)}</strong></p>\n"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
@@ -107,7 +107,7 @@ def evaluate(
         if len(truths) > 1:
             systems[POOLED] = summary([one.clip for one in scored], seed=seed)
         facts = {
-            "engine_version": engine_version(),
+            **made_by(),
             "seed": seed,
             "confidence": 0.95,
             "truths": [str(path) for path in truths],

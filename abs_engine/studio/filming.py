@@ -15,7 +15,7 @@ import numpy as np
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import code_digest
 from abs_engine.dataset.codec import LABELS
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.cameras import check_view
@@ -199,7 +199,7 @@ def plan_of(
 def _digest(scene: SceneFile, text: str, beside: Path, command: str) -> str:
     """Digest of all that a data set follows from."""
     named = [clip.textgrid or clip.arkit for clip in scene.clip]
-    seen = hashlib.sha256(f"{engine_version()}\n{command}\n{text}".encode())
+    seen = hashlib.sha256(f"{code_digest()}\n{command}\n{text}".encode())
     for name in [*named, scene.background.picture]:
         path = beside / name if name else None
         if path is not None and path.is_file():

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import made_by
 from abs_engine.dataset import (
     ClipEntry,
     camera_json,
@@ -129,7 +129,7 @@ def truth_arrays(plan: ClipPlan, speaker: Speaker, gap: Any) -> dict[str, Any]:
 
 
 def finish_view(plan: ClipPlan, view: View, numbers: dict[str, Any], folder: Path) -> None:
-    """Write ``core.camera.json``, ``points.npz`` and ``coco.json`` of a camera."""
+    """Write ``camera.json``, ``points.npz`` and ``coco.json`` of a camera."""
     text = camera_json(view.camera, view.rotations, view.translations, view.mirror)
     (folder / CAMERA).write_text(text, encoding="utf-8")
     arrays = {k: v for k, v in numbers.items() if k not in _SUMMED}
@@ -181,10 +181,13 @@ def finish_dataset(
     """Write what tells of the whole: ``dataset.json``, the card, and the checksums."""
     frames = sum(clip.frames * len(clip.cameras) for clip in clips)
     cost = {name: round(1000 * value / max(frames, 1), 3) for name, value in seconds.items()}
+    made = made_by()
     record = dataset_record(
         command=command,
         seed=seed,
-        engine=engine_version(),
+        engine=made["engine_version"],
+        commit=made["commit"],
+        dirty=made["dirty"],
         clips=clips,
         labels=("ids", "depth", *labels),
         milliseconds_per_frame=cost,

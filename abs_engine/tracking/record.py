@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.pose import parted
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import made_by
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
@@ -63,6 +63,7 @@ class Recorder:
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
         self._results: list[FrameResult] = []
+        self._made = made_by()  # before the first frame: the code may change meanwhile
 
     def __len__(self) -> int:
         """Return the number of frames so far."""
@@ -104,7 +105,7 @@ class Recorder:
         return {
             "format": FORMAT,
             "version": VERSION,
-            "engine_version": engine_version(),
+            "engine_version": self._made["engine_version"],
             "renderer": setting.renderer.description,
             **each,
             "time": self._times(),
@@ -255,7 +256,7 @@ class Recorder:
             csv.writer(file).writerows(map(cells, self.table()))
         with (folder / CLOSURES).open("w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows(map(cells, closure_table(self.closures())))
-        heading = {k: arrays[k] for k in ("format", "version", "engine_version", "renderer")}
+        heading = {k: arrays[k] for k in ("format", "version", "renderer")} | self._made
         told = {**heading, **facts, "summary": {**self.summary(), **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told

@@ -75,7 +75,7 @@ def test_an_empty_page_says_so():
 
 
 def test_pages_escape_what_they_are_given():
-    shown = page("<t>", "<h>", table(("<a>",), [("<b>", "not met, by 1")]))
+    shown = page("<t>", "<h>", table(("<a>",), [("<b>", "not met, by 1")]), {})
     for raw in ("<t>", "<h>", "<a>", "<b>"):
         assert raw not in shown
     assert 'class="missed"' in shown

@@ -6,6 +6,7 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from abs_engine.core.provenance import described
 from abs_engine.papers.basu1998.filmed import YAWS, camera_name
 from abs_engine.papers.basu1998.scores import (
     FRONTAL,
@@ -87,7 +88,10 @@ def reproduction_page(
 <h2>Figures</h2>
 {pictures(figures)}"""
     return page(
-        "Seed 000 reproduced", "3D modeling and tracking of human lip motions, reproduced", body
+        "Basu, Oliver and Pentland (1998) reproduced",
+        "3D modeling and tracking of human lip motions, reproduced",
+        body,
+        results,
     )
 
 
@@ -102,7 +106,7 @@ def _made(results: Results) -> str:
         ("seed", results.get("seed")),
         ("duration", None if seconds is None else f"{seconds:.0f} s"),
         ("drawn by", results.get("renderer")),
-        ("abs_engine", results.get("engine_version")),
+        ("made by", described(dict(results))),
     ]
     told_of = {name: str(value) for name, value in rows}
     return table(

@@ -1,4 +1,4 @@
-"""Every table and figure of seed 000 on our own data, beside the paper's numbers."""
+"""Every table and figure of Basu et al. (1998) on our own data, beside the paper's numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.core.errors import InputFileError
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
 from abs_engine.io.assets import Speaker, load_speaker
@@ -143,7 +143,7 @@ def _circumstances(
     return {
         "people": list(people), "quick": quick, "seed": seed,
         "command": f"abs-engine reproduce 000{' --quick' if quick else ''} --seed {seed}",
-        "renderer": renderer.description, "engine_version": engine_version(),
+        "renderer": renderer.description, **made_by(),
     }  # fmt: skip
 
 

@@ -1,1 +1,1 @@
-"""Seed 001, Odisio and Bailly (2003): talking faces by seven articulatory parameters."""
+"""Odisio and Bailly (2003): talking faces by seven articulatory parameters."""

@@ -1,4 +1,4 @@
-"""What is aimed at with seed 001, what was measured, and why some of it is missed."""
+"""Goals of the reproduction of Odisio and Bailly (2003), and why some are missed."""
 
 from __future__ import annotations
 
@@ -51,17 +51,15 @@ class Goal:
 _TWINS_BEADS = (
     "beads are colours that do not change with articulation, so the constant model lacks little; "
     "that the linear one is learned too freely is not it: shrinking it by what left-out pictures "
-    "say changed 0.46 to 0.44 mm on another person"
+    "say hardly changed the error"
 )
 _BARE_TEX = (
     "what a texture misses, whole regions miss alike (shading, lips that roll in), so that moved "
-    "lips explain it; such noise counts once here, which took tex_lin from 1.13 to 0.5 mm on "
-    "another person, but only for the six strongest directions of it, which is what we keep"
+    "lips explain it; such noise counts once here, but only in its six strongest directions"
 )
 _BARE_LA = (
     "what appearance at points misses, many points miss alike, so that moved lips explain it; "
-    "noise that points have in common counts once, which took la_lin from 0.85 to 0.47 mm on "
-    "another person"
+    "noise that points have in common counts once"
 )
 _DEPTH = (
     "most of it lies along z (see below): one camera in front hardly shows how far the jaw "

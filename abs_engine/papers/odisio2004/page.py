@@ -1,4 +1,4 @@
-"""The report of seed 001 as one HTML page beside its figures."""
+"""The report of Odisio and Bailly (2003) as one HTML page beside its figures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from abs_engine.report.reproduction import page, table
 _WORST = 5
 _MADE = (
     ("command", "command"), ("person", "person"), ("seed", "seed"), ("drawn by", "renderer"),
-    ("abs_engine", "engine_version"), ("seconds, all stages of this run", "seconds"),
+    ("abs_engine", "engine_version"), ("commit", "commit"),
+    ("seconds, all stages of this run", "seconds"),
     ("seconds of tracking sentences, all processes", "tracking_seconds"),
     ("largest memory of a process, MB", "peak_memory_mb"),
 )  # fmt: skip
@@ -89,7 +90,7 @@ work.</p>
 <h2>Figures</h2>
 {pictures(figures)}"""
     heading = "Shape and appearance models of talking faces, reproduced"
-    return page("Seed 001 reproduced", heading, body)
+    return page("Odisio and Bailly (2003) reproduced", heading, body, results)
 
 
 def _face(results: Results) -> str:
@@ -230,8 +231,7 @@ def _practice(results: Results) -> str:
         "predicted the same from a place predicted from the frames before, axes ours, along "
         "Gauss-Newton's axes; axes_predicted is what sentences are tracked with, and the other "
         "rows change one thing of it. Where the head's distance drifts, later in the sentence, "
-        "A(a) is worth more: over 72 frames it took tex_lin from 0.48 mm, with the corpus' range "
-        "alone, to 0.32 mm.</p>"
+        "A(a) is worth more.</p>"
     )
     return _rows(found) if not found else about + _rows(found)
 

@@ -1,4 +1,4 @@
-"""Every table and figure of seed 001 on our own data, beside the paper's numbers."""
+"""Every table and figure of Odisio and Bailly (2003) on our own data, beside the paper's."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import made_by
 from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.face.talking_file import save_talking
 from abs_engine.io.files import png
@@ -80,7 +80,7 @@ def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
     report.results |= {
         "command": report.command, "person": report.person, "seed": report.seed,
         "quick": report.quick, "renderer": report.renderer.description,
-        "engine_version": engine_version(), "seconds": round(sum(taken.values()), 1),
+        **made_by(), "seconds": round(sum(taken.values()), 1),
         "peak_memory_mb": _peak(),
     }  # fmt: skip
     text = json.dumps(report.results, indent=1) + "\n"

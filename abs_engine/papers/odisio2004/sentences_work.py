@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import code_digest
 from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import LOCALS, TalkingFace
 from abs_engine.io.assets import Speaker, load_speaker
@@ -106,7 +106,7 @@ class Work:
         """Where results are, with what they depend on."""
         basis = {
             "person": self.person, "beads": self.beads, "seed": self.seed, "frames": self.frames,
-            "renderer": self.renderer, "engine_version": engine_version(),
+            "renderer": self.renderer, "code": code_digest(),
             "camera": digest(self.camera),
             "face": digest([self.face, self.postures]),
         }  # fmt: skip

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from abs_engine.capture.corpus import Corpus
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import made_by
 from abs_engine.face.shape.articulatory import Missing
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.articulatory import Build, LeftOut, build, leave_out_in_turn
@@ -52,7 +52,7 @@ class Analysis:
         errors = zip(built.corpus.visemes, built.viseme_errors, strict=True)
         return results(built, self.unseen.errors) | {
             "source": built.model.source,
-            "engine_version": engine_version(),
+            **made_by(),
             "points": len(built.model.names),
             "visemes": len(built.corpus),
             "kept_out": {

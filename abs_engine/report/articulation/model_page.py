@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from abs_engine.core.provenance import made_by
 from abs_engine.report.articulation.analysis import Analysis
 from abs_engine.report.articulation.applied import Applied
 from abs_engine.report.articulation.tables import boxes, variance_table
@@ -143,7 +144,7 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
 it. The method is that of Odisio and Bailly, Shape and appearance models of talking faces for
 model-based tracking, section 2.</p>"""
     title = f"Articulatory model: {built.model.source or 'a corpus'}"
-    return page(title, title, body)
+    return page(title, title, body, made_by())
 
 
 def _percent(share: float | None) -> str:

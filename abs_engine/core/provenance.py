@@ -1,0 +1,80 @@
+"""Where results come from: release, commit, and whether the code had changes beside the commit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.release import engine_version
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_BUILT = _PACKAGE / "_data" / "commit.json"  # written when a wheel is built
+CODE = ("abs_engine", "shaders", "assets", "pyproject.toml", "constraints.txt")
+"""What results depend on; changes of pages and tests do not count."""
+
+
+@cache
+def made_by() -> dict[str, Any]:
+    """What a result says of the code that made it.
+
+    Returns
+    -------
+    dict
+        `engine_version`; `commit`, its full name, or None where it is not known; `dirty`, whether
+        `CODE` had changes that are in no commit, None where that is not known.
+    """
+    commit, dirty = _of_checkout(_PACKAGE.parent) or _of_wheel() or (None, None)
+    return {"engine_version": engine_version(), "commit": commit, "dirty": dirty}
+
+
+def described(made: Mapping[str, Any]) -> str:
+    """A release and its commit in words, from what `made_by` gave, or an older result."""
+    release = f"abs_engine {made.get('engine_version', 'of an unknown release')}"
+    commit = made.get("commit")
+    return f"{release}, commit {commit[:12] if isinstance(commit, str) else 'unknown'}"
+
+
+def caution(made: Mapping[str, Any]) -> str | None:
+    """Why figures that were made so may not be published; None where they may."""
+    if made.get("commit") is None:
+        return "Not for publication: it is not known which commit made these figures."
+    if made.get("dirty") is not False:
+        return "Not for publication: the code had changes that are in no commit."
+    return None
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 of the package's own source, for what is kept from one run to the next."""
+    seen = hashlib.sha256()
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        seen.update(path.relative_to(_PACKAGE).as_posix().encode())
+        seen.update(path.read_bytes())
+    return seen.hexdigest()
+
+
+def _of_checkout(root: Path) -> tuple[str, bool] | None:
+    if not (root / ".git").exists():
+        return None
+    try:
+        commit = _git(root, "rev-parse", "HEAD").strip()
+        return commit, bool(_git(root, "status", "--porcelain", "--", *CODE).strip())
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def _of_wheel() -> tuple[str | None, bool | None] | None:
+    if not _BUILT.is_file():
+        return None
+    built = json.loads(_BUILT.read_text(encoding="utf-8"))
+    return built["commit"], built["dirty"]
+
+
+def _git(root: Path, *words: str) -> str:
+    command = ["git", "--no-optional-locks", "-C", str(root), *words]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout
