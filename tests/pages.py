@@ -25,9 +25,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import click
+
 from abs_engine.cli import main
-from abs_engine.cli.parser import build_parser
-from abs_engine.cli.track import track_options
+from abs_engine.cli.command import Chosen
+from abs_engine.cli.commands.track import track_options
+from abs_engine.cli.program import PROGRAM, complaint
 from abs_engine.core import registry
 from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.io.video import probe
@@ -197,12 +200,13 @@ def check(words: list[str]) -> None:
     """Check a command without running it; an error says what is wrong."""
     program, *arguments = words
     if program == "abs-engine":
-        with contextlib.redirect_stderr(io.StringIO()) as complained:
-            try:
-                chosen = build_parser().parse_args(arguments)
-            except SystemExit as end:
-                raise PageError(complained.getvalue().strip()) from end
-        if chosen.command == "track":
+        try:
+            context = PROGRAM.make_context(program, list(arguments))
+            name, command, rest = PROGRAM.resolve_command(context, arguments)
+            chosen = Chosen(**command.make_context(name, rest, context).params)
+        except click.UsageError as error:
+            raise PageError(complaint(error)) from error
+        if name == "track":
             for plugin in chosen.plugin:
                 registry.load_plugin(plugin)
             check_options(track_options(chosen), probe(chosen.video))

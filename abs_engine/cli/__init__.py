@@ -10,10 +10,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-from abs_engine.cli.parser import build_parser
+import click
+
+from abs_engine.cli.program import NAME, PROGRAM, complaint
 from abs_engine.core.errors import AbsEngineError
 
 BAD_INPUT, INTERRUPTED, NOT_READ = 2, 130, 141
+COMPLETE = "_ABS_ENGINE_COMPLETE"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,27 +48,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    parser = build_parser()
-    chosen = parser.parse_args(arguments)
-    if chosen.command is None:
-        parser.print_help()
-        return BAD_INPUT
     try:
         with _sigterm_as_interrupt():
-            return int(chosen.run(chosen))
+            return _command(list(sys.argv[1:] if arguments is None else arguments))
     except AbsEngineError as error:
-        line = " ".join(str(error).split())
-        print(f"abs-engine: error: {line}", file=sys.stderr)
-        return BAD_INPUT
+        return _complain(" ".join(str(error).split()))
     except MemoryError:
-        print(
-            "abs-engine: error: there is not enough memory; ask for a smaller size", file=sys.stderr
-        )
+        return _complain("there is not enough memory; ask for a smaller size")
+    except click.exceptions.Exit as end:  # after --help and --version
+        return end.exit_code
+    except click.exceptions.NoArgsIsHelpError as error:
+        print(error.format_message())
         return BAD_INPUT
+    except click.ClickException as error:
+        return _complain(complaint(error))
     except KeyboardInterrupt as stop:
         what = str(stop) or "nothing was left behind"
         print(f"abs-engine: interrupted; {what}", file=sys.stderr)
         return INTERRUPTED
+
+
+def _command(words: list[str]) -> int:
+    asked = os.environ.get(COMPLETE)  # by the shell, as it completes
+    if asked:
+        from click.shell_completion import shell_complete
+
+        return shell_complete(PROGRAM, {}, NAME, COMPLETE, asked)
+    with PROGRAM.make_context(NAME, words) as context:
+        return int(PROGRAM.invoke(context))
+
+
+def _complain(line: str) -> int:
+    print(f"abs-engine: error: {line}", file=sys.stderr)
+    return BAD_INPUT
 
 
 def _nobody_reads() -> bool:

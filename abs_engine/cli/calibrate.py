@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from abs_engine.cli.progress import Progress
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done
+from abs_engine.cli.progress import Progress, say
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import check_free, write_new
 
@@ -17,37 +17,33 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from abs_engine.capture.board import Board, Corners
+    from abs_engine.capture.calibrate import Calibration
     from abs_engine.core.camera import Camera
 
     FloatArray = NDArray[np.float64]
 
 
-def add_calibrate(group: argparse._ArgumentGroup) -> None:
-    """Add the options of a calibration."""
-    add = group.add_argument
-    add("--board", choices=("charuco", "chessboard"), default="charuco", help="(default: charuco)")
-    add(
-        "--squares",
-        type=int,
-        nargs=2,
-        metavar=("COLUMNS", "ROWS"),
-        help="number of squares of the board",
-    )
-    add("--square", type=float, metavar="MM", help="side of a square")
-    add("--marker", type=float, metavar="MM", help="side of a marker (default: 0.75 squares)")
-    add(
-        "--dictionary",
-        default="4X4_50",
-        metavar="NAME",
-        help="dictionary of the markers (default: 4X4_50)",
-    )
-    add("--mirror", action="store_true", help="the pictures show the board and its mirror image")
-    add("--second", type=Path, nargs="+", metavar="PICTURE",
-        help="a second camera's pictures, of the same moments in the same order")  # fmt: skip
-    add("--second-output", type=Path, metavar="FILE", help="the second camera's calibration")
+def board_options() -> tuple[take.Option, ...]:
+    """The options of a calibration."""
+    return (
+        take.option("--board", type=take.Choice(("charuco", "chessboard")), default="charuco",
+            text="kind of the board (default: charuco)"),
+        take.option("--squares", type=int, nargs=2, metavar="COLUMNS ROWS",
+            text="number of squares of the board"),
+        take.option("--square", type=float, metavar="MM", text="side of a square"),
+        take.option("--marker", type=float, metavar="MM",
+            text="side of a marker (default: 0.75 squares)"),
+        take.option("--dictionary", default="4X4_50", metavar="NAME",
+            text="dictionary of the markers (default: 4X4_50)"),
+        take.option("--mirror", is_flag=True,
+            text="the pictures show the board and its mirror image"),
+        take.file("--second", many=True, metavar="PICTURE...",
+            text="a second camera's pictures, of the same moments in the same order"),
+        take.file("--second-output", "the second camera's calibration"),
+    )  # fmt: skip
 
 
-def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
+def calibrate(chosen: Chosen, pictures: list[Path]) -> Done:
     """Calibrate one camera, with a mirror or without, or two."""
     from abs_engine.capture.board import Board
     from abs_engine.capture.calibrate import calibrate_camera, calibrate_stereo
@@ -58,9 +54,7 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
             "pictures, --squares COLUMNS ROWS and --square MM are needed",
             "see 'abs-engine observe --help'",
         )
-    if (chosen.second is None) != (chosen.second_output is None) or (
-        chosen.second and chosen.mirror
-    ):
+    if (not chosen.second) != (chosen.second_output is None) or (chosen.second and chosen.mirror):
         raise ParameterError(
             "--second goes with --second-output, and not with --mirror", "give both or neither"
         )
@@ -75,14 +69,13 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
     with Progress("calibrating") as progress:
         found, size = _corners(board, pictures, chosen.mirror, progress)
         own = calibrate_camera([c for pair in found for c in pair if c is not None], size)
-        print(f"{own.error:.2f} px RMS, focal length {own.camera.matrix[0, 0]:.1f} "
+        say(f"{own.error:.2f} px RMS, focal length {own.camera.matrix[0, 0]:.1f} "
               f"+- {own.focal_deviation:.1f} px, principal point +- {own.centre_deviation:.1f} px"
               )  # fmt: skip
-        if chosen.second is None:
+        if not chosen.second:
             mirror = _mirror(found, own.camera) if chosen.mirror else None
             write_new(chosen.output, camera_json(own.camera, mirror=mirror).encode())
-            print(f"wrote {chosen.output}")
-            return 0
+            return _done(own, [f"wrote {chosen.output}"], output=chosen.output)
         if len(chosen.second) != len(pictures):
             raise ParameterError(
                 f"{len(pictures)} and {len(chosen.second)} pictures were given",
@@ -92,7 +85,7 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
     other = calibrate_camera([c for c, _ in there if c is not None], other_size)
     both = [(a, b) for (a, _), (b, _) in zip(found, there, strict=True) if a and b]
     stereo = calibrate_stereo(both, own.camera, other.camera)
-    print(f"second: {other.error:.2f} px RMS; both together {stereo.error:.2f} px RMS")
+    say(f"second: {other.error:.2f} px RMS; both together {stereo.error:.2f} px RMS")
     vectors = [stereo.pose.rotation_vector], [stereo.pose.translation]
     write_new(chosen.output, camera_json(own.camera).encode())
     try:
@@ -100,8 +93,12 @@ def calibrate(chosen: Namespace, pictures: list[Path]) -> int:
     except BaseException:
         chosen.output.unlink()
         raise
-    print(f"wrote {chosen.output} and {chosen.second_output}")
-    return 0
+    outputs = {"output": chosen.output, "second_output": chosen.second_output}
+    return _done(own, [f"wrote {chosen.output} and {chosen.second_output}"], **outputs)
+
+
+def _done(own: Calibration, lines: list[str], **outputs: Path) -> Done:
+    return Done(lines, {**outputs, "error_px": own.error})
 
 
 def _corners(
@@ -122,7 +119,7 @@ def _corners(
             )  # fmt: skip
         found.append((board.find(image), board.find(image, True) if mirror else None))
         if found[-1] == (None, None):
-            print(f"no board in {path}")
+            say(f"no board in {path}")
         progress(number + 1, len(pictures))
     return found, size or (0, 0)
 
@@ -132,6 +129,6 @@ def _mirror(found: Sequence[tuple[Corners | None, Corners | None]], camera: Came
 
     both = [(a, b) for a, b in found if a is not None and b is not None]
     mirror = calibrate_mirror(both, camera)
-    print(f"mirror in {len(both)} pictures: {mirror.error:.2f} px RMS, "
+    say(f"mirror in {len(both)} pictures: {mirror.error:.2f} px RMS, "
           f"{mirror.plane.distance:.0f} mm from the camera")  # fmt: skip
     return mirror.rectangle

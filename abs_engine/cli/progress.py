@@ -6,17 +6,32 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from types import TracebackType
+
+import click
 
 INTERVAL = 2.0  # seconds between lines where stderr is no terminal
 _TERMINAL_INTERVAL = 0.1
 _TICK = 1.0  # seconds between the marks of a stage's clock on a terminal
 
 
+def asked(name: str) -> bool:
+    """Whether an option that every command has was typed: "quiet" or "json"."""
+    context = click.get_current_context(silent=True)
+    return context is not None and context.params.get(name) in (True, Path("-"))
+
+
+def say(line: str) -> None:
+    """Print a part of the answer; on stderr where stdout is for JSON."""
+    print(line, flush=True, file=sys.stderr if asked("json") else sys.stdout)
+
+
 class Progress:
     """Stages, then frames done, rate and time left; a context manager, called after every frame.
 
-    A terminal sees one line that changes; a log sees a line every two seconds at most.
+    A terminal sees one line that changes; a log sees a line every two seconds at most; under
+    `--quiet` neither sees anything.
 
     Parameters
     ----------
@@ -26,7 +41,7 @@ class Progress:
 
     def __init__(self, what: str) -> None:
         self._what = what
-        self._terminal = sys.stderr.isatty()
+        self._terminal, self._quiet = sys.stderr.isatty(), asked("quiet")
         self._start = self._shown = time.perf_counter()
         self._dirty = False
         self._clock: _Clock | None = None
@@ -72,7 +87,7 @@ class Progress:
     def remark(self, line: str) -> None:
         """Print a line that is part of the answer, between stages and frames."""
         self.finish()
-        print(line, flush=True)
+        say(line)
 
     def finish(self) -> None:
         """Stop the clock and end the line of a terminal."""
@@ -84,13 +99,16 @@ class Progress:
 
     def _line(self, line: str) -> None:
         """Put a line in place of the last one on a terminal."""
+        if self._quiet:
+            return
         sys.stderr.write(f"\r{line:78}")
         sys.stderr.flush()
         self._dirty = True
 
     def _log(self, text: str) -> None:
-        sys.stderr.write(f"{self._what}: {text}\n")
-        sys.stderr.flush()
+        if not self._quiet:
+            sys.stderr.write(f"{self._what}: {text}\n")
+            sys.stderr.flush()
 
     def _stop_clock(self) -> None:
         if self._clock is not None:

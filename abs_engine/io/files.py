@@ -123,6 +123,15 @@ def check_free(path: Path, ending: str = "") -> Path:
     return path
 
 
+def next_free(path: Path) -> Path:
+    """The path, or the first of path-2, path-3, ... that does not exist."""
+    free, number = path, 1
+    while free.exists():
+        number += 1
+        free = path.with_name(f"{path.name}-{number}")
+    return free
+
+
 def write_new(path: Path, content: bytes) -> None:
     """Write a new file, whole or not at all.
 

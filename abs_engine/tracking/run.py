@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from abs_engine.core.camera import Camera
@@ -97,6 +98,7 @@ def track_video(
     stage: Callable[[str], None] | None = None,
     remark: Callable[[str], None] | None = None,
     recorded: Callable[[ClipTracker, Recorder], None] | None = None,
+    beside: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Track the lips in a video and write a run; see `abs_engine.tracking.record`.
 
@@ -117,6 +119,8 @@ def track_video(
         Called before the first frame with a line about several faces.
     recorded : callable, optional
         Given what was prepared and recorded, once it is written.
+    beside : mapping of str to str
+        More files for the folder: their text by their names.
 
     Returns
     -------
@@ -149,6 +153,8 @@ def track_video(
         facts = RunFacts(settings_of(tracker, options), tracker.info.frames, took)
         recorder = Recorder(tracker.setting)
         told = write_run(made.work, tracker.setting, tracker.results(), facts, progress, recorder)
+        for name, text in beside.items():
+            (made.work / name).write_text(text, encoding="utf-8")
         made.finish()
     if recorded is not None:
         recorded(tracker, recorder)

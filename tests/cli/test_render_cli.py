@@ -320,6 +320,6 @@ def test_modes_show_the_mouth(render):
 
 
 def test_every_kind_says_what_it_takes():
-    from abs_engine.cli.render import KINDS
+    from abs_engine.cli.commands.render import KINDS
 
     assert set(KINDS) == set(CHOICES)

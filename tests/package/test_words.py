@@ -10,7 +10,8 @@ import sys
 import pytest
 from pages import PAGES, ROOT
 
-from abs_engine.cli.parser import Parser, build_parser
+from abs_engine.cli import main
+from abs_engine.cli.program import PROGRAM
 
 MISUSED = re.compile(
     r"\b(told|tells|mend(?:s|ed|ing)?|foret(?:old|ells?)|(?:gone|goes|go|going) on with"
@@ -50,20 +51,17 @@ def sentences(tree: ast.Module) -> list[str]:
     return [text for text in said if len(text.split()) > 1]
 
 
-def commands() -> dict[str, Parser]:
-    """The program and its commands by what is typed."""
-    parser = build_parser()
-    return {"": parser, **parser._subparsers._group_actions[0].choices}
-
-
 @pytest.mark.parametrize("path", READ, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_pages_and_files_that_users_read(path):
     assert found_in(path.read_text("utf-8")) == []
 
 
-@pytest.mark.parametrize("name", commands())
-def test_help(name):
-    assert found_in(commands()[name].format_help()) == []
+@pytest.mark.parametrize("name", ["", *PROGRAM.list_commands(None)])
+def test_help(name, capsys):
+    assert main([*name.split(), "--help"]) == 0
+    text = capsys.readouterr().out
+    assert found_in(text) == []
+    assert f"Examples:\n  abs-engine {name}" in text
 
 
 def test_help_of_run():

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.cli.parser import build_parser
+from abs_engine.cli.commands.demo import demo
 from abs_engine.dataset import load_truth
 from abs_engine.io.assets import read_image
 from abs_engine.io.video import probe
@@ -73,8 +73,8 @@ def test_with_the_average_head_the_unseen_offset_is_owned_up_to():
 
 
 def test_the_average_head_can_be_asked_for():
-    assert build_parser().parse_args(["demo", "--average-head"]).average_head
-    assert not build_parser().parse_args(["demo"]).average_head
+    assert demo.make_context("demo", ["--average-head"]).params["average_head"]
+    assert not demo.make_context("demo", []).params["average_head"]
 
 
 def test_the_usual_clip_is_that_of_a_webcam_and_a_known_head():

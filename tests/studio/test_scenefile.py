@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from abs_engine.cli import main
-from abs_engine.cli.synth import request_of
+from abs_engine.cli.commands.synth import request_of
 from abs_engine.core.errors import AbsEngineError, InputFileError, ModelFormatError, ParameterError
 from abs_engine.dataset.codec import BOARD, CLOSED_BELOW, HAND, OTHER
 from abs_engine.io.assets import load_speaker

@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from abs_engine.learn.training import Training
 
 _MOST_NAMED = 12
 
 
-def add_train(command: ArgumentParser) -> None:
-    """Add what is typed after `train`."""
-    add = command.add_argument
-    add("observations", type=Path, metavar="OBSERVATIONS",
-        help="what 'observe -o' wrote, with 16 dots on the lips")  # fmt: skip
-    add("-o", "--output", type=Path, metavar="FILE", required=True,
-        help="the lips, an NPZ for 'track --physics' and 'cameras'; must not exist")  # fmt: skip
-    add("--person", metavar="NAME",
-        help="who wore the dots, one of the speaker's people (default: the average head is fitted "
-        "to the dots)")  # fmt: skip
-    add("--speaker", type=Path, metavar="FILE", help="head.npz of another speaker")
-    add("--modes", type=int, default=10, metavar="N", help="number of modes to keep (default: 10)")
-    add("--train", type=int, default=140, metavar="N",
-        help="complete frames to learn from, all of them required; the rest is for testing "
-        "(default: 140)")  # fmt: skip
-
-
-def train(chosen: Namespace) -> int:
+@command(
+    "Learn faces and lips",
+    take.argument("observations", "OBSERVATIONS",
+        "what 'observe -o' wrote, with 16 dots on the lips"),
+    take.output("FILE", "the lips, an NPZ for 'track --physics' and 'cameras'"),
+    take.person(
+        "who wore the dots, one of the speaker's people (default: the average head is fitted "
+        "to the dots)"
+    ),
+    take.file("--speaker", "head.npz of another speaker"),
+    take.option("--modes", type=int, default=10, metavar="N",
+        text="number of modes to keep (default: 10)"),
+    take.option("--train", type=int, default=140, metavar="N",
+        text="complete frames to learn from, all of them required; the rest is for testing "
+        "(default: 140)"),
+    examples="abs-engine train dots.npz -o lips.npz --person clara",
+)  # fmt: skip
+def train(chosen: Chosen) -> Done:
     """Learn how lips move from observed dots."""
     check_free(chosen.output, ".npz")
 
@@ -46,8 +46,14 @@ def train(chosen: Namespace) -> int:
     done = learn(observations, speaker, chosen.person, n_modes=chosen.modes, n_train=chosen.train)
     lines = report_lines(done)
     done.physics.save(chosen.output)  # first: whoever reads the lines may stop at any of them
-    print("\n".join([*lines, f"wrote {chosen.output}"]))
-    return 0
+    facts = {
+        "output": chosen.output,
+        "learned_frames": len(done.used),
+        "test_frames": len(done.tested),
+        "noise_mm": float(done.physics.noise),
+        "shares": [float(share) for share in done.physics.shares],
+    }
+    return Done([*lines, f"wrote {chosen.output}"], facts)
 
 
 def report_lines(done: Training) -> list[str]:
@@ -81,7 +87,7 @@ def report_lines(done: Training) -> list[str]:
     return lines
 
 
-def _named(frames: np.ndarray[tuple[int], np.dtype[np.int64]], why: str) -> str:
+def _named(frames: NDArray[Any], why: str) -> str:
     """Why, and which frames, the first of them if they are many; nothing if there are none."""
     if len(frames) == 0:
         return ""

@@ -1,15 +1,18 @@
-"""What ``abs-engine synth`` was asked for, as a scene."""
+"""The `synth` command."""
 
 from __future__ import annotations
 
 import re
 import shlex
-from argparse import Namespace
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
     from abs_engine.studio.scenefile import SceneFile
@@ -36,7 +39,61 @@ class Request:
     command: str
 
 
-def request_of(chosen: Namespace) -> Request:
+@command(
+    "Film ground truth and score against it",
+    take.argument(
+        "what", "SCENE", type=take.Named(take.scene_names, or_file=True),
+        text="a scene file, NAME.toml (bundled: short.toml, speech.toml, session.toml, "
+        "ten_thousand.toml, and reference.toml, which has every key); or demo, wolves, vowels, "
+        "closures, or viseme symbols in quotes: '_ m a p i _'",
+    ),
+    take.output("DIR", "folder of the dataset; after an interruption the same command resumes"),
+    take.option("--processes", type=take.count, metavar="N",
+        text="how many processes film at once (default: one for each core)"),
+    *take.group(
+        "For a sentence; a scene file has its own",
+        take.person("who is filmed (default: clara)"),
+        take.option("--size", type=take.count, nargs=2, metavar="WIDTH HEIGHT",
+            text="size of the picture, even numbers of pixels (default: 320 240)"),
+        take.option("--frames", type=take.count, metavar="N",
+            text="length (default: that of the sentence)"),
+        take.option("--seed", type=int, metavar="N",
+            text="seed of head motion and noise (default: 0)"),
+        take.option("--lossless", is_flag=True,
+            text="keep every picture before compression, as PNG"),
+    ),
+    examples="abs-engine synth wolves -o clip --person mei\nabs-engine synth short.toml -o data",
+)  # fmt: skip
+def synth(chosen: Chosen) -> Done:
+    """Film a scene, or a person who says a sentence, with ground truth."""
+    from abs_engine.core.clock import cost_lines
+    from abs_engine.studio.filming import film_scene
+    from abs_engine.studio.make import Crew
+
+    check_free(chosen.output)
+    request = request_of(chosen)
+    with Progress("filming") as filming, Progress("encoding") as encoding:
+
+        def stage(name: str) -> None:
+            filming.finish()
+            encoding.announce(name)
+            encoding.restart()
+
+        done = film_scene(
+            request.scene,
+            chosen.output,
+            beside=request.beside,
+            command=request.command,
+            crew=Crew(chosen.processes or 0, True, stage, filming, encoding),
+        )
+    lines = ["what a frame cost, by part:", *cost_lines(done.seconds, done.frames)]
+    if done.resumed:
+        lines.insert(0, f"{done.resumed} of {done.frames} frames were there from before")
+    facts = {"output": done.folder, "frames": done.frames, "seconds": done.seconds}
+    return Done([*lines, f"wrote {done.folder}"], facts)
+
+
+def request_of(chosen: Chosen) -> Request:
     """The scene of the command line: a scene file, or a sentence with options.
 
     Raises

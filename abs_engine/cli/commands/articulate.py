@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
-from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.drawing import opened
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import check_free, write_new
@@ -16,12 +17,11 @@ if TYPE_CHECKING:
     from abs_engine.face.shape.predictors import Predictor
     from abs_engine.report.articulation.report import Heads
 
-EPILOG = """\
+_NOTES = """\
 Articulatory parameters by guided principal components: each is the first component of some points'
 coordinates, of what the parameters before it leave, and takes away what it explains of all points.
-To see what each file looks like, start with a bundled speaker, whose folder has them all:
-  abs-engine articulate --person clara -o clara
-  abs-engine articulate clara/points.csv --roles clara/roles.csv -o again
+To see what each file looks like, start with a bundled speaker, whose folder has them all, as in the
+first two examples.
 
 CORPUS, points of a face in a posture for each viseme:
   C3D   markers, in the unit that the file states
@@ -50,41 +50,41 @@ CORPUS, points of a face in a posture for each viseme:
   coordinates = "y"                  of x, y and z
   positive = "-y"                    the direction in which the parameter grows
 
---model writes curves of the parameters instead, for points named like the model's:
-  abs-engine articulate speech.c3d --roles mine.csv --model mine/model.npz -o speech.csv
+--model writes curves of the parameters instead, for points named like the model's, as in the third.
 
 From Python: model = abs_engine.load_articulatory(Path("clara/model.npz")); model.transform(points)
 gives parameters (V, P) of points (V, N, 3), model.inverse_transform(parameters) the points.
 """
 
 
-def add_articulate(command: argparse.ArgumentParser) -> None:
-    """Add what is typed after `articulate`, but for output and renderer."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = EPILOG
-    add = command.add_argument
-    add("corpus", type=Path, nargs="?", metavar="CORPUS", help="recorded points, see below")
-    add("--roles", type=Path, metavar="TABLE",
-        help="which points are lips, jaw and teeth, and which frames are which viseme")  # fmt: skip
-    add("--person", metavar="NAME",
-        help="a bundled person's corpus instead; also writes it and its tables as CSV and TOML, "
-        "and draws the head")  # fmt: skip
-    add("--predictors", type=Path, metavar="FILE",
-        help="definitions of the parameters (default: Odisio and Bailly's)")  # fmt: skip
-    add("--model", type=Path, metavar="FILE",
-        help="build no model, but write the parameters of each frame of CORPUS by this "
-        "model.npz as a CSV; of the table only the upper teeth matter")  # fmt: skip
-    add("--missing", choices=("refuse", "drop", "impute"),
-        help="points missing in some visemes: an error, left out, or filled in from the model of "
-        "the others (default: refuse)")  # fmt: skip
-    add("--without", action="append", default=[], metavar="NAME",
-        help="leave out a viseme or a point; may be repeated")  # fmt: skip
-    add("--unit", choices=("mm", "cm", "m"),
-        help="unit of CORPUS, if the file does not state it (default: mm)")  # fmt: skip
-
-
-def articulate(chosen: Namespace) -> int:
-    """Build an articulatory model of a corpus, or apply one."""
+@command(
+    "Learn faces and lips",
+    take.argument("corpus", "[CORPUS]", "recorded points, see below", required=False),
+    take.output("DIR", "folder of the model, its tables and figures; with --model a CSV"),
+    take.file("--roles", metavar="TABLE",
+        text="which points are lips, jaw and teeth, and which frames are which viseme"),
+    take.person("a bundled person's corpus instead; also writes it and its tables as CSV and "
+        "TOML, and draws the head"),
+    take.file("--predictors",
+        "definitions of the parameters (default: Odisio and Bailly's)"),
+    take.file("--model",
+        "build no model, but write the parameters of each frame of CORPUS by this "
+        "model.npz as a CSV; of the table only the upper teeth matter"),
+    take.option("--missing", type=take.Choice(("refuse", "drop", "impute")),
+        text="points missing in some visemes: an error, left out, or filled in from the model of "
+        "the others (default: refuse)"),
+    take.option("--without", multiple=True, metavar="NAME",
+        text="leave out a viseme or a point; may be repeated"),
+    take.option("--unit", type=take.Choice(("mm", "cm", "m")),
+        text="unit of CORPUS, if the file does not state it (default: mm)"),
+    take.renderer(),
+    examples="abs-engine articulate --person clara -o clara\n"
+    "abs-engine articulate clara/points.csv --roles clara/roles.csv -o again\n"
+    "abs-engine articulate speech.c3d --roles mine.csv --model mine/model.npz -o speech.csv",
+    notes=_NOTES,
+)  # fmt: skip
+def articulate(chosen: Chosen) -> Done:
+    """Build an articulatory model of a corpus of visemes, or apply one."""
     check_free(chosen.output)
     _check(chosen)
     if chosen.model is not None:
@@ -94,7 +94,7 @@ def articulate(chosen: Namespace) -> int:
     return _of_person(chosen)
 
 
-def _check(chosen: Namespace) -> None:
+def _check(chosen: Chosen) -> None:
     if (chosen.corpus is None) == (chosen.person is None):
         both = "CORPUS and --person were given" if chosen.corpus else "there is no corpus"
         raise ParameterError(both, "name a file of recorded points, or a bundled --person")
@@ -108,7 +108,7 @@ def _check(chosen: Namespace) -> None:
         )
 
 
-def _read(chosen: Namespace) -> Corpus:
+def _read(chosen: Chosen) -> Corpus:
     from abs_engine.capture.corpus_file import read_corpus
 
     return read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit)
@@ -124,7 +124,7 @@ def _predictors(path: Path | None) -> tuple[Predictor, ...]:
     return read_predictors(path)
 
 
-def _apply(chosen: Namespace) -> int:
+def _apply(chosen: Chosen) -> Done:
     from abs_engine.capture.corpus_file import read_recording
     from abs_engine.face.shape.articulatory_model import load_articulatory
     from abs_engine.report.articulation.applied import apply_model
@@ -134,29 +134,27 @@ def _apply(chosen: Namespace) -> int:
     names, points = read_recording(chosen.corpus, chosen.roles, chosen.unit)
     done = apply_model(model, names, points)
     write_new(chosen.output, done.as_csv().encode())
-    print("\n".join([*applied_lines(done), f"wrote {chosen.output}"]))
-    return 0
+    return Done([*applied_lines(done), f"wrote {chosen.output}"], {"output": chosen.output})
 
 
-def _of_person(chosen: Namespace) -> int:
-    from abs_engine.cli.commands import _renderer
+def _of_person(chosen: Chosen) -> Done:
     from abs_engine.io.assets import load_speaker
     from abs_engine.report.articulation.report import Heads
     from abs_engine.studio.corpus import speak_corpus
 
     predictors, speaker = _predictors(chosen.predictors), load_speaker()
     spoken = speak_corpus(speaker, speaker.named(chosen.person))
-    with _renderer(chosen.renderer) as renderer:
+    with opened(chosen.renderer) as renderer:
         heads = Heads(spoken, chosen.person, renderer)
         return _finish(chosen, spoken.corpus, predictors, heads)
 
 
 def _finish(
-    chosen: Namespace,
+    chosen: Chosen,
     corpus: Corpus,
     predictors: tuple[Predictor, ...],
     heads: Heads | None = None,
-) -> int:
+) -> Done:
     from abs_engine.report.articulation.analysis import analyse
     from abs_engine.report.articulation.model_page import (
         corpus_lines,
@@ -170,6 +168,6 @@ def _finish(
         done = analyse(corpus, predictors, chosen.missing or "refuse", chosen.without)
         progress.announce("drawing")
         write_report(chosen.output, done, heads)
-    print("\n".join([*corpus_lines(done), *variance_lines(done), *error_lines(done)]))
-    print(f"wrote {chosen.output}; open {chosen.output / PAGE}")
-    return 0
+    lines = [*corpus_lines(done), *variance_lines(done), *error_lines(done)]
+    lines.append(f"wrote {chosen.output}; open {chosen.output / PAGE}")
+    return Done(lines, {"output": chosen.output, "lines": lines})

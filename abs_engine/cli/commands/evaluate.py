@@ -1,0 +1,59 @@
+"""The `evaluate` command."""
+
+from __future__ import annotations
+
+import json
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+
+_FORMATS = """\
+CSV files, with the column names in the first line:
+  landmarks, a row a point    frame,point,x,y,unit, optionally time,z,space: point 0 to 67 in the
+                              order of 300-W, unit px or mm, space camera (default) or head
+  landmarks, a row a frame    frame, x_0 to y_67 in px and/or X_0 to Z_67 in mm, camera coordinates;
+                              optionally timestamp, success, pose_Tx to pose_Rz (as OpenFace 2)
+  ARKit, a row a frame        the 52 face units; optionally Timecode, HeadYaw, HeadPitch, HeadRoll
+                              (as Live Link Face)
+Every frame of the clip must be there, counted from 0 or 1; cells of lost frames are empty.
+Numbers in brackets are 95 % confidence intervals.
+"""
+
+
+@command(
+    "Film ground truth and score against it",
+    take.argument(
+        "results",
+        "RUN...",
+        "what 'track -o' made, or a CSV file of another system",
+        nargs=-1,
+        required=True,
+    ),
+    take.option(
+        "--truth",
+        type=take.PATH,
+        many=True,
+        metavar="DIR...",
+        required=True,
+        text="what 'synth -o' made, or DATASET/CLIP/CAMERA; one for all, or one for each RUN, "
+        "which are then also pooled as clips",
+    ),
+    *take.view(),
+    take.output(
+        "DIR", "folder of the scores, must not exist (default: RUN/evaluation)", required=False
+    ),
+    take.seed("the confidence intervals"),
+    examples="abs-engine evaluate run --truth clip\n"
+    "abs-engine evaluate run other.csv --truth clip -o scores --json",
+    notes=_FORMATS,
+)
+def evaluate(chosen: Chosen) -> Done:
+    """Score results, ours or others', against ground truth."""
+    from abs_engine.report.scoring import SCORES, default_folder
+    from abs_engine.report.scoring import evaluate as score
+
+    folder = chosen.output or default_folder(chosen.results)
+    view = chosen.clip, chosen.camera
+    done = score(chosen.results, chosen.truth, folder, seed=chosen.seed, view=view)
+    scores = json.loads((done.folder / SCORES).read_text(encoding="utf-8"))
+    return Done([*done.lines(), f"wrote {done.folder}"], {"output": done.folder, **scores})

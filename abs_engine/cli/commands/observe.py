@@ -1,0 +1,212 @@
+"""The `observe` command: dots in videos, marker files, calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from abs_engine.cli import options as take
+from abs_engine.cli.calibrate import board_options, calibrate
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.dots_film import DotsFilm
+from abs_engine.cli.progress import Progress
+from abs_engine.core.errors import ParameterError
+from abs_engine.io.files import check_free, write_new
+
+if TYPE_CHECKING:
+    from abs_engine.capture.head import HeadChoice
+    from abs_engine.capture.observations import Observations
+    from abs_engine.capture.session import Moment
+    from abs_engine.capture.view import View
+
+_NOTES = """\
+Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
+from 0, views from 1, pixels from 0 at the top left; leave x and y empty where the dot cannot be
+seen. The points are 16 of the lips and the nose, in rows from the subject's right to the left:
+  corner_right, upper_outer_1 to _3, corner_left, lower_outer_1 to _3, upper_inner_1 to _4,
+  lower_inner_1 to _4, nose
+and others on the skull. To correct: look at --overlay, edit the lines of --review, and
+observe again with --corrections. The head frame needs one of --rigid, --pose and --unturned.
+"""
+_MARKERS = (".c3d", ".csv")
+
+
+def _rename(text: str) -> tuple[str, str]:
+    old, equals, new = text.partition("=")
+    if not (old and equals and new):
+        raise click.BadParameter(f"'{text}' is not MARKER=POINT")
+    return old, new
+
+
+@command(
+    "Learn faces and lips",
+    take.argument("what", "WHAT...", "videos, a marker file, or calibrate and pictures; see above",
+        nargs=-1, required=True),
+    take.output("FILE", "observations, or camera.json of the calibration"),
+    *take.group(
+        "For videos",
+        take.file("--calibration", many=True, metavar="FILE...",
+            text="camera.json of one camera with a mirror, or of each of two cameras"),
+        take.file("--points", "where the dots are in frame 0, in both views"),
+        take.file("--corrections", "where they are in other frames"),
+        take.file("--review", "write the places that a person should check, a CSV"),
+        take.file("--overlay", "write the video with the dots drawn on it, an MP4"),
+        take.option("--largest-error", type=float, default=1.5, metavar="PX",
+            text="largest reprojection error of a point (default: 1.5)"),
+    ),
+    *take.group(
+        "The head frame, for videos and marker files",
+        take.option("--rigid", metavar="NAME,NAME,...", text="three or more points on the skull"),
+        take.file("--reference",
+            "CSV of point, x, y, z: places of the rigid points in the head frame, mm"),
+        take.file("--pose",
+            "CSV of the head's pose: frame, rx, ry, rz (radians), tx, ty, tz (mm)"),
+        take.option("--unturned", metavar="NAME",
+            text="the head never turns; take its shift from this point"),
+    ),
+    *take.group(
+        "For marker files",
+        take.option("--rename", many=True, type=_rename, metavar="MARKER=POINT...",
+            text="names of the points that are markers of other names"),
+        take.option("--rate", type=float, metavar="HZ",
+            text="frame rate, if the file does not state it"),
+        take.option("--unit", type=take.Choice(("mm", "cm", "m")),
+            text="if the file does not state it (default: mm)"),
+    ),
+    *take.group("For calibrate", *board_options()),
+    examples="abs-engine observe left.mp4 right.mp4 --calibration left.json right.json "
+    "--points dots.csv \\\n    --rigid nose,brow,temple -o dots.npz\n"
+    "abs-engine observe markers.c3d --rigid nose,brow,temple -o dots.npz\n"
+    "abs-engine observe calibrate pictures/*.png --squares 9 6 --square 12 -o camera.json",
+    notes=_NOTES,
+)  # fmt: skip
+def observe(chosen: Chosen) -> Done:
+    """Turn dots in two views into 3D points, read marker files, or calibrate cameras.
+
+    VIDEO [VIDEO2]         follow dots in two videos, or in one with the face and its mirror image
+    MARKERS                read markers of another system, a C3D or CSV file
+    calibrate PICTURES...  calibrate a camera with pictures of a board; --second: also a second
+                           one, --mirror: a mirror
+    """
+    check_free(chosen.output, ".json" if chosen.what[0] == "calibrate" else ".npz")
+    if chosen.what[0] == "calibrate":
+        return calibrate(chosen, [Path(p) for p in chosen.what[1:]])
+    files = [Path(p) for p in chosen.what]
+    if files[0].suffix.lower() in _MARKERS:
+        return _markers(chosen, files)
+    return _videos(chosen, files)
+
+
+def _videos(chosen: Chosen, videos: list[Path]) -> Done:
+    from abs_engine.capture.dot_annotations import initial_places, read_marks, write_marks
+    from abs_engine.capture.observations import write_observations
+    from abs_engine.capture.session import follow_videos, points_of_head, review
+    from abs_engine.capture.triangulate import triangulate
+    from abs_engine.io.video import probe
+
+    for needed in ("calibration", "points"):
+        if not getattr(chosen, needed):
+            raise ParameterError(f"--{needed} is missing", "see 'abs-engine observe --help'")
+    for path, ending in ((chosen.review, ".csv"), (chosen.overlay, ".mp4")):
+        if path is not None:
+            check_free(path, ending)
+    views, points = _views(chosen.calibration, videos), read_marks(chosen.points)
+    corrections = read_marks(chosen.corrections) if chosen.corrections else ()
+    info = probe(videos[0])
+    head = _head(chosen, info.frames)
+    names, places = initial_places(points, len(views))
+    head.check(names)
+    triangulate(views, places)  # complains of views that leave depth open before the long work
+    with ExitStack() as stack:
+        progress = stack.enter_context(Progress("observing"))
+        overlay = stack.enter_context(DotsFilm(chosen.overlay, info.rate))
+
+        def watch(moment: Moment) -> None:
+            progress(moment.frame + 1, info.frames)
+            overlay.add(moment)
+
+        tracks = follow_videos(videos, points, corrections, watch=watch)
+        source = " ".join(["dots in", *(v.name for v in videos)])
+        observed = points_of_head(tracks, views, head, chosen.largest_error, source=source)
+        rows = list(review(tracks, observed))
+        write_observations(chosen.output, observed)
+        if chosen.review is not None:
+            write_new(chosen.review, write_marks(rows).encode())
+        overlay.finish()
+    looked_at = f"{len(rows)} of {tracks.scores.size} places should be looked at by a person"
+    return _done(chosen, observed, [looked_at])
+
+
+def _views(files: Sequence[Path], videos: Sequence[Path]) -> list[View]:
+    from abs_engine.capture.view import Plane, View
+    from abs_engine.dataset import load_placed_camera
+
+    placed = [load_placed_camera(path) for path in files]
+    if len(placed) != len(videos):
+        raise ParameterError(
+            f"{len(videos)} videos and {len(placed)} calibrations were given",
+            "give one video and a camera with a mirror, or two of each",
+        )
+    for path, one in zip(files, placed, strict=True):
+        if len(one.rotations) > 1:
+            raise ParameterError(f"the camera of {path} moves", "give one that stands still")
+    views = [View(one.camera, one.pose(0)) for one in placed]
+    if len(placed) == 1:
+        if placed[0].mirror is None:
+            raise ParameterError(
+                f"{files[0]} has no mirror, and one view leaves depth open",
+                "give a second video with its calibration, or calibrate with --mirror",
+            )
+        views.append(View(placed[0].camera, placed[0].pose(0), Plane.through(placed[0].mirror)))
+    return views
+
+
+def _head(chosen: Chosen, frames: int) -> HeadChoice:
+    from abs_engine.capture.head import HeadChoice
+    from abs_engine.capture.headfiles import read_head_poses, read_reference
+
+    rigid = tuple(n.strip() for n in (chosen.rigid or "").split(",") if n.strip())
+    if chosen.reference is not None and not rigid:
+        raise ParameterError("--reference goes with --rigid", "name the rigid points")
+    reference = None if chosen.reference is None else read_reference(chosen.reference)
+    motion = None if chosen.pose is None else read_head_poses(chosen.pose, frames)
+    return HeadChoice(rigid, reference, motion, chosen.unturned)
+
+
+def _markers(chosen: Chosen, files: list[Path]) -> Done:
+    from abs_engine.capture.markers import read_markers
+    from abs_engine.capture.observations import write_observations
+    from abs_engine.capture.session import points_of_markers
+
+    if len(files) > 1:
+        raise ParameterError("several marker files were given", "give one")
+    markers = read_markers(files[0], chosen.rate, chosen.unit).renamed(dict(chosen.rename))
+    head = _head(chosen, len(markers.points))
+    observed = points_of_markers(markers, head, source=f"markers of {files[0].name}")
+    write_observations(chosen.output, observed)
+    return _done(chosen, observed)
+
+
+def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> Done:
+    import numpy as np
+
+    found, missing = observed.found, observed.found.size - int(observed.found.sum())
+    uncertain = int(observed.uncertain.sum())
+    lines = [
+        f"{observed.frames} frames of {len(observed.names)} points at {observed.rate:g} frames/s; "
+        f"{missing} of {found.size} not found, {uncertain} uncertain"
+    ]
+    if len(observed.pixels) and found.any():
+        error = np.sqrt(np.mean(observed.error[found] ** 2))
+        lines.append(f"reprojection error {error:.2f} px RMS")
+    if chosen.rigid:
+        rigid = np.sqrt(np.nanmean(observed.rigid_error**2))
+        lines.append(f"rigid points agree to {rigid:.2f} mm RMS")
+    head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
+    lines += [f"{head} frames without the head", *more, f"wrote {chosen.output}"]
+    facts = {"frames": observed.frames, "missing": missing, "uncertain": uncertain}
+    return Done(lines, {"output": chosen.output, **facts, "frames_without_head": head})

@@ -1,0 +1,60 @@
+"""The `report` command."""
+
+from __future__ import annotations
+
+import shlex
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.progress import Progress
+from abs_engine.io.files import check_free
+
+
+@command(
+    "Track and look at the result",
+    take.argument(
+        "results", "RUN...", nargs=-1, required=True,
+        text="what 'track -o' made; with --truth also a CSV file of another system, as for "
+        "'evaluate'",
+    ),
+    take.output("FILE", "the HTML file"),
+    take.file(
+        "--truth", metavar="DIR",
+        text="what 'synth -o' made, or DATASET/CLIP/CAMERA; without it nothing is scored",
+    ),
+    *take.view(),
+    take.file(
+        "--video",
+        text="the video that was tracked (default: the truth's, or where the run says it was)",
+    ),
+    take.seed("the confidence intervals"),
+    examples="abs-engine report run -o report.html\n"
+    "abs-engine report run other --truth clip -o compared.html",
+)  # fmt: skip
+def report(chosen: Chosen) -> Done:
+    """Write one HTML file about one or several runs."""
+    check_free(chosen.output, ".html")
+
+    from abs_engine.report.gathering import ReportOptions, write_report
+
+    options = ReportOptions(
+        truth=chosen.truth,
+        clip=chosen.clip,
+        camera=chosen.camera,
+        video=chosen.video,
+        seed=chosen.seed,
+        command=_command_line(chosen),
+    )
+    with Progress("report") as progress:
+        write_report(chosen.results, chosen.output, options, progress.announce)
+    lines = [f"wrote {chosen.output}; open it in a browser"]
+    return Done(lines, {"output": chosen.output})
+
+
+def _command_line(chosen: Chosen) -> str:
+    words = ["abs-engine", "report", *map(str, chosen.results)]
+    for name in ("truth", "clip", "camera", "video", "output"):
+        value = getattr(chosen, name)
+        words += [f"--{name}", str(value)] if value is not None else []
+    words += ["--seed", str(chosen.seed)] if chosen.seed else []
+    return shlex.join(words)

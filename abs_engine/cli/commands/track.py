@@ -1,0 +1,155 @@
+"""The `track` command."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.drawing import opened, print_hints
+from abs_engine.cli.progress import Progress
+from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
+from abs_engine.cli.summary import summary_lines
+from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
+from abs_engine.io.files import check_free
+
+if TYPE_CHECKING:
+    from abs_engine.tracking.options import TrackOptions
+
+_POSES = """\
+Head poses come from a run or filmed truth (its folder), or from a file:
+  CSV   a line of names, then a row for each frame: head_rx head_ry head_rz (rotation vector,
+        radians) and head_tx head_ty head_tz (mm), as results.csv of a run; empty where not known
+  NPZ   rotation, (T, 3) vectors or (T, 3, 3) matrices, and translation (T, 3), as results.npz of a
+        run; NaN, or False in found, where not known
+x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
+(x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
+taken as they are with --person, otherwise as a first guess; frames without one are not tracked.
+"""
+_NEEDS = """\
+The drivers forces, fixed-step and newton need colour; axes and levenberg need texture or local.
+"""
+
+
+def _notes() -> str:
+    """Formats of files, and what can be chosen by name."""
+    kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
+    names = [f"{title + ':':<10}{', '.join(registry.names())}\n" for title, registry in kinds]
+    return f"{_POSES}\n{''.join(names)}{_NEEDS}"
+
+
+@command(
+    "Track and look at the result",
+    take.argument("video", "VIDEO", "a video of somebody who speaks to the camera"),
+    take.output("RUN", "folder of the results"),
+    settings_option(),
+    *take.group(
+        "Who is tracked, and where",
+        take.option("--face", type=take.count, metavar="N",
+            text="which face to track, counted from 1, the largest first (default: the largest)"),
+        take.option("--mouth", type=float, nargs=4, metavar="X Y W H",
+            text="box around the mouth to track in the first frame, pixels (default: it is found)"),
+        take.option("--pupil-distance", type=float, metavar="MM",
+            text="distance between the person's pupils; sets the scale (default: 63.4, adults' "
+            "mean)"),
+        take.person("a known head: one of the speaker's people (bundled: clara, kofi, mei, "
+            "walter, amara, ravi); default: the average head, whose mouth is fitted"),
+        take.file("--speaker", "head.npz of another speaker"),
+        take.file("--camera", "camera.json of the camera's calibration"),
+        take.file("--colours",
+            "colours.npz of a run of the same person and light (default: learn them)"),
+        take.file("--physics", "how the lips move, as 'train' learned it"),
+        take.file("--poses",
+            "known head poses, see below; no face is then looked for or followed"),
+    ),
+    *take.group(
+        "How it is tracked; names below",
+        take.option("--preset", metavar="NAME", type=take.Named(PRESETS),
+            text="a model, evidence, driver and start that belong together"),
+        take.option("--model", metavar="NAME", type=take.Named(MODELS, or_file=True),
+            text="what is tracked: a name, or the file of a model (default: head)"),
+        take.option("--terms", metavar="NAME+NAME", type=take.Named(TERMS, join="+"),
+            text="evidence that is rendered and compared, names joined by + (default: colour)"),
+        take.option("--driver", metavar="NAME", type=take.Named(DRIVERS),
+            text="what moves the parameters (default: newton for a head seen by colour, else "
+            "simplex)"),
+        take.option("--start", type=take.Choice(("landmarks", "blobs")),
+            text="how an unknown head is placed: by a landmark network, or by colour as in the "
+            "papers (default: landmarks)"),
+        take.option("--evidence", type=take.Choice(("both", "rendering", "landmarks")),
+            default="both", text="kinds of evidence to use in each frame (default: both)"),
+        take.file("--plugin", multiple=True, metavar="FILE.py",
+            text="Python file that adds models, terms, drivers or renderers of your own; may be "
+            "repeated"),
+        take.renderer(),
+    ),
+    examples="abs-engine track talk.mp4 -o run\n"
+    "abs-engine track talk.mp4 -o scaled --pupil-distance 61.5 --renderer cpu\n"
+    "abs-engine track other.mp4 -o same-way --settings run/settings.toml\n"
+    "abs-engine track talk.mp4 -o simplex --driver simplex --json --quiet",
+    notes=_notes,
+)  # fmt: skip
+def track(chosen: Chosen) -> Done:
+    """Track the lips in a video."""
+    from abs_engine.io.video import probe
+
+    check_free(chosen.output)
+    info = probe(chosen.video)  # says what is wrong before anything slow is loaded
+
+    from abs_engine.tracking.output import OVERLAY, SHEET
+    from abs_engine.tracking.run import check_options, track_video
+    from abs_engine.tracking.scale import scale_line
+
+    for plugin in chosen.plugin:
+        load_plugin(plugin)
+    options = track_options(chosen)
+    check_options(options, info)  # what cannot be is said before a renderer is opened
+    with opened(chosen.renderer) as renderer, Progress("tracking") as progress:
+        print_hints(renderer)
+        run = track_video(
+            chosen.video,
+            chosen.output,
+            renderer,
+            options,
+            progress,
+            progress.restart,
+            progress.announce,
+            progress.remark,
+            beside={SETTINGS: settings_text(track, vars(chosen), chosen.output)},
+        )
+    lines = [
+        *summary_lines(run["summary"]),
+        scale_line(run["settings"]["scale"]),
+        f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",
+    ]
+    return Done(lines, {"output": chosen.output, **run})
+
+
+def track_options(chosen: Chosen) -> TrackOptions:
+    """What was chosen on the command line, as the tracker takes it.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the camera's file cannot be read.
+    """
+    from abs_engine.dataset import load_camera
+    from abs_engine.tracking.options import TrackOptions
+
+    return TrackOptions(
+        person=chosen.person,
+        mouth=chosen.mouth,
+        camera=None if chosen.camera is None else load_camera(chosen.camera),
+        speaker=chosen.speaker,
+        colours=chosen.colours,
+        physics=chosen.physics,
+        poses=chosen.poses,
+        start=chosen.start,
+        face=chosen.face,
+        pupil_distance=chosen.pupil_distance,
+        evidence=chosen.evidence,
+        model=chosen.model,
+        terms=chosen.terms,
+        driver=chosen.driver,
+        preset=chosen.preset,
+    )

@@ -1,0 +1,56 @@
+"""Opens what draws, and says on one line what it is."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from abs_engine.cli.progress import asked, say
+
+if TYPE_CHECKING:
+    from abs_engine.render.select import OpenRenderer
+
+
+@contextmanager
+def opened(name: str) -> Iterator[OpenRenderer]:
+    """Open a renderer and say what it is, and why OpenGL is not used if it failed."""
+    from abs_engine.render.select import open_renderer
+
+    notes = _Notes()
+    logger = logging.getLogger("abs_engine.render")
+    logger.addHandler(notes)
+    try:
+        renderer = open_renderer(name)
+    finally:
+        logger.removeHandler(notes)
+    with renderer:
+        why = f" ({'; '.join(notes.lines)})" if notes.lines else ""
+        note(f"renderer: {renderer.description}{why}")
+        yield renderer
+
+
+def print_hints(renderer: OpenRenderer) -> None:
+    """What a user should know before a long run."""
+    from abs_engine.render.select import draws_by_software
+
+    if draws_by_software(renderer):
+        note("hint: no GPU draws here; --renderer cpu is two to three times as fast")
+
+
+def note(line: str) -> None:
+    """Say what is no part of the answer, unless `--quiet` was typed."""
+    if not asked("quiet"):
+        say(line)
+
+
+class _Notes(logging.Handler):
+    """Keeps what is logged, each as one line."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.lines.append(" ".join(record.getMessage().split()))

@@ -1,0 +1,157 @@
+"""What a command takes: arguments, options, and names that the shell completes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from abs_engine.core.registry import RENDERERS, Registry, nearest
+
+STDOUT = Path("-")
+DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. Without a GPU, cpu is faster"
+PATH = click.Path(path_type=Path)
+
+
+class Option(click.Option):
+    """An option under a heading of the help; with `many` it takes all words up to the next."""
+
+    section = "Options"
+    many = False
+
+
+class Choice(click.Choice[str]):
+    """One of a few words; another is answered with the nearest."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> str:
+        """The word itself."""
+        if value not in self.choices:
+            known = list(self.choices)
+            self.fail(f"there is no choice '{value}'; {nearest(str(value), known)}", param, ctx)
+        return str(value)
+
+
+class Named(click.ParamType[str]):
+    """A name, or names joined by a character, that the shell completes.
+
+    Which names there are is seen once plugins are loaded, so it is not checked here.
+
+    Parameters
+    ----------
+    names : Registry, or callable that returns strings
+    join : str
+        What stands between names.
+    or_file : bool
+        Whether a file can be given instead.
+    """
+
+    name = "name"
+
+    def __init__(
+        self, names: Registry | Callable[[], Iterable[str]], join: str = "", or_file: bool = False
+    ) -> None:
+        self._names = names.names if isinstance(names, Registry) else names
+        self._join, self.or_file = join, or_file
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The names that go on as was typed."""
+        before = incomplete[: incomplete.rfind(self._join) + 1] if self._join else ""
+        words = [before + name for name in self._names()]
+        found = [CompletionItem(word) for word in words if word.startswith(incomplete)]
+        return [*found, CompletionItem(incomplete, "file")] if self.or_file else found
+
+
+def argument(name: str, metavar: str, text: str, **more: Any) -> click.Argument:
+    """What is typed without a name: a path, if nothing else is said."""
+    return click.Argument([name], metavar=metavar, help=text, **{"type": PATH, **more})
+
+
+def option(*names: str, text: str, many: bool = False, **more: Any) -> Option:
+    """An option as click's; with `many` it takes all words up to the next option."""
+    made = Option(names, help=text, multiple=more.pop("multiple", False) or many, **more)
+    made.many = many
+    return made
+
+
+def group(title: str, *options: Option) -> Iterator[Option]:
+    """Options that stand under a heading of their own."""
+    for one in options:
+        one.section = title
+        yield one
+
+
+def output(metavar: str, text: str, required: bool = True) -> Option:
+    """Where something new is written."""
+    text += ", must not exist" if "must not exist" not in text else ""
+    return option("-o", "--output", text=text, type=PATH, metavar=metavar, required=required)
+
+
+def view() -> tuple[Option, Option]:
+    """Which view of a dataset is meant."""
+    return (
+        option("--clip", metavar="NAME", text="clip of the dataset, if it has several"),
+        option("--camera", metavar="NAME", text="camera of the clip, if it has several"),
+    )
+
+
+def seed(what: str) -> Option:
+    """The seed of random draws."""
+    return option("--seed", type=int, default=0, metavar="N", text=f"seed of {what} (default: 0)")
+
+
+def file(name: str, text: str, metavar: str = "FILE", **more: Any) -> Option:
+    """An option whose value is a path."""
+    return option(name, text=text, type=PATH, metavar=metavar, **more)
+
+
+def count(text: str | int) -> int:
+    """A number from 1 on."""
+    number = int(text)
+    if number < 1:
+        raise click.BadParameter(f"{text} is not 1 or more")
+    return number
+
+
+def person(text: str, default: str | None = None) -> Option:
+    """`--person`: one of the bundled people, or of another speaker's."""
+    return option("--person", metavar="NAME", type=Named(people_names), text=text, default=default)
+
+
+def people_names() -> Iterable[str]:
+    """The bundled people."""
+    from abs_engine.io.assets import load_speaker
+
+    return load_speaker().people
+
+
+def scene_names() -> list[str]:
+    """Scenes and sentences that are bundled."""
+    from abs_engine.io.assets import shipped
+    from abs_engine.studio.visemes import SENTENCES
+
+    return [*sorted(path.name for path in shipped("scenes").glob("*.toml")), *SENTENCES]
+
+
+def unit_names() -> Iterable[str]:
+    """Face units of the bundled head."""
+    from abs_engine.io.assets import load_speaker
+
+    return load_speaker().unit_names
+
+
+def renderer(text: str = DRAWS, default: str | None = "auto") -> Option:
+    """`--renderer`: what draws."""
+    named = Named(renderer_names)
+    return option("--renderer", text=text, type=named, metavar="NAME", default=default)
+
+
+def renderer_names() -> Iterable[str]:
+    """Those that `--renderer` takes."""
+    from abs_engine.render.select import NAMES
+
+    return *NAMES, *RENDERERS.names()
