@@ -188,10 +188,7 @@ class Reader:
             contextlib.redirect_stdout(said),
             contextlib.redirect_stderr(complained),
         ):
-            try:
-                status = main(arguments)
-            except SystemExit as end:
-                status = int(end.code or 0)
+            status = main(arguments)
         if status not in ((0, 1) if arguments[0] == "doctor" else (0,)):
             raise PageError(f"exit status {status}: {complained.getvalue().strip()[-600:]}")
 

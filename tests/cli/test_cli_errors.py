@@ -36,10 +36,7 @@ def fails(capsys, tmp_path):
 
     def run(*words: object) -> str:
         before = sorted(tmp_path.rglob("*"))
-        try:
-            status = main([str(word) for word in words])
-        except SystemExit as end:
-            status = end.code
+        status = main([str(word) for word in words])
         lines = capsys.readouterr().err.splitlines()
         assert status == 2
         assert len(lines) == 1, lines

@@ -49,10 +49,7 @@ def fails(tmp_path, capsys):
     def run(*words: object, name: str = "made.png") -> str:
         before = sorted(tmp_path.rglob("*"))
         output = [] if "-o" in words else ["-o", str(tmp_path / name)]
-        try:
-            status = main(["render", *map(str, words), *output, "--renderer", "cpu"])
-        except SystemExit as end:
-            status = end.code
+        status = main(["render", *map(str, words), *output, "--renderer", "cpu"])
         lines = [
             row for row in capsys.readouterr().err.splitlines() if not row.startswith("drawing: ")
         ]

@@ -85,7 +85,5 @@ def test_what_exists_is_not_written_over(asked, tmp_path, capsys):
 
 
 def test_an_unknown_paper(tmp_path, capsys):
-    with pytest.raises(SystemExit) as end:
-        run("007", "-o", tmp_path / "report")
-    assert end.value.code == 2
+    assert run("007", "-o", tmp_path / "report") == 2
     assert "000" in capsys.readouterr().err

@@ -506,7 +506,6 @@ def test_a_word_that_is_nothing_is_answered_with_scenes_too():
 
 
 def test_the_help_names_every_shipped_scene(capsys):
-    with pytest.raises(SystemExit):
-        main(["synth", "--help"])
+    assert main(["synth", "--help"]) == 0
     told = capsys.readouterr().out
     assert [path.name for path in SCENES if path.name not in told] == []

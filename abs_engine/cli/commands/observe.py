@@ -32,6 +32,7 @@ seen. The points are 16 of the lips and the nose, in rows from the subject's rig
 and others on the skull. To correct: look at --overlay, edit the lines of --review, and
 observe again with --corrections. The head frame needs one of --rigid, --pose and --unturned.
 """
+_CALIBRATE = Path("calibrate")
 _MARKERS = (".c3d", ".csv")
 
 
@@ -92,16 +93,15 @@ def observe(chosen: Chosen) -> Done:
     calibrate PICTURES...  calibrate a camera with pictures of a board; --second: also a second
                            one, --mirror: a mirror
     """
-    check_free(chosen.output, ".json" if chosen.what[0] == "calibrate" else ".npz")
-    if chosen.what[0] == "calibrate":
-        return calibrate(chosen, [Path(p) for p in chosen.what[1:]])
-    files = [Path(p) for p in chosen.what]
-    if files[0].suffix.lower() in _MARKERS:
-        return _markers(chosen, files)
-    return _videos(chosen, files)
+    first, *others = chosen.what
+    check_free(chosen.output, ".json" if first == _CALIBRATE else ".npz")
+    if first == _CALIBRATE:
+        return calibrate(chosen, others)
+    read = _markers if first.suffix.lower() in _MARKERS else _videos
+    return read(chosen, chosen.what)
 
 
-def _videos(chosen: Chosen, videos: list[Path]) -> Done:
+def _videos(chosen: Chosen, videos: Sequence[Path]) -> Done:
     from abs_engine.capture.dot_annotations import initial_places, read_marks, write_marks
     from abs_engine.capture.observations import write_observations
     from abs_engine.capture.session import follow_videos, points_of_head, review
@@ -177,7 +177,7 @@ def _head(chosen: Chosen, frames: int) -> HeadChoice:
     return HeadChoice(rigid, reference, motion, chosen.unturned)
 
 
-def _markers(chosen: Chosen, files: list[Path]) -> Done:
+def _markers(chosen: Chosen, files: Sequence[Path]) -> Done:
     from abs_engine.capture.markers import read_markers
     from abs_engine.capture.observations import write_observations
     from abs_engine.capture.session import points_of_markers
