@@ -86,7 +86,7 @@ def test_commands_named_in_the_text_are_those_of_the_program():
             words = shlex.split(found)
             command = PROGRAM.get_command(None, words[0])
             assert command is not None, f"{page.name}: {found}"
-            known = {name for param in command.params for name in param.opts}
+            known = {"--help", *(name for param in command.params for name in param.opts)}
             given = {word.strip("[]") for word in words if re.match(r"\[?-", word)}
             assert given <= set(known), f"{page.name}: {found}"
 
