@@ -39,7 +39,7 @@ def board_options() -> tuple[take.Option, ...]:
             text="the pictures show the board and its mirror image"),
         take.file("--second", many=True, metavar="PICTURE...",
             text="a second camera's pictures, of the same moments in the same order"),
-        take.file("--second-output", "the second camera's calibration"),
+        take.file("--second-output", "the second camera's calibration", type=take.PATH),
     )  # fmt: skip
 
 

@@ -9,11 +9,26 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
+from abs_engine.core.errors import InputFileError
 from abs_engine.core.registry import RENDERERS, Registry, nearest
 
 STDOUT = Path("-")
 DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. Without a GPU, cpu is faster"
 PATH = click.Path(path_type=Path)
+
+
+class _Input(click.Path):
+    """A file or folder that is there; whatever else is wrong with it is seen as it is read."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Its path."""
+        path = Path(value)
+        if not path.exists():
+            raise InputFileError(f"{path} does not exist", "check the path")
+        return path
+
+
+INPUT = _Input()
 
 
 class Option(click.Option):
@@ -105,8 +120,8 @@ def seed(what: str) -> Option:
 
 
 def file(name: str, text: str, metavar: str = "FILE", **more: Any) -> Option:
-    """An option whose value is a path."""
-    return option(name, text=text, type=PATH, metavar=metavar, **more)
+    """An option whose value is the path of something that is there; or new, with PATH as `type`."""
+    return option(name, text=text, metavar=metavar, **{"type": INPUT, **more})
 
 
 def count(text: str | int) -> int:

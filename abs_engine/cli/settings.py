@@ -110,7 +110,7 @@ def _read(value: Any, option: take.Option, folder: Path) -> Any:
     if not isinstance(value, str):
         return value
     there = folder / value
-    is_path = option.type is take.PATH or (_may_be_file(option) and there.is_file())
+    is_path = isinstance(option.type, click.Path) or (_may_be_file(option) and there.is_file())
     return str(there) if is_path else value
 
 

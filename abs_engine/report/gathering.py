@@ -18,7 +18,7 @@ from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.files import check_free, write_new
-from abs_engine.io.video import read_frames
+from abs_engine.io.video import probe, read_frames
 from abs_engine.report import film
 from abs_engine.report.clip_views import shown_view
 from abs_engine.report.colours import clay_colours
@@ -62,7 +62,8 @@ class ReportOptions:
     clip, camera : str, optional
         Which view of the dataset, if its path leaves that open.
     video : Path, optional
-        The video that was tracked; by default the truth's, or that beside the first run.
+        The video that was tracked; by default the truth's, or where the
+        first run says.
     seed : int
         Of the confidence intervals.
     command : str
@@ -106,6 +107,8 @@ def write_report(
         If the file exists or cannot be written.
     """
     check_free(output)
+    if options.video is not None:
+        probe(options.video)  # refused before anything is scored
     tell = stage or (lambda _: None)
     paths = [Path(path) for path in results]
     if options.truth is None:
@@ -195,6 +198,7 @@ def _without_truth(
             "report runs of the same video",
         )
     first = heads[0]
+    video = find_video(first, options.video)
     played = min(len(first), MOST_PLAYED)
     loops = speaker_loops(speaker)
     systems = []
@@ -204,7 +208,6 @@ def _without_truth(
         system = system_of(estimate, head.camera, loops, played)
         systems.append(replace(system, facts=run_facts(head.folder)))
     tell("reading the video")
-    video = find_video(first, options.video)
     shown, _ = film.shorten(read_frames(video), first.rate, played, ())
     return ReportData(
         title=f"{video.name}: tracked",

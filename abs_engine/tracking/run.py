@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
@@ -150,7 +151,9 @@ def track_video(
             prepared(took)
         if remark is not None and tracker.faces:
             remark(tracker.faces)
-        facts = RunFacts(settings_of(tracker, options), tracker.info.frames, took)
+        where = os.path.relpath(video.resolve(), folder.resolve())
+        settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
+        facts = RunFacts(settings, tracker.info.frames, took)
         recorder = Recorder(tracker.setting)
         told = write_run(made.work, tracker.setting, tracker.results(), facts, progress, recorder)
         for name, text in beside.items():

@@ -48,6 +48,16 @@ def test_it_lies_where_the_run_says_or_beside_the_truth(run, tmp_path):
         find_video(run, None)
 
 
+def test_it_lies_where_it_was_when_it_was_tracked(run, tmp_path):
+    (tmp_path / "films").mkdir()
+    film = write_video(tmp_path / "films/talk.mp4")
+    tell(run, video="talk.mp4", video_path="../../films/talk.mp4")
+    assert find_video(run, None).resolve() == film
+    film.unlink()
+    with pytest.raises(InputFileError, match="nor where it was"):
+        find_video(run, None)
+
+
 def test_of_several_it_is_the_one_with_the_checksum(run, tmp_path):
     other, film = write_video(tmp_path / "video.mp4"), write_video(tmp_path / "runs/video.mp4")
     with film.open("ab") as file:

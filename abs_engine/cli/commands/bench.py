@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     take.file(
         "--peer-python",
         "with --clip: a Python with mediapipe installed, whose face mesh is timed by turns",
+        type=take.PATH,
         metavar="PYTHON",
     ),
     take.renderer("with --clip: the renderer, such as cpu (default: auto)", default=None),

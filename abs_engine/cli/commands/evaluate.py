@@ -31,7 +31,7 @@ Numbers in brackets are 95 % confidence intervals.
     ),
     take.option(
         "--truth",
-        type=take.PATH,
+        type=take.INPUT,
         many=True,
         metavar="DIR...",
         required=True,

@@ -44,7 +44,7 @@ def _unit(text: str) -> tuple[str, float]:
     "Track and look at the result",
     take.argument("kind", "[KIND]", "what is drawn, see below (default: portrait)",
         type=take.Choice(tuple(KINDS)), default="portrait"),
-    take.argument("run_folder", "[RUN]", "what 'track -o' made", required=False),
+    take.argument("run_folder", "[RUN]", "what 'track -o' made", required=False, type=take.INPUT),
     take.output("FILE", "a PNG or an MP4"),
     *take.group(
         "What is shown",

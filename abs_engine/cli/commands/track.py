@@ -104,6 +104,7 @@ def track(chosen: Chosen) -> Done:
         load_plugin(plugin)
     options = track_options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened
+    _check_files(options)
     with opened(chosen.renderer) as renderer, Progress("tracking") as progress:
         print_hints(renderer)
         run = track_video(
@@ -123,6 +124,26 @@ def track(chosen: Chosen) -> Done:
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",
     ]
     return Done(lines, {"output": chosen.output, **run})
+
+
+def _check_files(options: TrackOptions) -> None:
+    """Read what was given, so that what is wrong is refused before a renderer is opened."""
+    from abs_engine.face.appearance.colour import ColourClasses
+    from abs_engine.face.shape.modal import load_physics
+    from abs_engine.io.assets import load_speaker
+    from abs_engine.tracking.poses_file import read_poses
+
+    if options.person is not None or options.speaker is not None:
+        speaker = load_speaker(options.speaker)
+        speaker.named(options.person or next(iter(speaker.people)))
+    given = (
+        (options.colours, ColourClasses.load),
+        (options.physics, load_physics),
+        (options.poses, read_poses),
+    )
+    for path, read in given:
+        if path is not None:
+            read(path)
 
 
 def track_options(chosen: Chosen) -> TrackOptions:

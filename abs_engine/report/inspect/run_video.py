@@ -1,4 +1,4 @@
-"""Finds the video of a run, of which the run keeps little more than the name."""
+"""Finds the video of a run, which keeps its name, its checksum, and where it was."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from abs_engine.tracking.record import SUMMARY
 def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> Path:
     """The video of a run: what is given, or the file that the run names, where it may lie.
 
-    That is: as it is named, from here; in the folder of the run, the one above, and ``clip`` in
-    that; and beside the truth. Of several, the one whose checksum the run keeps.
+    That is: where the run says that it was; as it is named, from here; in the folder of the run,
+    the one above, and ``clip`` in that; and beside the truth. Of several, the one whose checksum
+    the run keeps.
 
     Parameters
     ----------
@@ -48,14 +49,15 @@ def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> 
 
 
 def _found(folder: Path, beside: Path | None) -> Path:
-    named = _named(folder)
+    named, stored = _named(folder)
     above = folder.resolve().parent
-    places = [named, *(p / named.name for p in (above, above / "clip", folder))]
+    places = [folder / stored] if stored else []
+    places += [named, *(p / named.name for p in (above, above / "clip", folder))]
     places += [beside] if beside is not None else []
     there = [place for place in dict.fromkeys(places) if place.is_file()]
     if not there:
         raise InputFileError(
-            f"the video {named.name} is not beside the run {folder}, nor here",
+            f"the video {named.name} is not beside the run {folder}, nor here, nor where it was",
             "give it with --video FILE, or its dataset with --truth DIR",
         )
     wanted = video_sum(folder)
@@ -70,15 +72,16 @@ def _found(folder: Path, beside: Path | None) -> Path:
     return same
 
 
-def _named(folder: Path) -> Path:
-    """The video as the run names it."""
+def _named(folder: Path) -> tuple[Path, str]:
+    """The video as the run names it, and its path from the run; empty in older runs."""
     settings = _summary(folder).get("settings")
-    name = settings.get("video") if isinstance(settings, dict) else None
+    settings = settings if isinstance(settings, dict) else {}
+    name, stored = settings.get("video"), settings.get("video_path")
     if not isinstance(name, str) or not name:
         raise InputFileError(
             f"{folder / SUMMARY} does not name the video", "give it with --video FILE"
         )
-    return Path(name)
+    return Path(name), stored if isinstance(stored, str) else ""
 
 
 def _summary(folder: Path) -> dict[str, Any]:

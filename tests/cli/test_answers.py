@@ -1,0 +1,189 @@
+"""What every command has: JSON on stdout, quiet, a settings file, completion, no abbreviations."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+from drawn import lit
+from heads import seen_at
+from runs import write_kind, write_noise
+
+from abs_engine.cli import COMPLETE, main
+from abs_engine.cli.commands.track import track
+from abs_engine.cli.program import PROGRAM
+from abs_engine.cli.settings import settings_text
+from abs_engine.core.registry import DRIVERS
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory):
+    """A clip of two frames in a folder, and what the command that tracked it said."""
+    folder = tmp_path_factory.mktemp("clip")
+    poses = [seen_at([0, 0.05 * k, 0], [0, 0, 700]) for k in range(2)]
+    write_kind(folder / "talk.mp4", "libx264", [lit("amara", p, jawOpen=0.2) for p in poses])
+    words = "track talk.mp4 -o run --renderer cpu --pupil-distance 60 --terms colour --json --quiet"
+    code = "import sys; from abs_engine.cli import main; sys.exit(main(sys.argv[1:]))"
+    return folder, subprocess.run(
+        [sys.executable, "-c", code, *words.split()], cwd=folder, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+
+
+def test_stdout_is_json_and_nothing_else(tracked):
+    folder, said = tracked
+    answer = json.loads(said.stdout)
+    assert answer["summary"]["frames"] == 2
+    assert answer.pop("output") == "run"
+    assert answer == json.loads((folder / "run" / "run.json").read_text())
+    assert said.stderr == ""
+
+
+def test_a_run_keeps_its_settings(tracked):
+    settings = tomllib.loads((tracked[0] / "run" / "settings.toml").read_text())
+    assert settings == {
+        "pupil-distance": 60.0, "terms": "colour", "evidence": "both", "renderer": "cpu"
+    }  # fmt: skip
+
+
+def test_the_video_of_a_run_is_found_from_elsewhere(tracked, tmp_path, monkeypatch, capsys):
+    folder, _ = tracked
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", str(folder / "run"), "-o", "page.html", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"output": "page.html"}
+
+
+def given(*words: str) -> dict[str, object]:
+    return track.make_context("track", ["talk.mp4", "-o", "new", *words]).params
+
+
+@pytest.fixture
+def settings(tmp_path, monkeypatch):
+    """A settings file beside a camera, seen from another folder."""
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "camera.json").touch()
+    (tmp_path / "plugin.py").touch()
+    monkeypatch.chdir(tmp_path / "own")
+
+    def write(text: str) -> str:
+        (tmp_path / "settings.toml").write_text(text)
+        return str(tmp_path / "settings.toml")
+
+    return write
+
+
+def test_settings_are_taken_and_what_is_typed_has_precedence(settings):
+    file = settings(
+        'face = 2\nmouth = [1, 2, 3, 4]\ndriver = "simplex"\ncamera = "own/camera.json"'
+    )
+    found = given("--settings", file, "--driver", "newton")
+    assert found["face"] == 2
+    assert found["mouth"] == (1.0, 2.0, 3.0, 4.0)
+    assert found["driver"] == "newton"
+    assert found["camera"].samefile("camera.json")
+
+
+def test_settings_come_back_as_they_were_given(settings, tmp_path):
+    words = "--mouth 1 2 3.5 4 --plugin ../plugin.py --camera camera.json --start blobs --face 3"
+    typed = given(*words.split())
+    file = settings(settings_text(track, typed, tmp_path))
+    again = given("--settings", file)
+    assert {path.resolve() for path in again["plugin"]} == {tmp_path / "plugin.py"}
+    assert again["camera"].samefile(typed["camera"])
+    for name in set(typed) - {"plugin", "camera", "settings"}:
+        assert again[name] == typed[name], name
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("pupil_distance = 60", "has the key 'pupil_distance', which is no option of track; did "
+         "you mean 'pupil-distance'?"),
+        ('output = "run"', "which is no option of track"),
+        ("face = 0", "'--face': 0 is not 1 or more"),
+        ('evidence = "all"', "there is no choice 'all'"),
+        ("mouth = [1, 2]", "'--mouth'"),
+        ('camera = "none.json"', "none.json does not exist"),
+        ("face = ", "is not TOML"),
+    ],
+)  # fmt: skip
+def test_settings_that_are_wrong(text, said, settings, capsys):
+    words = ["track", "talk.mp4", "-o", "new", "--settings", settings(text)]
+    assert main(words) == 2
+    line = capsys.readouterr().err
+    assert said in line
+    assert line.count("\n") == 1
+
+
+def test_options_are_not_abbreviated(capsys):
+    assert main(["track", "talk.mp4", "-o", "new", "--colour", "y"]) == 2
+    assert "there is no option '--colour'; did you mean '--colours'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--colours", "--physics", "--poses", "--speaker"])
+def test_files_are_read_before_a_renderer_is_opened(option, tmp_path, capsys, monkeypatch):
+    def opened(_name: str) -> None:
+        raise AssertionError("a renderer was opened")
+
+    monkeypatch.setattr("abs_engine.cli.commands.track.opened", opened)
+    video, file = write_noise(tmp_path / "noise.mp4"), tmp_path / "file.npz"
+    words = ["track", str(video), "-o", str(tmp_path / "run"), option, str(file)]
+    assert main(words) == 2
+    assert "file.npz does not exist" in capsys.readouterr().err
+    np.savez(file, format="something", version=1)
+    assert main(words) == 2
+    assert "file.npz" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("abs-engine tr", {"track", "train"}),
+        ("abs-engine track --pup", {"--pupil-distance"}),
+        ("abs-engine track --driver ", set(DRIVERS.names())),
+        ("abs-engine track --terms colour+te", {"colour+texture"}),
+        ("abs-engine track --person wal", {"walter"}),
+        ("abs-engine synth wol", {"wolves"}),
+        ("abs-engine render --rows jawO", {"jawOpen"}),
+        ("abs-engine bench --renderer cp", {"cpu"}),
+    ],
+)
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_shell_completes(shell, typed, completed, monkeypatch, capsys):
+    words = typed.split(" ")
+    last = words[-1] if shell == "fish" else str(len(words) - 1)
+    monkeypatch.setenv(COMPLETE, f"{shell}_complete")
+    monkeypatch.setenv("COMP_WORDS", typed)
+    monkeypatch.setenv("COMP_CWORD", last)
+    assert main([]) == 0
+    out = capsys.readouterr().out
+    if shell == "zsh":
+        found = set(out.splitlines()[1::3])
+    else:
+        found = {line.split(",", 1)[1].partition("\t")[0] for line in out.splitlines()}
+    assert found - {""} >= completed
+    assert all(word.startswith(words[-1]) for word in found - {""})
+
+
+@pytest.mark.parametrize("name", PROGRAM.list_commands(None))
+def test_every_option_says_what_it_does(name):
+    command = PROGRAM.get_command(None, name)
+    assert [p.name for p in command.params if not p.help] == []
+    assert {"quiet", "json"} <= {p.name for p in command.params}
+
+
+def test_the_program_starts_without_heavy_modules():
+    code = (
+        "import sys\nfrom abs_engine.cli.program import PROGRAM\n"
+        "[PROGRAM.get_command(None, name) for name in PROGRAM.list_commands(None)]\n"
+        "print(sorted({'scipy', 'numba', 'rich', 'av', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ
+    )
+    assert done.stdout.strip() == "[]"
