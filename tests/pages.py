@@ -32,6 +32,7 @@ from abs_engine.cli.command import Chosen
 from abs_engine.cli.commands.track import track_options
 from abs_engine.cli.program import PROGRAM, complaint
 from abs_engine.core import registry
+from abs_engine.core.errors import InputFileError
 from abs_engine.io.assets import load_speaker, shipped
 from abs_engine.io.video import probe
 from abs_engine.learn.articulatory import build
@@ -203,6 +204,10 @@ def check(words: list[str]) -> None:
             chosen = Chosen(**command.make_context(name, rest, context).params)
         except click.UsageError as error:
             raise PageError(complaint(error)) from error
+        except InputFileError:
+            if arguments[0] == "track":
+                raise
+            return  # a file that a line before would have made
         if name == "track":
             for plugin in chosen.plugin:
                 registry.load_plugin(plugin)
