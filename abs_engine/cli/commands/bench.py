@@ -18,33 +18,18 @@ if TYPE_CHECKING:
 
 @command(
     "This machine, and published results",
-    take.option(
-        "--json",
-        type=take.PATH,
-        metavar="FILE",
-        is_flag=False,
-        flag_value=str(take.STDOUT),
-        text="also write the results to this file, as JSON; without FILE print that alone",
-    ),
-    take.option(
-        "--rounds",
-        type=take.count,
-        metavar="N",
-        text="repetitions of each way (default: 50; 3 with --clip)",
-    ),
-    take.file(
-        "--clip", "time the tracking of this video instead of one evaluation", metavar="VIDEO"
-    ),
-    take.file(
-        "--peer-python",
-        "with --clip: a Python with mediapipe installed, whose face mesh is timed by turns",
-        type=take.PATH,
-        metavar="PYTHON",
-    ),
+    take.option("--json", type=take.PATH, metavar="FILE", is_flag=False, flag_value="-",
+        text="also write the results to this file, as JSON; without FILE print that alone"),
+    take.option("--rounds", type=take.count, metavar="N",
+        text="repetitions of each way (default: 50; 3 with --clip)"),
+    take.file("--clip", metavar="VIDEO",
+        text="time the tracking of this video instead of one evaluation"),
+    take.file("--peer-python", metavar="PYTHON", type=take.PATH,
+        text="with --clip: a Python with mediapipe installed, whose face mesh is timed by turns"),
     take.renderer("with --clip: the renderer, such as cpu (default: auto)", default=None),
     examples="abs-engine bench --json bench.json\n"
     "abs-engine bench --clip talk.mp4 --renderer cpu --rounds 2",
-)
+)  # fmt: skip
 def bench(chosen: Chosen) -> Done:
     """Time one evaluation, or the tracking of a clip."""
     file = None if chosen.json in (None, take.STDOUT) else chosen.json
@@ -59,10 +44,9 @@ def bench(chosen: Chosen) -> Done:
 def _evaluation_bench(chosen: Chosen) -> BenchResult:
     from abs_engine.evaluate.bench import DEFAULT_ROUNDS, run_bench
 
-    for name in ("renderer", "peer_python"):
-        if getattr(chosen, name) is not None:
-            option = name.replace("_", "-")
-            raise ParameterError(f"--{option} goes with --clip", "name a video, or leave it out")
+    for name in ("renderer", "peer-python"):
+        if getattr(chosen, name.replace("-", "_")) is not None:
+            raise ParameterError(f"--{name} goes with --clip", "name a video, or leave it out")
     return run_bench(chosen.rounds or DEFAULT_ROUNDS)
 
 

@@ -16,20 +16,14 @@ from abs_engine.io.files import check_free, next_free, parent_folder
 
 @command(
     "Track and look at the result",
-    take.output(
-        "DIR",
-        "report folder, must not exist (default: runs/demo, runs/demo-2, ...)",
-        required=False,
-    ),
+    take.output("DIR", "report folder, must not exist (default: runs/demo, runs/demo-2, ...)",
+        required=False),
     take.option("--frames", type=take.count, metavar="N", text="length of the clip (default: 50)"),
-    take.option(
-        "--average-head",
-        is_flag=True,
-        text="track with the average head (default: with the filmed person's own)",
-    ),
+    take.option("--average-head", is_flag=True,
+        text="track with the average head (default: with the filmed person's own)"),
     take.renderer(),
     examples="abs-engine demo\nabs-engine demo -o shown --frames 25 --average-head --renderer cpu",
-)
+)  # fmt: skip
 def demo(chosen: Chosen) -> Done:
     """Film the bundled head, track it, compare with the truth."""
     folder: Path = chosen.output or next_free(Path("runs/demo"))

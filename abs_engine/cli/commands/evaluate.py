@@ -22,31 +22,18 @@ Numbers in brackets are 95 % confidence intervals.
 
 @command(
     "Film ground truth and score against it",
-    take.argument(
-        "results",
-        "RUN...",
-        "what 'track -o' made, or a CSV file of another system",
-        nargs=-1,
-        required=True,
-    ),
-    take.option(
-        "--truth",
-        type=take.INPUT,
-        many=True,
-        metavar="DIR...",
-        required=True,
+    take.argument("results", "RUN...", nargs=-1, required=True,
+        text="what 'track -o' made, or a CSV file of another system"),
+    take.file("--truth", many=True, metavar="DIR...", required=True,
         text="what 'synth -o' made, or DATASET/CLIP/CAMERA; one for all, or one for each RUN, "
-        "which are then also pooled as clips",
-    ),
+        "which are then also pooled as clips"),
     *take.view(),
-    take.output(
-        "DIR", "folder of the scores, must not exist (default: RUN/evaluation)", required=False
-    ),
+    take.output("DIR", "folder of the scores, must not exist (default: RUN/evaluation)", False),
     take.seed("the confidence intervals"),
     examples="abs-engine evaluate run --truth clip\n"
     "abs-engine evaluate run other.csv --truth clip -o scores --json",
     notes=_FORMATS,
-)
+)  # fmt: skip
 def evaluate(chosen: Chosen) -> Done:
     """Score results, ours or others', against ground truth."""
     from abs_engine.report.scoring import SCORES, default_folder

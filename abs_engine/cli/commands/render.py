@@ -44,7 +44,7 @@ def _unit(text: str) -> tuple[str, float]:
     "Track and look at the result",
     take.argument("kind", "[KIND]", "what is drawn, see below (default: portrait)",
         type=take.Choice(tuple(KINDS)), default="portrait"),
-    take.argument("run_folder", "[RUN]", "what 'track -o' made", required=False, type=take.INPUT),
+    take.argument("run", "[RUN]", "what 'track -o' made", required=False, type=take.INPUT),
     take.output("FILE", "a PNG or an MP4"),
     *take.group(
         "What is shown",
@@ -112,22 +112,8 @@ def request_of(chosen: Chosen) -> Request:
     from abs_engine.report.inspect.body import check_person
     from abs_engine.report.inspect.request import Request
 
-    request = Request(
-        kind=chosen.kind,
-        output=chosen.output,
-        run=chosen.run_folder,
-        units=dict(chosen.units),
-        size=None if chosen.size is None else tuple(chosen.size),
-        rows=tuple(chosen.rows),
-        limits=None if chosen.limits is None else tuple(chosen.limits),
-        **{name: getattr(chosen, name) for name in _AS_TYPED},
-    )
+    typed = {name: getattr(chosen, name) for name in Request.__dataclass_fields__}
+    request = Request(**typed | {"units": dict(chosen.units)})
     if request.run is None and request.truth is None:
         check_person(request.person, request.speaker)
     return request
-
-
-_AS_TYPED = (
-    *("truth", "clip", "camera", "frame", "person", "speaker", "palette", "crop", "turn"),
-    *("views", "weight", "modes", "columns", "style", "video", "values", "largest"),
-)

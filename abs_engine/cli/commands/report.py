@@ -18,15 +18,11 @@ from abs_engine.io.files import check_free
         "'evaluate'",
     ),
     take.output("FILE", "the HTML file"),
-    take.file(
-        "--truth", metavar="DIR",
-        text="what 'synth -o' made, or DATASET/CLIP/CAMERA; without it nothing is scored",
-    ),
+    take.file("--truth", metavar="DIR",
+        text="what 'synth -o' made, or DATASET/CLIP/CAMERA; without it nothing is scored"),
     *take.view(),
-    take.file(
-        "--video",
-        text="the video that was tracked (default: the truth's, or where the run says it was)",
-    ),
+    take.file("--video",
+        "the video that was tracked (default: the truth's, or where the run says it was)"),
     take.seed("the confidence intervals"),
     examples="abs-engine report run -o report.html\n"
     "abs-engine report run other --truth clip -o compared.html",
@@ -37,14 +33,8 @@ def report(chosen: Chosen) -> Done:
 
     from abs_engine.report.gathering import ReportOptions, write_report
 
-    options = ReportOptions(
-        truth=chosen.truth,
-        clip=chosen.clip,
-        camera=chosen.camera,
-        video=chosen.video,
-        seed=chosen.seed,
-        command=_command_line(chosen),
-    )
+    names = "truth", "clip", "camera", "video", "seed"
+    options = ReportOptions(**{n: getattr(chosen, n) for n in names}, command=_command_line(chosen))
     with Progress("report") as progress:
         write_report(chosen.results, chosen.output, options, progress.announce)
     lines = [f"wrote {chosen.output}; open it in a browser"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from abs_engine.cli import options as take
@@ -136,12 +137,8 @@ def _check_files(options: TrackOptions) -> None:
     if options.person is not None or options.speaker is not None:
         speaker = load_speaker(options.speaker)
         speaker.named(options.person or next(iter(speaker.people)))
-    given = (
-        (options.colours, ColourClasses.load),
-        (options.physics, load_physics),
-        (options.poses, read_poses),
-    )
-    for path, read in given:
+    colours, physics = (options.colours, ColourClasses.load), (options.physics, load_physics)
+    for path, read in (colours, physics, (options.poses, read_poses)):
         if path is not None:
             read(path)
 
@@ -157,20 +154,6 @@ def track_options(chosen: Chosen) -> TrackOptions:
     from abs_engine.dataset import load_camera
     from abs_engine.tracking.options import TrackOptions
 
-    return TrackOptions(
-        person=chosen.person,
-        mouth=chosen.mouth,
-        camera=None if chosen.camera is None else load_camera(chosen.camera),
-        speaker=chosen.speaker,
-        colours=chosen.colours,
-        physics=chosen.physics,
-        poses=chosen.poses,
-        start=chosen.start,
-        face=chosen.face,
-        pupil_distance=chosen.pupil_distance,
-        evidence=chosen.evidence,
-        model=chosen.model,
-        terms=chosen.terms,
-        driver=chosen.driver,
-        preset=chosen.preset,
-    )
+    names = TrackOptions.__dataclass_fields__.keys() & vars(chosen).keys()
+    options = TrackOptions(**{name: getattr(chosen, name) for name in names - {"camera"}})
+    return options if chosen.camera is None else replace(options, camera=load_camera(chosen.camera))
