@@ -43,11 +43,13 @@ def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> s
     folder : Path
         Where the file will lie: its paths are relative to that.
     """
-    kept = {
-        name: _each(typed[one.name or ""], lambda value, one=one: _written(value, one, folder))
-        for name, one in _known(command).items()
-        if typed[one.name or ""] not in (None, (), False)
-    }
+    kept = {}
+    for name, one in _known(command).items():
+        value = typed[one.name or ""]
+        several = value if isinstance(value, tuple) else (value,)
+        values = [_written(v, one, folder) for v in several if v is not None]
+        if values:
+            kept[name] = values if isinstance(value, tuple) else values[0]
     head = f"# abs-engine {engine_version()}: {command.name} VIDEO -o RUN --settings {SETTINGS}\n"
     return f"{head}# Paths are relative to the folder of this file.\n{tomli_w.dumps(kept)}"
 
@@ -60,24 +62,28 @@ def read_settings(path: Path, command: Command) -> dict[str, Any]:
     InputFileError
         If there is no such file, or it is no TOML.
     ParameterError
-        If the command has no option of a name; the nearest is given.
+        If the command has no option of a name; the nearest is given. Or if there are several
+        values where it takes one.
     """
     check_file(path)
     try:
         found = parse_toml(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputFileError(f"{path} is not TOML ({error})", "correct it") from error
-    known = _known(command)
-    for name in found:
+    known, values = _known(command), {}
+    for name, value in found.items():
         if name not in known:
             raise ParameterError(
                 f"{path} has the key '{name}', which is no option of {command.name}",
                 nearest(name, known),
             )
-    return {
-        known[name].name or "": _each(value, lambda v, one=known[name]: _read(v, one, path.parent))
-        for name, value in found.items()
-    }
+        one = known[name]
+        several = value if isinstance(value, list) else [value]
+        if isinstance(value, list) > (one.multiple or one.nargs > 1) or isinstance(value, dict):
+            raise ParameterError(f"{path} has more than a value for '{name}'", "give one")
+        read = [_read(str(v), one, path.parent) for v in several]
+        values[one.name or ""] = read if one.multiple or one.nargs > 1 else read[0]
+    return values
 
 
 def _take(ctx: click.Context, _param: click.Parameter, path: Path | None) -> Path | None:
@@ -95,20 +101,14 @@ def _known(command: Command) -> dict[str, take.Option]:
     }
 
 
-def _each(value: Any, change: Any) -> Any:
-    return [change(v) for v in value] if isinstance(value, list | tuple) else change(value)
-
-
 def _written(value: Any, option: take.Option, folder: Path) -> Any:
     """A value for the file; a path relative to where it will lie."""
     is_path = isinstance(value, Path) or (_may_be_file(option) and Path(value).is_file())
     return Path(os.path.relpath(value, folder)).as_posix() if is_path else value
 
 
-def _read(value: Any, option: take.Option, folder: Path) -> Any:
-    """A value of the file; a path as it is from here."""
-    if not isinstance(value, str):
-        return value
+def _read(value: str, option: take.Option, folder: Path) -> str:
+    """A value of the file as it would be typed; a path as it is from here."""
     there = folder / value
     is_path = isinstance(option.type, click.Path) or (_may_be_file(option) and there.is_file())
     return str(there) if is_path else value

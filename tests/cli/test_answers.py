@@ -109,6 +109,12 @@ def test_settings_come_back_as_they_were_given(settings, tmp_path):
         ('evidence = "all"', "there is no choice 'all'"),
         ("mouth = [1, 2]", "'--mouth'"),
         ('camera = "none.json"', "none.json does not exist"),
+        ("camera = 3", "3 does not exist"),
+        ("face = 2.7", "'--face'"),
+        ('pupil-distance = "wide"', "'--pupil-distance'"),
+        ('driver = ["newton", "simplex"]', "more than a value for 'driver'"),
+        ("[model]\na = 1", "more than a value for 'model'"),
+        ("mouth = 3", "'--mouth'"),
         ("face = ", "is not TOML"),
     ],
 )  # fmt: skip

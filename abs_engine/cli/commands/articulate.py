@@ -51,9 +51,6 @@ CORPUS, points of a face in a posture for each viseme:
   positive = "-y"                    the direction in which the parameter grows
 
 --model writes curves of the parameters instead, for points named like the model's, as in the third.
-
-From Python: model = abs_engine.load_articulatory(Path("clara/model.npz")); model.transform(points)
-gives parameters (V, P) of points (V, N, 3), model.inverse_transform(parameters) the points.
 """
 
 

@@ -79,6 +79,9 @@ PAPERS: dict[str, Callable[[Chosen, Path, Renderer, Tell], list[str]]] = {
 )  # fmt: skip
 def reproduce(chosen: Chosen) -> Done:
     """Make a paper's tables and figures on our own data."""
+    from abs_engine.report.inspect.body import check_person
+
+    check_person(chosen.person, None)
     folder = chosen.output or next_free(Path(f"runs/reproduce-{chosen.paper}"))
     with nullcontext() if chosen.output else parent_folder(folder):
         check_free(folder)
