@@ -75,7 +75,11 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """As click's; but some options take several words."""
         many = {n for p in self.params if isinstance(p, Option) and p.many for n in p.opts}
-        return super().parse_args(ctx, list(_one_by_one(args, many)))
+        try:
+            return super().parse_args(ctx, list(_one_by_one(args, many)))
+        except click.UsageError as error:
+            error.ctx = ctx  # some are raised without it
+            raise
 
     def invoke(self, ctx: click.Context) -> int:
         """Run it, print what it found, and return the exit status."""

@@ -126,6 +126,18 @@ def test_settings_that_are_wrong(text, said, settings, capsys):
     assert line.count("\n") == 1
 
 
+def test_options_with_several_values(capsys):
+    command = PROGRAM.get_command(None, "cameras")
+    lips = __file__
+    found = command.make_context("cameras", [lips, "--yaw", "-30", "0", "--have", "90"]).params
+    assert (found["yaw"], found["have"], found["noise"]) == ((-30, 0), (90,), None)
+    found = command.make_context("cameras", ["--yaw", "-30", "--noise", "1", lips]).params
+    assert (found["yaw"], found["physics"].name) == ((-30,), "test_answers.py")
+    assert main(["cameras", lips, "--have"]) == 2
+    line = capsys.readouterr().err
+    assert "'--have' requires an argument; see 'abs-engine cameras --help'" in line
+
+
 def test_options_are_not_abbreviated(capsys):
     assert main(["track", "talk.mp4", "-o", "new", "--colour", "y"]) == 2
     assert "there is no option '--colour'; did you mean '--colours'?" in capsys.readouterr().err
