@@ -53,7 +53,7 @@ def refused(capsys, tmp_path):
 
     def run(video, *more):
         before = sorted(tmp_path.rglob("*"))
-        assert track(video, tmp_path / "run", *more) == 2
+        assert track(video, tmp_path / "run", "--quiet", *more) == 2
         lines = capsys.readouterr().err.splitlines()
         assert len(lines) == 1, lines
         assert lines[0].startswith("abs-engine: error: ")
