@@ -12,7 +12,7 @@ from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
 from abs_engine.cli.progress import Progress, say
-from abs_engine.core.release import engine_version
+from abs_engine.core.provenance import code_digest
 from abs_engine.io.files import NewFolder, check_free, next_free, parent_folder
 from abs_engine.io.unfinished import Unfinished
 
@@ -101,7 +101,7 @@ def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> NewFolder | Unf
     if chosen.quick or chosen.paper not in RESUMED:
         return NewFolder(output)
     words = chosen.paper, chosen.seed, chosen.person, renderer.description
-    folder = Unfinished(output, "\n".join(map(str, (*words, engine_version()))))
+    folder = Unfinished(output, "\n".join(map(str, (*words, code_digest()))))
     if folder.resumed:
         say(f"resuming {folder.work}")
     return folder
