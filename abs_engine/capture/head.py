@@ -1,4 +1,4 @@
-"""What the head frame is made from, as a user chooses it."""
+"""Settings of the head frame, as a user chooses them."""
 
 from __future__ import annotations
 

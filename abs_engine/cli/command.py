@@ -1,4 +1,4 @@
-"""What a command is made of: what it takes, its help, and how its answer is printed."""
+"""The decorator that makes a command: its parameters, its help, and how its answer is printed."""
 
 from __future__ import annotations
 

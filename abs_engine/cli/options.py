@@ -1,4 +1,4 @@
-"""What a command takes: arguments, options, and names that the shell completes."""
+"""Arguments and options that commands share, and names that the shell completes."""
 
 from __future__ import annotations
 

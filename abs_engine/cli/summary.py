@@ -1,4 +1,4 @@
-"""What is said of a run at its end."""
+"""The lines that are printed at the end of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where drawn borders lie, and what the facet likelihood gains as they move.
+"""Borders of classes as drawn, and the gain of the facet likelihood as they move.
 
 The sum of eq. 9 changes only where a pixel turns from one class to another: at the borders between
 drawn classes. Across a border the gain of moving it is the integral of the difference of the two

@@ -1,4 +1,4 @@
-"""Which drawn pixels lie beside an outline, where a picture mixes what meets there."""
+"""Pixels beside drawn occlusion boundaries, where a picture mixes what meets there."""
 
 from __future__ import annotations
 

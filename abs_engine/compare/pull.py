@@ -1,4 +1,4 @@
-"""What pulls on the nodes of a drawn surface: widely smoothed maps (Basu et al., eqs. 11, 12)."""
+"""Forces on the nodes of a drawn surface: widely smoothed maps (Basu et al., eqs. 11, 12)."""
 
 from __future__ import annotations
 

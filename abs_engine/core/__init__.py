@@ -1,1 +1,1 @@
-"""What everything else is made of: meshes, poses, cameras, parameters, scenes, buffers."""
+"""The vocabulary of all rooms: meshes, poses, cameras, parameters, scenes, buffers, errors."""

@@ -1,4 +1,4 @@
-"""What a renderer returns when pictures are wanted: typed buffers in NumPy."""
+"""Typed buffers in NumPy: the pictures that a renderer returns."""
 
 from __future__ import annotations
 

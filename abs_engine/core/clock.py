@@ -1,4 +1,4 @@
-"""What a frame costs, by part."""
+"""A clock of the parts of a frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where results come from: release, commit, and whether the code had changes beside the commit."""
+"""Provenance of results: release, commit, and whether the code had uncommitted changes."""
 
 from __future__ import annotations
 

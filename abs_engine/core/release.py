@@ -1,4 +1,4 @@
-"""Which release of the engine this is."""
+"""The engine's release."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is drawn: a textured mesh with facet classes that deforms linearly, and where it stands.
+"""A scene: a textured mesh with facet classes that deforms linearly, and its place.
 
 Also the `Renderer` protocol, behind which OpenGL and the CPU rasteriser stand.
 """

@@ -1,4 +1,4 @@
-"""What is true of a clip, whichever camera looks: the person, the motion, what is said."""
+"""A clip's truth for all cameras: the person, the motion, the speech."""
 
 from __future__ import annotations
 

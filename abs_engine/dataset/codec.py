@@ -1,4 +1,4 @@
-"""How the labels of a dataset are written: names, units, encodings. Pure functions on arrays.
+"""The encoding of a dataset's labels: names, units, pure functions on arrays.
 
 Depth, normals and flow are kept as 16-bit pictures. Each `encode_` function has a `decode_`
 function that gives back what was encoded, up to half a step of the encoding.

@@ -1,4 +1,4 @@
-"""What `abs-engine bench` measures: one evaluation by this engine, and by pyrender and NumPy.
+"""The benchmark of one evaluation: this engine beside pyrender and NumPy.
 
 One evaluation deforms the shape by seven modes, renders it textured, compares its colours with a
 frame (`core.scene.ColourError`) and returns one number. Every way does the same candidates with the

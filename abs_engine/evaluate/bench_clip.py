@@ -1,4 +1,4 @@
-"""What `abs-engine bench --clip` measures: a whole clip, beside MediaPipe's face mesh.
+"""The benchmark of a whole clip: this engine beside MediaPipe's face mesh.
 
 Both are whole processes: start, imports, preparation and every frame; ours writes the run with its
 overlay, too. They take turns, so that a load on the machine hits both alike.

@@ -1,4 +1,4 @@
-"""What a benchmark found: milliseconds and ratios, as JSON and as a table."""
+"""Findings of a benchmark: milliseconds and ratios, as JSON and as a table."""
 
 from __future__ import annotations
 

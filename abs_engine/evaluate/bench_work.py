@@ -1,4 +1,4 @@
-"""What `bench` measures on: a textured ball that deforms, seen by a camera, and a frame."""
+"""The work of a benchmark: a textured ball that deforms, seen by a camera, and a frame."""
 
 from __future__ import annotations
 

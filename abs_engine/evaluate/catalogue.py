@@ -1,4 +1,4 @@
-"""What each number of a score means, its unit, and where it is defined."""
+"""The catalogue of a score's numbers: meaning, unit, and definition of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a system says about the frames of a clip, whatever the system: the input of `score`."""
+"""A system's estimate of the frames of a clip, whatever the system: the input of `score`."""
 
 from __future__ import annotations
 

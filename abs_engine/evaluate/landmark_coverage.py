@@ -1,4 +1,4 @@
-"""Which landmarks a system gives in which frames, so that none are left out unnoticed."""
+"""Coverage of landmarks: those that a system leaves out, so that none go unnoticed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What machine and which packages a benchmark ran on."""
+"""The machine and the packages that a benchmark ran on."""
 
 from __future__ import annotations
 

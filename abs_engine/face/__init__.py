@@ -1,1 +1,1 @@
-"""What can move, and what it looks like: shapes, regions and appearance."""
+"""Faces: shapes that move, their regions, and their appearance."""

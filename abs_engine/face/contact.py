@@ -1,4 +1,4 @@
-"""Where lips touch, and how thick each is, as linear functions of a posture."""
+"""Contact of the lips, and how thick each is, as linear functions of a posture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was learned of a face's appearance, as the terms need it."""
+"""A face's learned appearance, as the terms need it."""
 
 from __future__ import annotations
 

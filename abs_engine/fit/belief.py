@@ -1,4 +1,4 @@
-"""How sure a fit is: what its curvature leaves open, and what no curvature knows of.
+"""The posterior of a fit: what its curvature leaves open, and what no curvature knows of.
 
 The inverse of the value's second derivative is the covariance of the parameters (Laplace's
 approximation). It knows of the picture's noise and of the priors, and nothing of what all frames

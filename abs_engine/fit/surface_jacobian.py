@@ -1,4 +1,4 @@
-"""How places on a drawn surface move in the picture with each parameter."""
+"""The motion of a drawn surface's places in the picture with each parameter."""
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is read: whether a file is there, and text that is parsed without a raw exception."""
+"""Input files: checked for being there, and parsed without a raw exception."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a camera would tell most about the lips: section 6.2 asked of trained lips."""
+"""The choice of a camera that shows most of the lips: section 6.2 asked of trained lips."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which point of the shell each dot of ink is (section 4), with the person's head known or not."""
+"""Dots of ink to points of the shell (section 4), with the person's head known or not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every derivative-free solver keeps of its evaluations."""
+"""The history that every derivative-free solver keeps of its evaluations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who owns the OpenGL context.
+"""Ownership of the OpenGL context.
 
 Rules. A process has one context at most: opening a second time gives the same one, and the last
 user's `close` destroys it. It belongs to the thread that opened it. A child made by `fork` must

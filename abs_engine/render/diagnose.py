@@ -1,4 +1,4 @@
-"""What `abs-engine doctor` reports: which renderers work here, how fast, and what is missing."""
+"""The diagnosis of `abs-engine doctor`: renderers that work here, their speed, what is missing."""
 
 from __future__ import annotations
 

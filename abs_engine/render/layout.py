@@ -1,4 +1,4 @@
-"""How a scene is laid out for indexed drawing, and which facets are worth submitting."""
+"""The layout of a scene for indexed drawing, and the facets that are worth submitting."""
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What lives on the GPU for as long as the Python object it came from: scenes and pixel terms."""
+"""Scenes and pixel terms on the GPU, for as long as the Python object they came from."""
 
 from __future__ import annotations
 

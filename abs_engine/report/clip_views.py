@@ -1,4 +1,4 @@
-"""Which clip and camera of a dataset a report, a score or a picture is about."""
+"""The choice of a dataset's clip and camera for a report, a score or a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report shows: plain values, wherever they come from."""
+"""The data of a report: plain values, wherever they come from."""
 
 from __future__ import annotations
 

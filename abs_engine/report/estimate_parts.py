@@ -1,4 +1,4 @@
-"""What a report shows of one estimate: curves, lips in the picture, a head in motion."""
+"""One estimate's part of a report: curves, lips in the picture, a head in motion."""
 
 from __future__ import annotations
 

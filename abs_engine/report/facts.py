@@ -1,4 +1,4 @@
-"""Where a report's numbers come from: clip, runs, machine, packages, seeds, commands."""
+"""Provenance of a report's numbers: clip, runs, machine, packages, seeds, commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which numbers a report draws frame by frame."""
+"""The quantities that a report draws frame by frame."""
 
 from __future__ import annotations
 

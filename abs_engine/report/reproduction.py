@@ -1,4 +1,4 @@
-"""What the pages of all reproduced papers share: their look, tables and figures."""
+"""The parts that pages of all reproduced papers share: look, tables and figures."""
 
 from __future__ import annotations
 

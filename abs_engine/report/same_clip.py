@@ -1,4 +1,4 @@
-"""Whether a run is of the very clip, seen by the very camera, whose truth it is held against."""
+"""The check that a run is of the very clip, and the very camera, of the truth beside it."""
 
 from __future__ import annotations
 

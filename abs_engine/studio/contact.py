@@ -1,4 +1,4 @@
-"""When lips touch: measured on the mesh, not read from the script."""
+"""Contact of the lips: measured on the mesh, not read from the script."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is with the head in the picture: a shirt, and what comes before the mouth."""
+"""Dressing of a scene: a shirt, and what comes before the mouth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the set is lit and dressed."""
+"""The look of the set: its light and its dressing."""
 
 from __future__ import annotations
 

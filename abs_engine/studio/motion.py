@@ -1,4 +1,4 @@
-"""How a head moves: chance, keys, a recording, and out of the picture."""
+"""Motion of a head: chance, keys, a recording, and out of the picture."""
 
 from __future__ import annotations
 

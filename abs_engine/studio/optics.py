@@ -1,4 +1,4 @@
-"""What is behind the head, and what lens and sensor make of the picture."""
+"""Background, lens and sensor of a filmed picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person of a clip says, whichever way the scene file puts it."""
+"""The performance of a clip's person, whichever way the scene file puts it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is filmed, worked out to the last frame: the form in which film processes get a clip.
+"""The plan of a film, worked out to the last frame: the form in which processes get a clip.
 
 The world frame is the head's at rest (x to the subject's left, y up, z out of the face), mm.
 """

@@ -1,4 +1,4 @@
-"""Which points of the lips a viewer sees, though their exact place lies in a fold.
+"""The seam of the lips: points that a viewer sees, though their exact place lies in a fold.
 
 Lips that touch roll inwards: they overlap by up to a millimetre, and the mesh's line of contact, or
 the corner of the mouth, lies behind what is seen of it. A person who marks the points sets

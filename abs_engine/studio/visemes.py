@@ -1,4 +1,4 @@
-"""What is said: visemes as weights of the 52 face units, and a few sentences made of them."""
+"""Visemes as weights of the 52 face units, and a few sentences made of them."""
 
 from __future__ import annotations
 

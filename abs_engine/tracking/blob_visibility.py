@@ -1,4 +1,4 @@
-"""Whether the mouth can be seen at all: its lip blob beside those of the clip's other frames.
+"""Visibility of the mouth by blobs: its lip blob beside those of the clip's other frames.
 
 A hand or a microphone before the mouth leaves the drawn lips without lip colour, or paints all
 around them with it. The fit then still gives numbers, so they are to be told by the colours.

@@ -1,4 +1,4 @@
-"""Where the mouths of a clip's frames stand, and which colours are learned there."""
+"""Calibration views: the mouths of a clip's frames, and the colours that are learned there."""
 
 from __future__ import annotations
 

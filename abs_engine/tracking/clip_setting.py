@@ -1,4 +1,4 @@
-"""What stays the same over a clip that is tracked, and what is found in one of its frames."""
+"""The setting of a tracked clip, which stays the same, and the result of one of its frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which face is followed, where a picture shows several."""
+"""The choice of the face that is followed, where a picture shows several."""
 
 from __future__ import annotations
 

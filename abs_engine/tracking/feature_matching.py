@@ -1,4 +1,4 @@
-"""Where the details of a drawn head are seen in a picture, and the pose that puts them there.
+"""Feature matching: details of a drawn head in a picture, and the pose that puts them there.
 
 Patches of the drawing are looked for by normalised correlation, which feels neither brightness nor
 contrast. Each match counts by how sharply it is placed, as brows and nostrils are and smooth skin

@@ -1,4 +1,4 @@
-"""What is known of a frame before it is fitted, and what is carried from frame to frame."""
+"""The state of a frame before it is fitted, and the memory carried from frame to frame."""
 
 from __future__ import annotations
 

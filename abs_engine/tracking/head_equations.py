@@ -1,4 +1,4 @@
-"""What landmarks and pupils say of a head, linearised: of its pose, who it is, and its posture.
+"""Linearised equations of landmarks and pupils: for pose, identity and posture.
 
 The landmarks' errors are those of `LandmarkNoise`: the error that all frames of a person share is
 estimated with the person, and the error that a frame's landmarks share is integrated out.

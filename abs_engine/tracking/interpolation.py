@@ -1,4 +1,4 @@
-"""What vertices know, at every pixel of a drawing, compiled."""
+"""Interpolation of vertex values at every pixel of a drawing, compiled."""
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where on a head the network's landmarks lie, and how far it is off: by drawing and looking.
+"""Landmarks to places on a head, and the network's error: by drawing and looking.
 
 The network names its points, but not where on somebody's mesh they are, nor how well it sees
 them. Both are measured: heads are drawn from several sides in several postures, the network looks

@@ -1,4 +1,4 @@
-"""How landmarks move across the picture and in depth with each parameter, compiled."""
+"""The motion of landmarks in the picture and in depth with each parameter, compiled."""
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
 from __future__ import annotations

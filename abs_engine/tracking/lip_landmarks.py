@@ -1,4 +1,4 @@
-"""How far drawn lips lie off the lips that the landmark network sees."""
+"""The distance of drawn lips from the lips that the landmark network sees."""
 
 from __future__ import annotations
 

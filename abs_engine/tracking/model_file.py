@@ -1,4 +1,4 @@
-"""Which kind of model a file holds."""
+"""The kind of model that a file holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of several calibrations of a clip explains its pictures best."""
+"""Model selection: the calibration of a clip that explains its pictures best."""
 
 from __future__ import annotations
 

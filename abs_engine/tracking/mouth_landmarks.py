@@ -1,4 +1,4 @@
-"""What the landmark network says of a mouth: evidence of a frame, and a check of what was found."""
+"""The landmark network's mouth: evidence of a frame, and a check of what was found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where in a window the mouth lies, as far as landmarks tell it."""
+"""The mouth's place in a window, as far as landmarks show it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the mouth is, before anything of the person is known: by faces found, then by colour."""
+"""The search for the mouth before anything is known of the person: by faces, then by colour."""
 
 from __future__ import annotations
 

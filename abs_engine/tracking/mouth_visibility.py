@@ -1,4 +1,4 @@
-"""Whether the mouth can be seen, where landmarks say where it would be.
+"""Visibility of the mouth where landmarks put it.
 
 A landmark network goes on to say where a mouth is behind a hand. The colours within the lips' outer
 edge and around it tell: within it a mouth shows lips, teeth or dark, in whatever proportion, and

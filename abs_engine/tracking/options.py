@@ -1,4 +1,4 @@
-"""What a user may choose of a clip that is tracked."""
+"""Options of tracking a clip, as a user chooses them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run stores: arrays of all frames, a table for spreadsheets, and the reader of both.
+"""The record of a run: arrays of all frames, a table for spreadsheets, and the reader of both.
 
 A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
 each frame), ``closures.csv`` (a row for each time that the lips close), ``mesh.npz`` (the whole

@@ -1,4 +1,4 @@
-"""What speaks against a run: told in its summary, and printed."""
+"""Warnings about a run: in its summary, and printed."""
 
 from __future__ import annotations
 

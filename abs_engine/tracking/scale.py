@@ -1,4 +1,4 @@
-"""What a result's millimetres rest on.
+"""The scale of a result: what its millimetres rest on.
 
 One camera cannot tell a large head far away from a small one near by: shape and pose are found up
 to a common factor. What sets it is the distance of the pupils, given or usual.

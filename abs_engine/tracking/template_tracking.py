@@ -1,4 +1,4 @@
-"""Where a head whose points were lost is in the next frame, by the look of its upper face."""
+"""Template tracking: a head whose points were lost, by the look of its upper face."""
 
 from __future__ import annotations
 

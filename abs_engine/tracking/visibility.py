@@ -1,4 +1,4 @@
-"""Whether the mouth can be seen: by its look where landmarks put it, or by its blob."""
+"""Visibility of the mouth: by its look where landmarks put it, or by its blob."""
 
 from __future__ import annotations
 

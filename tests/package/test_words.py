@@ -101,3 +101,10 @@ def test_docstrings_that_the_api_page_shows():
 def test_a_misused_word_is_found(text):
     tree = ast.parse(f'raise ValueError(f"{{1}}: {text}")')
     assert [found_in(t) for t in sentences(tree)] != [[]]
+
+
+def test_module_docstrings_begin_with_what_the_module_is():
+    questions = ("What", "Where", "Which", "How", "Whether", "Who", "When")
+    for path in SOURCES:
+        first = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or " ").split()[:1]
+        assert not first or first[0] not in questions, path

@@ -1,4 +1,4 @@
-"""What the checker says about a dataset."""
+"""Findings of the checker about a dataset."""
 
 from __future__ import annotations
 

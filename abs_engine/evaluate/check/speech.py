@@ -1,4 +1,4 @@
-"""What is said, and whether the lips touch where the labels say so."""
+"""The check of speech: lips touch where the labels say so."""
 
 from __future__ import annotations
 

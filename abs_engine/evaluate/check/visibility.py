@@ -1,4 +1,4 @@
-"""What a camera's line of sight meets at each pixel, by the vertices and the facet ids alone.
+"""The check of lines of sight: what each pixel meets, by vertices and facet ids alone.
 
 The ray through the centre of a pixel is met with the facet that the id names. Where a mirror is,
 a facet is met twice, directly and reflected, and the one that the pixel lies in is kept.

@@ -1,4 +1,4 @@
-"""Whether intervals that a result gives hold the truth as often as they say."""
+"""Coverage of a result's intervals: how often they hold the truth."""
 
 from __future__ import annotations
 

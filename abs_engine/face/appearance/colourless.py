@@ -1,4 +1,4 @@
-"""Whether a face is filmed in colour: not in black and white, near infrared, or one tint as sepia.
+"""The test for film without colour: black and white, near infrared, or one tint as sepia.
 
 What counts is not how colourful a picture is but whether its chroma says more than its luminance
 does: the tint of a sepia picture is a function of luminance, compression adds a little noise.

@@ -1,4 +1,4 @@
-"""Which points carry local appearance, and at which scale (Odisio & Bailly, 3.2 and 6)."""
+"""Selection of points with local appearance, and their scale (Odisio & Bailly, 3.2 and 6)."""
 
 from __future__ import annotations
 

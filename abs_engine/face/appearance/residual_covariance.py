@@ -1,4 +1,4 @@
-"""What a texture model leaves out of luminance-normalised frames: how much, and what in common."""
+"""The covariance of what a texture model leaves out of luminance-normalised frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which points of the surface a picture shows: neither turned away, nor hidden, nor outside."""
+"""Points of the surface that a picture shows: facing it, not hidden, not outside."""
 
 from __future__ import annotations
 

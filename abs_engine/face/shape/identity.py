@@ -1,4 +1,4 @@
-"""Who somebody may be: the whole head as a Gaussian over all shape targets of a speaker."""
+"""The identity prior: the whole head as a Gaussian over all shape targets of a speaker."""
 
 from __future__ import annotations
 

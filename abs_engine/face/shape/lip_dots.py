@@ -1,4 +1,4 @@
-"""Where sixteen dots on the lips and one on the nose are on a head: the same for all its people."""
+"""Sixteen dots on the lips and one on the nose: the same places for all people of a head."""
 
 from __future__ import annotations
 

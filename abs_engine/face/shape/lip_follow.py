@@ -1,4 +1,4 @@
-"""How the drawn rings of the lips follow the shell's three: as they do on the head, on the whole.
+"""The drawn rings of the lips as they follow the shell's three: on the whole, as on the head.
 
 A ring that keeps its distance from the shell's facets moves too far: what lies within a lip is held
 back by what it is joined to, so that a mouth which opens is drawn 0.6 mm too wide open. How far a

@@ -1,4 +1,4 @@
-"""What each articulatory parameter is the first component of: points, and coordinates of them.
+"""Predictors of articulatory parameters: the points and coordinates whose component each is.
 
 Odisio and Bailly (2003), section 2.2.
 """

@@ -1,4 +1,4 @@
-"""How much the skull's proportions differ between people: where no landmark lies, this alone holds.
+"""Variation of the skull's proportions: it alone holds where no landmark lies.
 
 The targets of a head and smooth fields let crown and ears differ by up to twice as much as people's
 do, and tie them to a forehead of which a picture shows half. Each proportion is therefore taken as

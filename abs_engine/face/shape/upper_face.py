@@ -1,4 +1,4 @@
-"""What moves the face above the mouth, so that raised brows are not taken for a raised head."""
+"""Motion above the mouth, so that raised brows are not taken for a raised head."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a file ends within a unit whose length it states: it was cut, by whatever name.
+"""The test for a truncated video: a file that ends within a unit whose length it states.
 
 Each container has its own units. What cannot be judged counts as whole, for a false alarm would
 keep a good video out; decoder and header are asked too, see `abs_engine.io.video.ending`.

@@ -1,4 +1,4 @@
-"""What a reproduction collects: numbers, remarks, and the figures of the fits."""
+"""The collection of a reproduction: numbers, remarks, and the figures of the fits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the mouth is in single frames: by its blob alone; and when that was known."""
+"""The mouth's place in single frames: by its blob alone; and when that was known."""
 
 from __future__ import annotations
 

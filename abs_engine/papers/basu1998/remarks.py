@@ -1,4 +1,4 @@
-"""What to know about the numbers of a reproduction of Basu, Oliver and Pentland (1998)."""
+"""Remarks on the numbers of a reproduction of Basu, Oliver and Pentland (1998)."""
 
 WINDOWS = (
     "Which ten those are matters: of windows all over the recording, about one in six fails a row "

@@ -1,4 +1,4 @@
-"""What a reproduction gathers on the way: how much is done, results, figures, finished stages."""
+"""The state of a reproduction: how much is done, results, figures, finished stages."""
 
 from __future__ import annotations
 

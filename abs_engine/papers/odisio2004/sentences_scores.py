@@ -1,4 +1,4 @@
-"""How well tracked sentences are: mm in head coordinates, lips, closures of p, b and m."""
+"""Scores of tracked sentences: mm in head coordinates, lips, closures of p, b and m."""
 
 from __future__ import annotations
 

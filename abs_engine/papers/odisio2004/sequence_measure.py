@@ -1,4 +1,4 @@
-"""What search, stopping and models are worth, side by side on a sentence kept for practice."""
+"""Search, stopping and models side by side on a sentence kept for practice."""
 
 from __future__ import annotations
 

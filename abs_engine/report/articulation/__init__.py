@@ -1,1 +1,1 @@
-"""What the command `articulate` writes of an articulatory model."""
+"""The pages and figures of an articulatory model."""

@@ -1,4 +1,4 @@
-"""What an articulatory model was built of and how well it holds that: lines, and an HTML page."""
+"""The page of an articulatory model: what it was built of, and how well it holds that."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is looked at: a head with its classes and, where there is one, its texture."""
+"""The head of an inspection picture, with its classes and, where there is one, its texture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be asked for, and which choices go with which kind of picture."""
+"""Requests for inspection pictures, and the choices that go with each kind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where label buffers come from: a posture, a run, a dataset."""
+"""Sources of label buffers: a posture, a run, a dataset."""
 
 from __future__ import annotations
 

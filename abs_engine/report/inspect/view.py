@@ -1,4 +1,4 @@
-"""Where the camera of an inspection picture stands."""
+"""The camera of an inspection picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which visemes a corpus has, in X-SAMPA: vowels, consonants between vowels, silent postures.
+"""The visemes of a corpus, in X-SAMPA: vowels, consonants between vowels, silent postures.
 
 Odisio and Bailly (2003), section 2.1.
 """

@@ -1,4 +1,4 @@
-"""Who is filmed: a shape among the speaker's, and what the skin looks like."""
+"""A person who is filmed: a shape among the speaker's, and the look of the skin."""
 
 from __future__ import annotations
 

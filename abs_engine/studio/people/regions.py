@@ -1,4 +1,4 @@
-"""Where skin, lips, hair, beard and freckles are: shares from 0 to 1 for every texel of the chart.
+"""Regions of a painted face: shares from 0 to 1 of skin, lips, hair, beard for every texel.
 
 Places are millimetres on the average head, so a region is where it should be on every person.
 """

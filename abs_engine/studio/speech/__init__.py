@@ -1,4 +1,4 @@
-"""What is said: phonemes or recordings to face-unit weights, frame by frame."""
+"""Speech: phonemes or recordings to face-unit weights, frame by frame."""
 
 from abs_engine.studio.speech.articulate import Interval, Speech, articulate
 from abs_engine.studio.speech.gestures import Contact

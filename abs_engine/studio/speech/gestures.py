@@ -1,4 +1,4 @@
-"""When lips meet lips and lip meets teeth: the holds of contacts, and the movements around them."""
+"""Gestures: holds where lips meet lips or teeth, and the movements around them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the lips and the jaw do for a phoneme, composed from its features."""
+"""Targets of lips and jaw for a phoneme, composed from its features."""
 
 from __future__ import annotations
 
