@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from typing import Any
 
-from abs_engine.report.reproduction import cautioned
+from abs_engine.report.document import cautioned, document, safe, table
 
-_STYLE = """
-body { font: 16px/1.5 sans-serif; max-width: 1000px; margin: 2em auto; padding: 0 1em; color: #222 }
-img, video { max-width: 100%; display: block }
-table { border-collapse: collapse } td { border-bottom: 1px solid #ddd; padding: 2px 1.5em 2px 0 }
-td:first-child { white-space: pre } .key span { padding: 0 .5em; margin-right: .5em }
-"""
+_STYLE = ".key span { padding: 0 .5em; margin-right: .5em }"
 _KEY = (
     ("outer contour", "rgb(60,255,120)"),
     ("upper inner contour", "rgb(255,230,0)"),
@@ -74,34 +68,25 @@ def demo_page(
     """
     summary = run["summary"]
     key = "".join(f'<span style="background:{colour}">{name}</span>' for name, colour in _KEY)
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>abs_engine demo</title>
-<style>{_STYLE}</style></head><body>
-{cautioned(run)}<h1>Lips tracked by rendering</h1>
-<p>The studio filmed {html.escape(person)} with a renderer of its own, with noise and compression
-(<a href="{html.escape(video)}">{html.escape(video)}</a>). The tracker was given that video,
+    body = f"""{cautioned(run)}<h1>Lips tracked by rendering</h1>
+<p>The studio filmed {safe(person)} with a renderer of its own, with noise and compression
+(<a href="{safe(video)}">{safe(video)}</a>). The tracker was given that video,
 the camera's calibration and a head, nothing else of the truth, with which its results are compared
 here.</p>
-<p>{html.escape(remarks[0])}</p>
+<p>{safe(remarks[0])}</p>
 <h2>Tracked against truth</h2>
-{_table(rows)}
-{"".join(f"<p>{html.escape(remark)}</p>" for remark in remarks[1:])}
+{table((), rows)}
+{"".join(f"<p>{safe(remark)}</p>" for remark in remarks[1:])}
 <p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared and
 {summary["seconds_per_frame"]:.3f} s a frame after {summary["preparation_seconds"]:.1f} s of
-preparation, drawn by {html.escape(str(run["renderer"]))}.</p>
-<img src="evaluation/truth_curves.png" alt="aperture, width and lip error over time">
+preparation, drawn by {safe(str(run["renderer"]))}.</p>
+<p><img src="evaluation/truth_curves.png" alt="aperture, width and lip error over time"></p>
 <h2>The video with the lips drawn on it</h2>
 <p class="key">{key}</p>
-<video src="run/overlay.mp4" controls loop></video>
+<p><video src="run/overlay.mp4" controls loop></video></p>
 <p>If the browser does not play it: <a href="run/overlay.mp4">run/overlay.mp4</a>.</p>
 <h2>The mouth, frame by frame</h2>
-<img src="run/contact_sheet.png" alt="enlarged mouths with contours">
+<p><img src="run/contact_sheet.png" alt="enlarged mouths with contours"></p>
 <p>Numbers: <a href="run/results.csv">run/results.csv</a>,
-<a href="evaluation/truth_scores.json">evaluation/truth_scores.json</a>.</p>
-</body></html>
-"""
-
-
-def _table(rows: Sequence[tuple[str, str]]) -> str:
-    cells = (f"<tr><td>{html.escape(a)}</td><td>{html.escape(b)}</td></tr>" for a, b in rows)
-    return f"<table>{''.join(cells)}</table>"
+<a href="evaluation/truth_scores.json">evaluation/truth_scores.json</a>.</p>"""
+    return document("abs_engine demo", body, style=_STYLE)

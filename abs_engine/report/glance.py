@@ -9,7 +9,8 @@ from abs_engine.evaluate.catalogue import BY_KEY
 from abs_engine.evaluate.score import Score
 from abs_engine.report import colours
 from abs_engine.report.data import ReportData
-from abs_engine.report.pieces import safe, short, swatch
+from abs_engine.report.document import safe
+from abs_engine.report.pieces import short, swatch
 
 CARDS = (
     ("frames_lost",),

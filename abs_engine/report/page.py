@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import html
 import json
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -13,9 +11,9 @@ from plotly.offline import get_plotlyjs
 
 from abs_engine.report import charts, colours, glance, sections
 from abs_engine.report.data import Head, ReportData
+from abs_engine.report.document import document, web
 from abs_engine.report.embed import Store, deflated, json_bytes
 
-_WEB = "web"
 _SCRIPTS = ("arrays.js", "heads.js", "stage.js", "player.js", "main.js")
 
 # What a browser may load for the page: nothing but what is in it.
@@ -23,6 +21,11 @@ _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data: blob:; media-src data: blob:; font-src data:"
 )
+_LIMITS = """<noscript><p class="warning">This page draws its charts with JavaScript; allow it to
+run.</p></noscript>
+<p class="warning too-old" hidden>This browser cannot inflate what the page holds (it has no
+DecompressionStream); open it in a newer one.</p>
+"""
 
 
 def report_page(data: ReportData) -> str:
@@ -58,23 +61,13 @@ def report_page(data: ReportData) -> str:
         f'<script type="text/plain" id="{name}">{deflated(content)}</script>'
         for name, content in parts.items()
     )
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{html.escape(data.title)}</title>
-<style>{_text("page.css")}</style></head>
-<body><main>
-<noscript><p class="warning">This page draws its charts with JavaScript; allow it to run.</p>
-</noscript>
-<p class="warning too-old" hidden>This browser cannot inflate what the page holds (it has no
-DecompressionStream); open it in a newer one.</p>
-{body}
-</main>
-{deflates}
-{scripts}
-</body></html>
-"""
+    return document(
+        data.title,
+        _LIMITS + body,
+        head=f'\n<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+        style=web("page.css"),
+        end=f"{deflates}\n{scripts}\n",
+    )
 
 
 def page_data(data: ReportData, store: Store) -> dict[str, Any]:
@@ -165,12 +158,8 @@ def _contours(data: ReportData, store: Store) -> list[dict[str, Any]]:
     ]
 
 
-def _text(name: str) -> str:
-    return (files(__package__) / _WEB / name).read_text(encoding="utf-8")
-
-
 def _script(name: str) -> str:
-    return f"<script>{_closed(_text(name))}</script>"
+    return f"<script>{_closed(web(name))}</script>"
 
 
 def _closed(text: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 
 from abs_engine.report.colours import Stroke
@@ -23,8 +22,3 @@ def short(number: float) -> str:
     if math.isnan(number) or number == round(number) or abs(number) >= 1000:
         return f"{number:.0f}"
     return f"{number:.{2 if abs(number) >= 10 else 3}f}"
-
-
-def safe(text: str) -> str:
-    """Text that is no HTML."""
-    return html.escape(str(text))

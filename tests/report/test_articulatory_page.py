@@ -6,7 +6,7 @@ import pytest
 
 from abs_engine.papers.odisio2004.goals import GOALS, Goal, goal_rows, score_lines
 from abs_engine.papers.odisio2004.page import reproduction_page
-from abs_engine.report.reproduction import page, table
+from abs_engine.report.document import results_page, table
 
 
 def sentence(name, mm, *, closed=4, found=4):
@@ -75,7 +75,7 @@ def test_an_empty_page_says_so():
 
 
 def test_pages_escape_what_they_are_given():
-    shown = page("<t>", "<h>", table(("<a>",), [("<b>", "not met, by 1")]), {})
+    shown = results_page("<t>", "<h>", table(("<a>",), [("<b>", "not met, by 1")]), {})
     for raw in ("<t>", "<h>", "<a>", "<b>"):
         assert raw not in shown
     assert 'class="missed"' in shown

@@ -25,8 +25,8 @@ from abs_engine.papers.basu1998.scores import (
     remark,
     told,
 )
-from abs_engine.report.reproduction import figures as pictures
-from abs_engine.report.reproduction import page, table
+from abs_engine.report.document import figures as pictures
+from abs_engine.report.document import results_page, table
 
 DRIVERS = {
     "forces": "forces at the borders of classes: the whole derivative of eq. 7 (ours)",
@@ -87,7 +87,7 @@ def reproduction_page(
 {_grid(results)}
 <h2>Figures</h2>
 {pictures(figures)}"""
-    return page(
+    return results_page(
         "Basu, Oliver and Pentland (1998) reproduced",
         "3D modeling and tracking of human lip motions, reproduced",
         body,

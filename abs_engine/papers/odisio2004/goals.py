@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from abs_engine.report.reproduction import MISSED
+from abs_engine.report.document import MISSED
 
 Results = Mapping[str, Any]
 NOT_MEASURED = "not measured"

@@ -11,8 +11,8 @@ from abs_engine.papers.odisio2004.goals import NOT_MEASURED, Results, goal_rows,
 from abs_engine.papers.odisio2004.sequence import PAPER
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED
 from abs_engine.report.articulation.tables import PAPER_TOTAL, PAPER_VARIANCE
-from abs_engine.report.reproduction import figures as pictures
-from abs_engine.report.reproduction import page, table
+from abs_engine.report.document import figures as pictures
+from abs_engine.report.document import results_page, table
 
 _WORST = 5
 _MADE = (
@@ -90,7 +90,7 @@ work.</p>
 <h2>Figures</h2>
 {pictures(figures)}"""
     heading = "Shape and appearance models of talking faces, reproduced"
-    return page("Odisio and Bailly (2003) reproduced", heading, body, results)
+    return results_page("Odisio and Bailly (2003) reproduced", heading, body, results)
 
 
 def _face(results: Results) -> str:

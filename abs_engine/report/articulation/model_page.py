@@ -10,7 +10,7 @@ from abs_engine.core.provenance import made_by
 from abs_engine.report.articulation.analysis import Analysis
 from abs_engine.report.articulation.applied import Applied
 from abs_engine.report.articulation.tables import boxes, variance_table
-from abs_engine.report.reproduction import figures, page, table
+from abs_engine.report.document import figures, results_page, table
 
 _MOST_NAMED = 12
 _LEAST_SPAN, _LARGEST_SPAN = 15.0, 600.0
@@ -144,7 +144,7 @@ def model_page(done: Analysis, pictures: Sequence[tuple[str, str]]) -> str:
 it. The method is that of Odisio and Bailly, Shape and appearance models of talking faces for
 model-based tracking, section 2.</p>"""
     title = f"Articulatory model: {built.model.source or 'a corpus'}"
-    return page(title, title, body, made_by())
+    return results_page(title, title, body, made_by())
 
 
 def _percent(share: float | None) -> str:
