@@ -59,14 +59,24 @@ def lip_chart(data: ReportData) -> Figure | None:
 
 def error_chart(data: ReportData) -> Figure | None:
     """Errors over time, a row for each quantity; None without errors."""
-    rows = [q for q in data.errors if _given(data.systems, "errors", q.key)]
+    return _frame_chart(data, "errors", data.errors)
+
+
+def sureness_chart(data: ReportData) -> Figure | None:
+    """How sure systems are over time, a row for each quantity; None where they do not say."""
+    return _frame_chart(data, "sureness", data.sureness)
+
+
+def _frame_chart(data: ReportData, part: str, quantities: Sequence[Quantity]) -> Figure | None:
+    rows = [q for q in quantities if _given(data.systems, part, q.key)]
     if not rows:
         return None
     figure = _rows(rows)
     for row, quantity in enumerate(rows, 1):
         for number, system in enumerate(data.systems):
-            if quantity.key in system.errors:
-                _series(figure, row, data, system.errors[quantity.key], number)
+            series = getattr(system, part).get(quantity.key)
+            if series is not None:
+                _series(figure, row, data, series, number)
         figure.update_yaxes(**_from_nought(quantity), row=row, col=1)
     if data.true is not None:
         _shade(figure, data.true.closed, data.rate)

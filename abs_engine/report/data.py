@@ -100,8 +100,8 @@ class System:
     Parameters
     ----------
     name : str
-    curves, errors : mapping of `Quantity.key` to Series
-        Lip curves; errors frame by frame.
+    curves, errors, sureness : mapping of `Quantity.key` to Series
+        Lip curves; errors, and how sure the system is, frame by frame.
     scores : mapping of metric to Score
         See `abs_engine.evaluate.catalogue`.
     contours : mapping of str to (T, N, 2) float64
@@ -120,6 +120,7 @@ class System:
     name: str
     curves: Mapping[str, Series] = field(default_factory=dict)
     errors: Mapping[str, Series] = field(default_factory=dict)
+    sureness: Mapping[str, Series] = field(default_factory=dict)
     scores: Mapping[str, Score] = field(default_factory=dict)
     contours: Mapping[str, FloatArray] = field(default_factory=dict)
     head: Head | None = None
@@ -191,7 +192,7 @@ class ReportData:
         Middle of the mouth, mm, head frame.
     area : (N,) int, optional
         Vertices of the face, by which the scale of the error maps is chosen; by default all.
-    curves, errors : tuple of Quantity
+    curves, errors, sureness : tuple of Quantity
         Rows of the charts.
     facts : mapping of heading to Rows
         Clip, machine, seeds, commands.
@@ -217,6 +218,7 @@ class ReportData:
     area: NDArray[np.int32] | None = None
     curves: tuple[Quantity, ...] = ()
     errors: tuple[Quantity, ...] = ()
+    sureness: tuple[Quantity, ...] = ()
     facts: Mapping[str, Rows] = field(default_factory=dict)
     view: str = ""
     others: tuple[str, ...] = ()

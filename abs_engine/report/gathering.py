@@ -42,7 +42,7 @@ from abs_engine.report.inspect.run_video import find_video
 from abs_engine.report.inspect.runs import RunHead, load_run_head
 from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
-from abs_engine.report.quantities import CURVES, error_rows, error_series
+from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_series, sureness_series
 from abs_engine.report.run_film import filmed
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
 
@@ -206,7 +206,8 @@ def _without_truth(
         estimate = of_run(name, head.arrays, head.mesh, {})
         estimate = with_protrusion(estimate, speaker.landmarks)
         system = system_of(estimate, head.camera, loops, played)
-        systems.append(replace(system, facts=run_facts(head.folder)))
+        sureness = sureness_series(head.arrays)
+        systems.append(replace(system, sureness=sureness, facts=run_facts(head.folder)))
     tell("reading the video")
     shown, _ = film.shorten(read_frames(video), first.rate, played, ())
     return ReportData(
@@ -221,6 +222,7 @@ def _without_truth(
         played=played,
         focus=_focus(_rest(first)[loops["outer"]]),
         curves=CURVES,
+        sureness=SURENESS,
         facts=made_facts(options.command, None),
         caution=caution(made_by()) or "",
     )

@@ -10,7 +10,7 @@ from abs_engine.evaluate.score import Score
 from abs_engine.report import colours
 from abs_engine.report.data import ReportData
 from abs_engine.report.document import safe
-from abs_engine.report.pieces import short, swatch
+from abs_engine.report.pieces import key, short
 
 CARDS = (
     ("frames_lost",),
@@ -26,16 +26,10 @@ CARDS = (
 
 def heading(data: ReportData) -> str:
     """Title, legend and the numbers of the first glance."""
-    items = [f"<li>{swatch(stroke)}{safe(name)}</li>" for name, stroke in _names(data)]
-    closed = (
-        '<li><span class="swatch area" style="background:#dddde3"></span>lips truly closed</li>'
-        if data.true is not None
-        else ""
-    )
     caution = f'<p class="warning">{safe(data.caution)}</p>' if data.caution else ""
     return f"""<header>{caution}<h1>{safe(data.title)}</h1>
 <p class="soft">{safe(data.subtitle)}</p>{_views(data)}
-<ul class="legend">{"".join(items)}{closed}</ul></header>{_cards(data)}"""
+{key(data)}</header>{_cards(data)}"""
 
 
 def _views(data: ReportData) -> str:
@@ -45,12 +39,6 @@ def _views(data: ReportData) -> str:
     clip, camera = (safe(name) for name in data.view.split("/"))
     others = f"; also in the dataset: {safe(', '.join(data.others))}" if data.others else ""
     return f'<p class="soft">Clip <b>{clip}</b> by camera <b>{camera}</b>{others}.</p>'
-
-
-def _names(data: ReportData) -> list[tuple[str, colours.Stroke]]:
-    """Names and strokes of the truth and the systems."""
-    named = [("truth", colours.truth_stroke())] if data.true is not None else []
-    return named + [(s.name, colours.system_stroke(k)) for k, s in enumerate(data.systems)]
 
 
 def _cards(data: ReportData) -> str:

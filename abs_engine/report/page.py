@@ -43,6 +43,7 @@ def report_page(data: ReportData) -> str:
             glance.heading(data),
             sections.player(data),
             sections.lip_curves(data, told["charts"]),
+            sections.sureness(data, told["charts"]),
             sections.errors(data, told["charts"]),
             sections.error_maps(data, told["ramp"]["end"]),
             sections.worst(data),
@@ -77,6 +78,7 @@ def page_data(data: ReportData, store: Store) -> dict[str, Any]:
     drawn = {
         "lips": charts.lip_chart(data),
         "errors": charts.error_chart(data),
+        "sureness": charts.sureness_chart(data),
         "boxes": charts.box_chart(data),
     }
     said = data.true.said if data.true is not None else ()

@@ -4,7 +4,20 @@ from __future__ import annotations
 
 import math
 
-from abs_engine.report.colours import Stroke
+from abs_engine.report.colours import Stroke, system_stroke, truth_stroke
+from abs_engine.report.data import ReportData
+from abs_engine.report.document import safe
+
+
+def key(data: ReportData) -> str:
+    """The legend of all curves, to be read beside each chart."""
+    named = [("truth", truth_stroke())] if data.true is not None else []
+    named += [(s.name, system_stroke(k)) for k, s in enumerate(data.systems)]
+    items = "".join(f"<li>{swatch(stroke)}{safe(name)}</li>" for name, stroke in named)
+    if data.true is not None:
+        items += '<li><span class="swatch area" style="background:#dddde3"></span>'
+        items += "lips truly closed</li>"
+    return f'<ul class="legend">{items}</ul>'
 
 
 def swatch(stroke: Stroke) -> str:

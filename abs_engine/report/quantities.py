@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from abs_engine.evaluate.estimate import NORMAL_95
 from abs_engine.evaluate.metrics import Mean
 from abs_engine.report.data import Quantity, Series
 
@@ -14,6 +17,14 @@ CURVES = (
     Quantity("width", "width", "mm"),
     Quantity("protrusion", "protrusion", "mm"),
 )
+
+SURENESS = (
+    Quantity("score", "score", "0 to 1"),
+    Quantity("aperture_half", "± aperture", "mm"),
+    Quantity("width_half", "± width", "mm"),
+    Quantity("landmark_distance", "off landmarks", "mm"),
+)
+"""How sure a run is of its frames, without any truth: half widths are of 95 % intervals."""
 
 SHARE = "share"
 """Unit of what is no error: the share of a frame's coordinates that lie in their intervals."""
@@ -48,6 +59,21 @@ _INSIDE = (
 )
 PRIMARY = (*_LIPS, *_MESH[:1], *_POINTS, *_PICTURE)
 """A system's worst frames are those with the largest of the first of these that it gives."""
+
+
+def sureness_series(run: Mapping[str, NDArray[Any]]) -> dict[str, Series]:
+    """How sure a run is of each frame; see `SURENESS`.
+
+    Parameters
+    ----------
+    run : mapping of str to (T,) array
+        As `load_run` gives it.
+    """
+    half = {f"{k}_half": NORMAL_95 * run[f"{k}_sd"] for k in ("aperture", "width")
+            if f"{k}_sd" in run}  # fmt: skip
+    given = {k: run[k] for k in ("score", "landmark_distance") if k in run} | half
+    known = {key: np.asarray(values, np.float64) for key, values in given.items()}
+    return {key: Series(values) for key, values in known.items() if np.isfinite(values).any()}
 
 
 def error_series(means: Mapping[str, Mean]) -> dict[str, Series]:

@@ -11,7 +11,7 @@ from abs_engine.report import colours
 from abs_engine.report.data import FloatArray, ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.embed import data_url
-from abs_engine.report.pieces import short, swatch
+from abs_engine.report.pieces import key, short, swatch
 from abs_engine.report.quantities import SHARE
 
 SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
@@ -57,7 +57,17 @@ def lip_curves(data: ReportData, charts: Mapping[str, Any]) -> str:
     )
     return f"""<section><h2>Lip curves</h2><p>{about} <span class="soft hint">Drag to enlarge,
 double-click for the whole clip, click to go to a frame.</span></p>
-<div class="chart" id="chart-lips"></div></section>"""
+{key(data)}<div class="chart" id="chart-lips"></div></section>"""
+
+
+def sureness(data: ReportData, charts: Mapping[str, Any]) -> str:
+    """How sure the systems are, frame by frame."""
+    if "sureness" not in charts:
+        return ""
+    return f"""<section><h2>How sure it is</h2><p>Score: how well the drawing explains the picture
+around the mouth. ±: half of the 95 % interval. Off landmarks: how far the lips lie from those that
+the landmark network sees. Gaps are frames without numbers.</p>
+{key(data)}<div class="chart" id="chart-sureness"></div></section>"""
 
 
 def errors(data: ReportData, charts: Mapping[str, Any]) -> str:
@@ -72,7 +82,7 @@ def errors(data: ReportData, charts: Mapping[str, Any]) -> str:
     )
     return f"""<section><h2>Errors</h2><p>In each frame: {safe(names)}; for points the root mean
 square distance to the truth.{shares} Gaps are lost frames.</p>
-<div class="chart" id="chart-errors"></div>
+{key(data)}<div class="chart" id="chart-errors"></div>
 <h3>Their spread over the frames</h3>
 <p>Box: quartiles and median. Dashed: mean. Whiskers: the farthest values within 1.5 times the
 box's height; dots lie beyond.</p>
