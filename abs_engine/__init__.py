@@ -16,12 +16,21 @@ if TYPE_CHECKING:
     from abs_engine.core.errors import AbsEngineError
     from abs_engine.core.geometry import Mesh, Pose
     from abs_engine.core.params import ParamSpec
-    from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, RENDERERS, TERMS
+    from abs_engine.core.registry import (
+        DRIVERS,
+        EXPORTERS,
+        MODELS,
+        PRESETS,
+        RENDERERS,
+        TERMS,
+    )
     from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
     from abs_engine.dataset import Dataset, Truth, load_dataset, load_truth
     from abs_engine.evaluate.bench import run_bench
     from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
+    from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+    from abs_engine.export.writing import export_run
     from abs_engine.face.base import Face
     from abs_engine.face.shape.articulatory import GuidedPCA
     from abs_engine.face.shape.articulatory_model import ArticulatoryModel, load_articulatory
@@ -95,6 +104,11 @@ _HOME = {
     "DRIVERS": "core.registry",
     "RENDERERS": "core.registry",
     "PRESETS": "core.registry",
+    "EXPORTERS": "core.registry",
+    "Exporter": "export.exporter",
+    "TrackedRun": "export.exporter",
+    "Loss": "export.exporter",
+    "export_run": "export.writing",
     "Face": "face.base",
     "View": "fit.view",
     "TermKind": "fit.terms",
@@ -112,6 +126,7 @@ _HOME = {
 
 __all__ = [
     "DRIVERS",
+    "EXPORTERS",
     "MODELS",
     "PRESETS",
     "RENDERERS",
@@ -125,9 +140,11 @@ __all__ = [
     "ColourError",
     "Dataset",
     "Driver",
+    "Exporter",
     "Face",
     "FrameResult",
     "GuidedPCA",
+    "Loss",
     "Mesh",
     "ParamSpec",
     "Pose",
@@ -142,11 +159,13 @@ __all__ = [
     "Speaker",
     "TermKind",
     "TrackOptions",
+    "TrackedRun",
     "Truth",
     "View",
     "Window",
     "check_dataset",
     "diagnose",
+    "export_run",
     "film_clip",
     "film_scene",
     "load_articulatory",

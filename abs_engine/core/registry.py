@@ -147,3 +147,5 @@ RENDERERS = Registry("renderer", ("__call__",))
 """What draws."""
 PRESETS = Registry("preset", ("model", "terms", "driver", "start"))
 """Choices of all of these together."""
+EXPORTERS = Registry("exporter", ("text", "write", "suffix"))
+"""Formats that runs are written in."""

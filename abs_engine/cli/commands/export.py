@@ -1,0 +1,40 @@
+"""The `export` command."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.core.registry import EXPORTERS, load_plugin
+
+
+def _notes() -> str:
+    rows = [(name, EXPORTERS.get(name)) for name in EXPORTERS.names()]
+    lines = (f"  {name:12}{one.text}{one.suffix and f' ({one.suffix})'}\n" for name, one in rows)
+    return "Formats:\n" + "".join(lines)
+
+
+@command(
+    "Track and look at the result",
+    take.argument("run", "RUN", text="what 'track -o' made"),
+    take.option("--to", "to", metavar="NAME", type=take.Named(EXPORTERS), required=True,
+        text="the format, see below"),
+    take.output("PATH", "the file, or the folder of formats that are several files"),
+    take.file("--speaker", text="head.npz that it was tracked with (default: the bundled head)"),
+    take.file("--plugin", multiple=True, metavar="FILE.py",
+        text="Python file that adds formats of your own; may be repeated"),
+    examples="abs-engine export run --to praat -o praat\n"
+    "abs-engine export run --to gltf -o head.glb\n"
+    "abs-engine export run --to arkit -o face.csv",
+    notes=_notes,
+)  # fmt: skip
+def export(chosen: Chosen) -> Done:
+    """Write a run in another program's format, and report what is lost."""
+    from abs_engine.export.writing import export_run
+
+    for plugin in chosen.plugin:
+        load_plugin(plugin)
+    lost = export_run(chosen.run, chosen.to, chosen.output, chosen.speaker)
+    lines = [f"read back, {one}" for one in lost] + [f"wrote {chosen.output}"]
+    return Done(lines, {"output": chosen.output, "loss": [asdict(one) for one in lost]})

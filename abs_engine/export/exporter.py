@@ -1,0 +1,173 @@
+"""The base of exporters: what an exporter is given, and what it reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.core.geometry import Pose
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run_mesh import RunMesh, load_mesh
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What reading a file back gives, beside the run.
+
+    Parameters
+    ----------
+    value : float
+        RMS difference; NaN for a run in which nothing was found.
+    unit : str
+    of : str
+        What was compared.
+    """
+
+    value: float
+    unit: str
+    of: str
+
+    def __str__(self) -> str:
+        return f"{self.of}: {self.value:.3g} {self.unit} RMS"
+
+
+@dataclass(frozen=True)
+class Exporter:
+    """A format that runs are written in.
+
+    Parameters
+    ----------
+    text : str
+        What it is, a line for the list of formats.
+    write : callable
+        Given the run and where to write, a file or an empty folder; returns what is lost.
+    suffix : str
+        How the file's name ends; empty for a format that is a folder.
+    """
+
+    text: str
+    write: Callable[[TrackedRun, Path], tuple[Loss, ...]]
+    suffix: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedRun:
+    """A run as exporters see it.
+
+    Parameters
+    ----------
+    folder : Path
+    arrays : dict of str to array
+        See `abs_engine.load_run`.
+    mesh : RunMesh
+        The head in every frame.
+    speaker : Speaker
+        The head's face units, classes and landmarks.
+    """
+
+    folder: Path
+    arrays: dict[str, NDArray[Any]]
+    mesh: RunMesh
+    speaker: Speaker
+
+    def __len__(self) -> int:
+        """Return the number of frames, T."""
+        return len(self.arrays["found"])
+
+    @property
+    def rate(self) -> float:
+        """Frames per second."""
+        return float(self.arrays["rate"])
+
+    @cached_property
+    def shown(self) -> NDArray[np.bool_]:
+        """Whether a frame has a posture and a pose, (T,)."""
+        known = np.isfinite(self.mesh.weights).all(axis=1)
+        return np.asarray(known & np.isfinite(self.arrays["rotation"]).all(axis=1))
+
+    @cached_property
+    def frames(self) -> list[int]:
+        """Numbers of the frames that have a posture and a pose."""
+        return [int(frame) for frame in np.flatnonzero(self.shown)]
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The camera of the video."""
+        width, height = (int(n) for n in self.arrays["camera_size"])
+        distortion = self.arrays["camera_distortion"]
+        return Camera(self.arrays["camera_matrix"], (width, height), distortion)
+
+    def pose(self, frame: int) -> Pose:
+        """Head to camera."""
+        return Pose.from_vectors(self.arrays["rotation"][frame], self.arrays["translation"][frame])
+
+    @cached_property
+    def landmarks(self) -> FloatArray:
+        """The 68 landmarks in the head's frame, (T, 68, 3) mm; NaN in lost frames."""
+        return self.mesh.points(self.speaker.points["landmark_68"])
+
+    @cached_property
+    def landmarks_in_camera(self) -> FloatArray:
+        """The 68 landmarks in the camera's frame, (T, 68, 3) mm; NaN in lost frames."""
+        out = np.full((len(self), 68, 3), np.nan)
+        for frame in self.frames:
+            out[frame] = self.pose(frame).apply(self.landmarks[frame])
+        return out
+
+    @cached_property
+    def landmarks_in_picture(self) -> FloatArray:
+        """The 68 landmarks in the picture, (T, 68, 2) px; NaN in lost frames."""
+        out = np.full((len(self), 68, 2), np.nan)
+        for frame in self.frames:
+            out[frame] = self.camera.project(self.landmarks_in_camera[frame])
+        return out
+
+
+def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
+    """Read a run with its mesh and its head.
+
+    Parameters
+    ----------
+    folder : Path
+    speaker : Path, optional
+        The head that it was tracked with, if not the bundled one.
+
+    Raises
+    ------
+    InputFileError
+        If the folder is no run.
+    ModelFormatError
+        If its files do not fit together, or are of another head.
+    """
+    arrays, mesh, head = load_run(folder), load_mesh(folder), load_speaker(speaker)
+    if not np.array_equal(head.faces, mesh.faces):
+        raise ModelFormatError(
+            f"the run {folder} was tracked with another head", "give that head with --speaker"
+        )
+    if len(mesh) != len(arrays["found"]):
+        raise ModelFormatError(f"{folder} has meshes of other frames", "track the video again")
+    missing = [name for name in _NEEDED if name not in arrays]
+    if missing:
+        raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
+    return TrackedRun(Path(folder), arrays, mesh, head)
+
+
+_NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate", "time")
+
+
+def rms(differences: FloatArray) -> float:
+    """Root mean square of all that is finite; of vectors (..., 3), of their lengths."""
+    known = differences[np.isfinite(differences)]
+    rows = known.size // differences.shape[-1] if differences.ndim > 1 else known.size
+    return float(np.sqrt((known**2).sum() / rows)) if rows else float("nan")

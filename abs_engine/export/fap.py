@@ -1,0 +1,104 @@
+"""MPEG-4 facial animation parameters (ISO/IEC 14496-2, annex C): lips, jaw and head.
+
+A text file as FAP players read it: a line with version, name, frames per second and number of
+frames; then for each frame a mask of 68 flags, and the frame's number with the parameters whose
+flags are set. Distances are in facial animation parameter units (FAPU), thousandths (1/1024) of
+distances of the neutral face; head angles in units of 1e-5 radian.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.live_link import head_angles
+
+_EYES, _NOSE, _CORNERS, _INNER_CORNERS = (36, 39, 42, 45), 33, (48, 54), (60, 64)
+_UPPER, _LOWER = 62, 66
+_X, _Y, _Z = 0, 1, 2
+
+# Number of the parameter: its unit, the landmark of 300-W it moves, the axis, and the sense.
+# The landmarks of the subject's left, MPEG-4's left, are those of the greater x.
+LIPS: dict[int, tuple[str, int, int, float]] = {
+    4: ("MNS", 62, _Y, -1.0),  # lower_t_midlip
+    5: ("MNS", 66, _Y, 1.0),  # raise_b_midlip
+    6: ("MW", 64, _X, 1.0),  # stretch_l_cornerlip
+    7: ("MW", 60, _X, -1.0),  # stretch_r_cornerlip
+    8: ("MNS", 63, _Y, -1.0),  # lower_t_lip_lm
+    9: ("MNS", 61, _Y, -1.0),  # lower_t_lip_rm
+    10: ("MNS", 65, _Y, 1.0),  # raise_b_lip_lm
+    11: ("MNS", 67, _Y, 1.0),  # raise_b_lip_rm
+    12: ("MNS", 64, _Y, 1.0),  # raise_l_cornerlip
+    13: ("MNS", 60, _Y, 1.0),  # raise_r_cornerlip
+    16: ("MNS", 66, _Z, 1.0),  # push_b_lip
+    17: ("MNS", 62, _Z, 1.0),  # push_t_lip
+    18: ("MNS", 8, _Y, 1.0),  # depress_chin
+    51: ("MNS", 51, _Y, -1.0),  # lower_t_midlip_o
+    52: ("MNS", 57, _Y, 1.0),  # raise_b_midlip_o
+    53: ("MW", 54, _X, 1.0),  # stretch_l_cornerlip_o
+    54: ("MW", 48, _X, -1.0),  # stretch_r_cornerlip_o
+    55: ("MNS", 52, _Y, -1.0),  # lower_t_lip_lm_o
+    56: ("MNS", 50, _Y, -1.0),  # lower_t_lip_rm_o
+    57: ("MNS", 56, _Y, 1.0),  # raise_b_lip_lm_o
+    58: ("MNS", 58, _Y, 1.0),  # raise_b_lip_rm_o
+    59: ("MNS", 54, _Y, 1.0),  # raise_l_cornerlip_o
+    60: ("MNS", 48, _Y, 1.0),  # raise_r_cornerlip_o
+}
+_OPEN_JAW, _HEAD = 3, (48, 49, 50)  # head_pitch, head_yaw, head_roll
+_AU = 1e-5  # rad
+_COUNT = 68
+
+
+def fapu(run: TrackedRun) -> dict[str, float]:
+    """FAPU of the tracked person, mm: mouth-nose separation and mouth width, over 1024."""
+    rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
+    middle = rest[[_UPPER, _LOWER]].mean(axis=0)
+    width = abs(float(rest[_INNER_CORNERS[1], _X] - rest[_INNER_CORNERS[0], _X]))
+    return {"MNS": abs(float(rest[_NOSE, _Y] - middle[_Y])) / 1024, "MW": width / 1024}
+
+
+def parameters(run: TrackedRun) -> dict[int, FloatArray]:
+    """The parameters that are given, each (T,) in its unit; NaN in lost frames."""
+    rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
+    moved, units = run.landmarks - rest, fapu(run)
+    out = {k: s * moved[:, p, a] / units[u] for k, (u, p, a, s) in LIPS.items()}
+    if "jaw_opening" in run.arrays:
+        out[_OPEN_JAW] = run.arrays["jaw_opening"] / units["MNS"]
+    yaw, pitch, roll = head_angles(run).T
+    out |= dict(zip(_HEAD, (pitch / _AU, yaw / _AU, roll / _AU), strict=True))
+    return {k: np.where(run.shown, values, np.nan) for k, values in sorted(out.items())}
+
+
+def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    given = parameters(run)
+    table = np.array(list(given.values())).T
+    known = np.isfinite(table)
+    steps = np.where(known, np.round(np.nan_to_num(table)), 0).astype(int)
+    with path.open("w", encoding="ascii") as file:
+        file.write(f"2.1 abs_engine {run.rate:g} {len(run)}\n")
+        for frame, (row, there) in enumerate(zip(steps, known, strict=True)):
+            flags = np.zeros(_COUNT, int)
+            flags[np.array(list(given))[there] - 1] = 1
+            file.write(" ".join(map(str, flags)) + "\n")
+            file.write(" ".join(map(str, [frame, *row[there]])) + "\n")
+    return _losses(run, given, np.where(known, steps, np.nan))
+
+
+def _losses(run: TrackedRun, given: dict[int, FloatArray], steps: FloatArray) -> tuple[Loss, ...]:
+    """The lips that a player can rebuild, beside those that were tracked."""
+    rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
+    rebuilt, units = np.tile(rest, (len(run), 1, 1)), fapu(run)
+    columns = dict(zip(given, steps.T, strict=True))
+    for number, (unit, point, axis, sense) in LIPS.items():
+        rebuilt[:, point, axis] += sense * columns[number] * units[unit]
+    lips = np.array(sorted({point for _, point, _, _ in LIPS.values() if point != 8}))
+    angles = np.array([(columns[k] - given[k]) * np.rad2deg(_AU) for k in _HEAD]).T
+    return (
+        Loss(rms(rebuilt[:, lips] - run.landmarks[:, lips]), "mm", "points of the lips"),
+        Loss(rms(angles), "degrees", "head angles"),
+    )
+
+
+FAP = Exporter("MPEG-4 facial animation parameters of lips, jaw and head", _write, ".fap")

@@ -1,0 +1,152 @@
+"""glTF 2.0 (GLB): the head with morph targets, moved as in the video, before the video's camera."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pygltflib as gl
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.release import engine_version
+from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.face_units import unit_loss, unit_weights
+
+METRES = 1e-3  # glTF's unit, of a millimetre
+_COLOURS = {
+    "upper_lip": (0.45, 0.12, 0.11), "lower_lip": (0.45, 0.12, 0.11),
+    "inner_mouth": (0.11, 0.03, 0.03), "tongue": (0.51, 0.16, 0.16),
+    "upper_teeth": (0.9, 0.89, 0.8), "lower_teeth": (0.9, 0.89, 0.8), "eyes": (0.68, 0.66, 0.62),
+}  # fmt: skip
+"""Linear RGB of facet classes; all others are skin."""
+_SKIN = (0.63, 0.53, 0.45)
+
+
+class _Buffer:
+    """Arrays one behind the other, each with its view and accessor."""
+
+    def __init__(self) -> None:
+        self.content, self.views = bytearray(), list[gl.BufferView]()
+        self.accessors = list[gl.Accessor]()
+
+    def add(self, array: NDArray[np.generic], target: int | None = None) -> int:
+        """Append a float32 or uint32 array (N,) or (N, 2 to 4); the accessor's number."""
+        kinds = {1: gl.SCALAR, 3: gl.VEC3, 4: gl.VEC4}
+        rows = array.reshape(len(array), -1)
+        whole = array.dtype == np.uint32
+        view = gl.BufferView(0, len(self.content), array.nbytes, target=target)
+        self.views.append(view)
+        accessor = gl.Accessor(
+            len(self.views) - 1, 0, gl.UNSIGNED_INT if whole else gl.FLOAT, False, len(rows),
+            kinds[rows.shape[1]], None, rows.max(0).tolist(), rows.min(0).tolist(),
+        )  # fmt: skip
+        self.accessors.append(accessor)
+        self.content += np.ascontiguousarray(array).tobytes()
+        return len(self.accessors) - 1
+
+
+def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
+    names, targets, weights = _units(run) if arkit else _modes(run)
+    buffer = _Buffer()
+    mesh = _mesh(run, names, targets, buffer)
+    mesh.weights = [0.0] * len(names)
+    camera = gl.Camera(type="perspective", perspective=_perspective(run))
+    head = gl.Node(name="head", mesh=0)
+    turned = gl.Node(name="video camera", camera=0)  # glTF's look along -z, with y up
+    document = gl.GLTF2(
+        asset=gl.Asset(version="2.0", generator=f"abs_engine {engine_version()}"),
+        scene=0, scenes=[gl.Scene(nodes=[0, 1])], nodes=[head, turned], meshes=[mesh],
+        cameras=[camera], materials=[_material()],
+        animations=_animations(run, weights, buffer),
+        accessors=buffer.accessors, bufferViews=buffer.views,
+        buffers=[gl.Buffer(byteLength=len(buffer.content))],
+    )  # fmt: skip
+    document.set_binary_blob(bytes(buffer.content))
+    document.save_binary(str(path))
+    return unit_loss(run, weights) if arkit else _loss(run, targets, weights)
+
+
+def _units(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
+    return list(run.speaker.unit_names), run.speaker.units.astype(np.float64), unit_weights(run)
+
+
+def _modes(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
+    names = [str(name) for name in run.arrays["parameter_names"][6:]]
+    if len(names) != len(run.mesh.modes):
+        names = [f"mode{k + 1}" for k in range(len(run.mesh.modes))]
+    return names, run.mesh.modes.astype(np.float64), run.mesh.weights
+
+
+def _mesh(run: TrackedRun, names: list[str], targets: FloatArray, buffer: _Buffer) -> gl.Mesh:
+    places = (run.mesh.mean * METRES).astype(np.float32)
+    normals = vertex_normals(run.mesh.mean.astype(np.float64), run.mesh.faces)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.where(lengths > 0.5, normals / np.maximum(lengths, 0.5), [0.0, 0.0, 1.0])
+    attributes = gl.Attributes(
+        POSITION=buffer.add(places, gl.ARRAY_BUFFER),
+        NORMAL=buffer.add(normals.astype(np.float32), gl.ARRAY_BUFFER),
+        COLOR_0=buffer.add(_colours(run), gl.ARRAY_BUFFER),
+    )
+    moved = [(one * METRES).astype(np.float32) for one in targets]
+    primitive = gl.Primitive(
+        attributes=attributes, material=0,
+        indices=buffer.add(run.mesh.faces.astype(np.uint32).ravel(), gl.ELEMENT_ARRAY_BUFFER),
+        targets=[{"POSITION": buffer.add(one, gl.ARRAY_BUFFER)} for one in moved],
+    )  # fmt: skip
+    return gl.Mesh(name="head", primitives=[primitive], extras={"targetNames": names})
+
+
+def _colours(run: TrackedRun) -> NDArray[np.float32]:
+    """Linear RGB of the vertices, (V, 3), by the last facet that each belongs to."""
+    head = run.speaker
+    classes = np.array([_COLOURS.get(name, _SKIN) for name in head.class_names], np.float32)
+    out = np.tile(np.array(_SKIN, np.float32), (len(head.vertices), 1))
+    out[head.faces.ravel()] = np.repeat(classes[head.facet_class], 3, axis=0)
+    return out
+
+
+def _material() -> gl.Material:
+    look = gl.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.7)
+    return gl.Material(name="clay", pbrMetallicRoughness=look, doubleSided=True, alphaCutoff=None)
+
+
+def _perspective(run: TrackedRun) -> gl.Perspective:
+    width, height = run.camera.size
+    upright = 2 * np.arctan(height / (2 * float(run.camera.matrix[1, 1])))
+    return gl.Perspective(aspectRatio=width / height, yfov=float(upright), znear=0.05, zfar=100.0)
+
+
+_TURN = np.diag([1.0, -1.0, -1.0])  # OpenCV's camera to glTF's
+
+
+def _animations(run: TrackedRun, weights: FloatArray, buffer: _Buffer) -> list[gl.Animation]:
+    """Keys at the times of the frames in which the head was found; none if it never was."""
+    frames = run.frames
+    if not frames:
+        return []
+    times = buffer.add(run.arrays["time"][frames].astype(np.float32))
+    poses = [run.pose(frame) for frame in frames]
+    quaternions = Rotation.from_matrix([_TURN @ pose.rotation for pose in poses]).as_quat()
+    steps = np.cumsum(np.r_[1, np.sign((quaternions[1:] * quaternions[:-1]).sum(1))] < 0) % 2
+    quaternions *= np.where(steps, -1, 1)[:, None]  # the short way round
+    shifts = np.array([_TURN @ pose.translation for pose in poses]) * METRES
+    tracks = {"weights": weights[frames].ravel(), "rotation": quaternions, "translation": shifts}
+    samplers, channels = [], []
+    for number, (path, values) in enumerate(tracks.items()):
+        samplers.append(gl.AnimationSampler(times, buffer.add(values.astype(np.float32)), "LINEAR"))
+        channels.append(gl.AnimationChannel(number, gl.AnimationChannelTarget(0, path)))
+    return [gl.Animation(name="video", samplers=samplers, channels=channels)]
+
+
+def _loss(run: TrackedRun, targets: FloatArray, weights: FloatArray) -> tuple[Loss, ...]:
+    index = run.speaker.points["face"]
+    stored = (targets[:, index] * METRES).astype(np.float32) / METRES
+    moved = np.tensordot(weights.astype(np.float32), stored, 1) + run.mesh.mean[index]
+    return (Loss(rms(moved - run.mesh.points(index)), "mm", "face"),)
+
+
+GLTF = Exporter("glTF 2.0 with ARKit's 52 morph targets", partial(_write, arkit=True), ".glb")
+GLTF_MODES = Exporter("glTF 2.0 with the tracker's own modes", partial(_write, arkit=False), ".glb")

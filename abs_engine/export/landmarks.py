@@ -1,0 +1,28 @@
+"""68 landmarks in pixels as a table, a line for each point."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+
+
+def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    points = run.landmarks_in_picture
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["frame", "time", "point", "x", "y", "unit"])
+        for frame, places in enumerate(points):
+            time = f"{run.arrays['time'][frame]:.6g}"
+            for number, (x, y) in enumerate(places):
+                cells = ["", ""] if np.isnan(x) else [f"{x:.3f}", f"{y:.3f}"]
+                table.writerow([frame, time, number, *cells, "px"])
+    return (Loss(rms(np.round(points, 3) - points), "px", "68 landmarks"),)
+
+
+LANDMARKS = Exporter(
+    "68 landmarks in pixels, in 300-W's order, a line for each point", _write, ".csv"
+)

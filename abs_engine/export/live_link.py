@@ -1,0 +1,70 @@
+"""Live Link Face's CSV: ARKit's 52 weights and the head's angles, frame by frame."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from abs_engine.core.geometry import FACING
+from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.face_units import unit_loss, unit_weights
+
+HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
+EYES = tuple(
+    f"{side}Eye{angle}" for side in ("Left", "Right") for angle in ("Yaw", "Pitch", "Roll")
+)
+_DIGITS = 6
+
+
+def live_link_columns(run: TrackedRun) -> tuple[str, ...]:
+    """The names of the 61 numbers of a frame, in Live Link Face's order where it is known."""
+    names = tuple(name[:1].upper() + name[1:] for name in run.speaker.unit_names)
+    return (*names, *HEAD, *EYES)
+
+
+def live_link_rows(run: TrackedRun) -> FloatArray:
+    """The 61 numbers of each frame, (T, 61): weights, then radians; NaN in lost frames."""
+    weights = unit_weights(run)
+    return np.hstack([weights, head_angles(run), np.where(run.shown, 0.0, np.nan)[:, None] * _SIX])
+
+
+_SIX = np.ones((1, len(EYES)))
+
+
+def head_angles(run: TrackedRun) -> FloatArray:
+    """Yaw, pitch and roll of the head, (T, 3) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
+    out = np.full((len(run), 3), np.nan)
+    for frame in run.frames:
+        turned = FACING.T @ run.pose(frame).rotation
+        out[frame] = Rotation.from_matrix(turned).as_euler("YXZ")
+    return out
+
+
+def timecode(frame: int, rate: float) -> str:
+    """Hours, minutes, seconds, and frames with thousandths, as Live Link Face writes them."""
+    whole = max(round(rate), 1)
+    seconds, rest = divmod(frame, whole)
+    hours, minutes = divmod(seconds, 3600)[0], seconds // 60 % 60
+    return f"{hours:02d}:{minutes:02d}:{seconds % 60:02d}:{rest:02d}.000"
+
+
+def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    rows = live_link_rows(run)
+    count = len(run.speaker.unit_names)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["Timecode", "BlendshapeCount", *live_link_columns(run)])
+        for frame, row in enumerate(rows):
+            cells = ["" if np.isnan(x) else f"{x:.{_DIGITS}f}" for x in row]
+            table.writerow([timecode(frame, run.rate), rows.shape[1], *cells])
+    rounded = np.round(rows, _DIGITS)
+    turned = np.rad2deg(rounded - rows)[:, count : count + 3]
+    return (*unit_loss(run, rounded[:, :count]), Loss(rms(turned), "degrees", "head angles"))
+
+
+LIVE_LINK = Exporter(
+    "Live Link Face's CSV: ARKit's 52 weights and the head's angles", _write, ".csv"
+)

@@ -1,0 +1,67 @@
+"""OpenFace 2's CSV: head pose and 68 landmarks; columns of what is not measured stay empty."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from abs_engine.core.geometry import FACING
+from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+
+_AXES = "XYZ"
+GAZE = (*(f"gaze_{eye}_{axis}" for eye in (0, 1) for axis in "xyz"), "gaze_angle_x", "gaze_angle_y")
+EYES = (
+    *(f"eye_lmk_{axis}_{k}" for axis in "xy" for k in range(56)),
+    *(f"eye_lmk_{axis}_{k}" for axis in _AXES for k in range(56)),
+)
+POSE = tuple(f"pose_{kind}{axis.lower()}" for kind in "TR" for axis in _AXES)
+PIXELS = tuple(f"{axis}_{k}" for axis in "xy" for k in range(68))
+PLACES = tuple(f"{axis}_{k}" for axis in _AXES for k in range(68))
+SHAPE = (
+    "p_scale", "p_rx", "p_ry", "p_rz", "p_tx", "p_ty", *(f"p_{k}" for k in range(34)),
+)  # fmt: skip
+_UNITS = (1, 2, 4, 5, 6, 7, 9, 10, 12, 14, 15, 17, 20, 23, 25, 26, 45)
+ACTIONS = (
+    *(f"AU{k:02d}_r" for k in _UNITS),
+    *(f"AU{k:02d}_c" for k in sorted({*_UNITS, 28})),
+)
+BEGIN = ("frame", "face_id", "timestamp", "confidence", "success")
+
+
+def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    pixels, places, pose = run.landmarks_in_picture, run.landmarks_in_camera, _pose(run)
+    score = run.arrays["score"] if "score" in run.arrays else np.where(run.shown, 1.0, 0.0)
+    empty_before, empty_after = [""] * len((*GAZE, *EYES)), [""] * len((*SHAPE, *ACTIONS))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow([*BEGIN, *GAZE, *EYES, *POSE, *PIXELS, *PLACES, *SHAPE, *ACTIONS])
+        for k, found in enumerate(run.shown):
+            begin = [k + 1, 0, f"{run.arrays['time'][k]:.3f}", f"{np.nan_to_num(score[k]):.2f}"]
+            cells = _cells(pose[k], ".3f"), _cells(pixels[k].T, ".2f"), _cells(places[k].T, ".2f")
+            table.writerow(
+                [*begin, int(found), *empty_before, *cells[0], *cells[1], *cells[2], *empty_after]
+            )
+    return (
+        Loss(rms(np.round(pixels, 2) - pixels), "px", "68 landmarks in the picture"),
+        Loss(rms(np.round(places, 2) - places), "mm", "68 landmarks before the camera"),
+    )
+
+
+def _pose(run: TrackedRun) -> FloatArray:
+    """Place (mm) and angles (radians, R = Rx Ry Rz) of the head, (T, 6)."""
+    out = np.full((len(run), 6), np.nan)
+    for frame in run.frames:
+        pose = run.pose(frame)
+        turned = pose.rotation @ FACING
+        out[frame] = *pose.translation, *Rotation.from_matrix(turned).as_euler("XYZ")
+    return out
+
+
+def _cells(numbers: FloatArray, digits: str) -> list[str]:
+    return ["" if np.isnan(x) else format(x, digits) for x in numbers.ravel()]
+
+
+OPENFACE = Exporter("OpenFace 2's CSV: pose and 68 landmarks, the rest empty", _write, ".csv")

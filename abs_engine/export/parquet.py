@@ -1,0 +1,33 @@
+"""Parquet: the table of a run with its types, for data frames."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+
+
+def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    try:
+        from pyarrow import parquet, table
+    except ImportError as error:
+        raise ParameterError(
+            "Parquet needs pyarrow", "pip install 'abs-engine[parquet]'"
+        ) from error
+    columns = {k: v for k, v in run.arrays.items() if np.shape(v) == (len(run),)}
+    for name, values in zip(
+        map(str, run.arrays["parameter_names"]), run.arrays["parameters"].T, strict=True
+    ):
+        columns[name] = values
+    written = table({k: v.tolist() if v.dtype.kind == "U" else v for k, v in columns.items()})
+    parquet.write_table(written, path)
+    back = parquet.read_table(path)
+    numbers = [k for k, v in columns.items() if v.dtype.kind == "f"]
+    off = [back[k].to_numpy() - columns[k] for k in numbers]
+    return (Loss(float(np.nanmax(np.abs(off), initial=0.0)), "", "numbers of the table"),)
+
+
+PARQUET = Exporter("Parquet: a row for each frame, as results.csv, with types", _write, ".parquet")
