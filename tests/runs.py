@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.record import Recorder
 
 SIZE = 320, 240
 
@@ -52,6 +54,16 @@ def lost_result(index: int) -> FrameResult:
     vector, lips = (np.full(a.shape, np.nan) for a in (toy_result(0).vector, toy_result(0).lips))
     nan = float("nan")
     return FrameResult(index, False, vector, None, lips, nan, nan, nan, nan, 0, "face not found")
+
+
+def written_run(folder: Path, postures: Sequence[int | None]) -> Path:
+    """A run as `track` writes it, but for pictures; None stands for a lost frame."""
+    folder.mkdir()
+    recorder = Recorder(toy_setting())
+    for index, posture in enumerate(postures):
+        recorder.add(lost_result(index) if posture is None else toy_result(index, posture))
+    recorder.write(folder, {})
+    return folder
 
 
 def noise(frames: int, size: tuple[int, int] = (96, 80), seed: int = 0) -> list[np.ndarray]:

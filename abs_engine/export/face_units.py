@@ -31,7 +31,8 @@ def unit_weights(run: TrackedRun) -> FloatArray:
     wanted = run.mesh.weights @ moved @ basis
     out = np.full((len(run), len(units)), np.nan)
     for frame in run.frames:
-        out[frame] = lsq_linear(triangle, wanted[frame], (0.0, 1.0), method="bvls").x
+        found = lsq_linear(triangle, wanted[frame], (0.0, 1.0), method="bvls").x
+        out[frame] = np.clip(found, 0.0, 1.0)  # it may end a rounding error outside
     return out
 
 

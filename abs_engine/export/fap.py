@@ -15,7 +15,7 @@ import numpy as np
 from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
 from abs_engine.export.live_link import head_angles
 
-_EYES, _NOSE, _CORNERS, _INNER_CORNERS = (36, 39, 42, 45), 33, (48, 54), (60, 64)
+_NOSE, _CHIN, _INNER_CORNERS = 33, 8, (60, 64)
 _UPPER, _LOWER = 62, 66
 _X, _Y, _Z = 0, 1, 2
 
@@ -87,16 +87,18 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
 
 
 def _losses(run: TrackedRun, given: dict[int, FloatArray], steps: FloatArray) -> tuple[Loss, ...]:
-    """The lips that a player can rebuild, beside those that were tracked."""
+    """The lips that a player can rebuild from these numbers alone, beside those tracked."""
     rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
     rebuilt, units = np.tile(rest, (len(run), 1, 1)), fapu(run)
-    columns = dict(zip(given, steps.T, strict=True))
+    columns, rounding = dict(zip(given, steps.T, strict=True)), []
     for number, (unit, point, axis, sense) in LIPS.items():
         rebuilt[:, point, axis] += sense * columns[number] * units[unit]
-    lips = np.array(sorted({point for _, point, _, _ in LIPS.values() if point != 8}))
+        rounding.append(rebuilt[:, point, axis] - run.landmarks[:, point, axis])
+    lips = np.array(sorted({point for _, point, _, _ in LIPS.values() if point != _CHIN}))
     angles = np.array([(columns[k] - given[k]) * np.rad2deg(_AU) for k in _HEAD]).T
     return (
-        Loss(rms(rebuilt[:, lips] - run.landmarks[:, lips]), "mm", "points of the lips"),
+        Loss(rms(np.ravel(rounding)), "mm", "coordinates that have a parameter"),
+        Loss(rms(rebuilt[:, lips] - run.landmarks[:, lips]), "mm", "points of the lips, whole"),
         Loss(rms(angles), "degrees", "head angles"),
     )
 

@@ -18,7 +18,7 @@ from abs_engine.export.face_units import unit_loss, unit_weights
 METRES = 1e-3  # glTF's unit, of a millimetre
 _COLOURS = {
     "upper_lip": (0.45, 0.12, 0.11), "lower_lip": (0.45, 0.12, 0.11),
-    "inner_mouth": (0.11, 0.03, 0.03), "tongue": (0.51, 0.16, 0.16),
+    "inner_mouth": (0.11, 0.03, 0.03), "tongue": (0.25, 0.07, 0.07),
     "upper_teeth": (0.9, 0.89, 0.8), "lower_teeth": (0.9, 0.89, 0.8), "eyes": (0.68, 0.66, 0.62),
 }  # fmt: skip
 """Linear RGB of facet classes; all others are skin."""
@@ -37,11 +37,14 @@ class _Buffer:
         kinds = {1: gl.SCALAR, 3: gl.VEC3, 4: gl.VEC4}
         rows = array.reshape(len(array), -1)
         whole = array.dtype == np.uint32
-        view = gl.BufferView(0, len(self.content), array.nbytes, target=target)
+        view = gl.BufferView(
+            buffer=0, byteOffset=len(self.content), byteLength=array.nbytes, target=target
+        )
         self.views.append(view)
         accessor = gl.Accessor(
-            len(self.views) - 1, 0, gl.UNSIGNED_INT if whole else gl.FLOAT, False, len(rows),
-            kinds[rows.shape[1]], None, rows.max(0).tolist(), rows.min(0).tolist(),
+            bufferView=len(self.views) - 1, count=len(rows), type=kinds[rows.shape[1]],
+            componentType=gl.UNSIGNED_INT if whole else gl.FLOAT,
+            max=rows.max(0).tolist(), min=rows.min(0).tolist(),
         )  # fmt: skip
         self.accessors.append(accessor)
         self.content += np.ascontiguousarray(array).tobytes()
@@ -136,8 +139,10 @@ def _animations(run: TrackedRun, weights: FloatArray, buffer: _Buffer) -> list[g
     tracks = {"weights": weights[frames].ravel(), "rotation": quaternions, "translation": shifts}
     samplers, channels = [], []
     for number, (path, values) in enumerate(tracks.items()):
-        samplers.append(gl.AnimationSampler(times, buffer.add(values.astype(np.float32)), "LINEAR"))
-        channels.append(gl.AnimationChannel(number, gl.AnimationChannelTarget(0, path)))
+        keys = buffer.add(values.astype(np.float32))
+        samplers.append(gl.AnimationSampler(input=times, output=keys, interpolation="LINEAR"))
+        target = gl.AnimationChannelTarget(node=0, path=path)
+        channels.append(gl.AnimationChannel(sampler=number, target=target))
     return [gl.Animation(name="video", samplers=samplers, channels=channels)]
 
 

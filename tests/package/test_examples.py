@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from drawn import lit
 from heads import seen_at
-from runs import write_kind
+from runs import write_kind, written_run
 
-from abs_engine.core.registry import DRIVERS, MODELS, RENDERERS, TERMS, load_plugin
+from abs_engine.core.registry import DRIVERS, EXPORTERS, MODELS, RENDERERS, TERMS, load_plugin
+from abs_engine.export.writing import export_run
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.options import Leaves, TrackOptions
@@ -20,7 +21,8 @@ from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.run import prepare
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-KINDS = {"new_term": TERMS, "new_solver": DRIVERS, "new_renderer": RENDERERS, "new_head": MODELS}
+KINDS = {"new_term": TERMS, "new_solver": DRIVERS, "new_renderer": RENDERERS, "new_head": MODELS,
+         "new_exporter": EXPORTERS}  # fmt: skip
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 
 
@@ -109,3 +111,12 @@ def test_a_new_head(video, added):
     made = prepare(video, CpuRenderer(), TrackOptions(model=added("new_head")))
     assert made.facts["model"] == "long-jawed"
     assert follows(aperture(made))
+
+
+def test_a_new_exporter(added, tmp_path):
+    name = added("new_exporter")
+    export_run(written_run(tmp_path / "run", (0, 3, None, 2)), name, tmp_path / "lips.vtt")
+    lines = (tmp_path / "lips.vtt").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "WEBVTT"
+    assert [line for line in lines if "-->" in line][2] == "00:00:00.120 --> 00:00:00.160"
+    assert sum(line.startswith("lips ") for line in lines) == 3

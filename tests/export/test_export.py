@@ -1,0 +1,183 @@
+"""Exports of a run, read back by programs that others wrote and by the engine's own readers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import parselmouth
+import pygltflib
+import pytest
+import trimesh
+from runs import written_run
+
+from abs_engine.cli import main
+from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError, ParameterError
+from abs_engine.core.registry import EXPORTERS
+from abs_engine.evaluate.arkit_csv import read_arkit
+from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
+from abs_engine.export.exporter import read_run, rms
+from abs_engine.export.face_units import unit_weights
+from abs_engine.export.fap import LIPS, fapu, parameters
+from abs_engine.export.live_link import timecode
+from abs_engine.export.writing import export_run
+
+POSTURES = (0, 1, 2, 3, None, 1, 0)
+LOST = 4
+FOUND = [k for k in range(len(POSTURES)) if k != LOST]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return written_run(tmp_path_factory.mktemp("run") / "run", POSTURES)
+
+
+@pytest.fixture(scope="module")
+def run(folder):
+    return read_run(folder)
+
+
+@pytest.fixture(scope="module")
+def clip(run):
+    lists = run.speaker.points["landmark_68"]
+    return Reference(len(run), run.rate, run.mesh.mean.astype(np.float64), lists)
+
+
+def exported(folder: Path, name: str, at: Path) -> Path:
+    out = at / f"out{EXPORTERS.get(name).suffix}"
+    losses = export_run(folder, name, out)
+    assert losses
+    assert all(np.isfinite(loss.value) for loss in losses)
+    return out
+
+
+def test_arkit_is_read_as_the_same_face(folder, run, clip, tmp_path):
+    path = exported(folder, "arkit", tmp_path)
+    areas = run.speaker.points
+    read = read_arkit(path, clip, run.speaker.unit_names, run.speaker.units, areas)
+    assert read.found.tolist() == [k != LOST for k in range(len(run))]
+    lips = areas["lips"]
+    assert rms(read.surface.points(lips)[FOUND] - run.mesh.points(lips)[FOUND]) < 1.0
+    assert np.abs(read.rotations[FOUND]).max() < 1e-5  # it looks into the camera
+    weights = unit_weights(run)[FOUND]
+    assert weights.min() >= 0
+    assert weights.max() <= 1
+    assert [timecode(k, 25.0) for k in (0, 26, 25 * 3661)] == [
+        "00:00:00:00.000", "00:00:01:01.000", "01:01:01:00.000",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["openface", "landmarks"])
+def test_landmarks_are_read_in_the_same_places(name, folder, run, clip, tmp_path):
+    read = read_landmarks(exported(folder, name, tmp_path), clip)
+    assert read.found.tolist() == [k != LOST for k in range(len(run))]
+    assert np.abs(read.pixels - run.landmarks_in_picture)[FOUND].max() < 0.01
+    if name == "openface":
+        assert np.abs(read.translations[FOUND] - run.arrays["translation"][FOUND]).max() < 0.01
+
+
+@pytest.mark.parametrize("name", ["gltf", "gltf-modes"])
+def test_gltf_moves_as_the_run(name, folder, run, tmp_path):
+    path = exported(folder, name, tmp_path)
+    made = pygltflib.GLTF2().load(str(path))
+    names = made.meshes[0].extras["targetNames"]
+    blob = made.binary_blob()
+
+    def values(number: int) -> np.ndarray:
+        accessor = made.accessors[number]
+        at = made.bufferViews[accessor.bufferView].byteOffset
+        size = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor.type]
+        return np.frombuffer(blob, np.float32, accessor.count * size, at).reshape(-1, size)
+
+    primitive = made.meshes[0].primitives[0]
+    targets = np.array([values(one["POSITION"]) for one in primitive.targets])
+    assert len(targets) == len(names)
+    tracks = {c.target.path: made.animations[0].samplers[c.sampler]
+              for c in made.animations[0].channels}  # fmt: skip
+    times = values(tracks["weights"].input)[:, 0]
+    assert np.allclose(times, run.arrays["time"][FOUND])
+    weights = values(tracks["weights"].output).reshape(len(times), -1)
+    face = run.speaker.points["face"]
+    at = values(primitive.attributes.POSITION)[face] + np.tensordot(weights, targets[:, face], 1)
+    reported = {loss.of: loss.value for loss in export_run(folder, name, tmp_path / "again.glb")}
+    off = rms(1000 * at - run.mesh.points(face)[FOUND])
+    assert off == pytest.approx(reported["face"], abs=1e-4)
+    assert off < (1.5 if name == "gltf" else 1e-4)
+    ahead = values(tracks["translation"].output)[0]
+    assert np.allclose(ahead, [0.0, -0.04, -0.7])  # before a camera that looks along -z, y up
+    scene = trimesh.load(path)
+    assert [len(one.faces) for one in scene.geometry.values()] == [len(run.mesh.faces)]
+
+
+def test_obj_files_are_the_heads(folder, run, tmp_path):
+    path = exported(folder, "obj", tmp_path)
+    assert sorted(one.name for one in path.iterdir()) == [f"{k:06d}.obj" for k in FOUND]
+    read = trimesh.load(path / "000003.obj", process=False, maintain_order=True)
+    assert np.allclose(np.sort(read.vertices, 0), np.sort(run.mesh.vertices(3), 0), atol=1e-4)
+
+
+def test_parquet_is_the_table(folder, run, tmp_path):
+    table = pd.read_parquet(exported(folder, "parquet", tmp_path))
+    assert len(table) == len(run)
+    assert np.array_equal(table["aperture"], run.arrays["aperture"], equal_nan=True)
+    assert table["status"][LOST] == "face not found"
+
+
+def test_praat_itself_reads_the_closures(folder, run, tmp_path):
+    path = exported(folder, "praat", tmp_path)
+    grid = parselmouth.Data.read(str(path / "closures.TextGrid"))
+    count = parselmouth.praat.call(grid, "Count intervals where", 1, "is equal to", "closed")
+    assert count == len(run.arrays["closure_frames"]) > 0
+    table = parselmouth.praat.call("Read Table from tab-separated file", str(path / "measures.tsv"))
+    rows = parselmouth.praat.call(table, "Get number of rows")
+    assert rows == len(run)
+    found = parselmouth.praat.call(table, "Get value", 4, "aperture")
+    assert float(found) == pytest.approx(run.arrays["aperture"][3], abs=1e-4)
+    assert parselmouth.praat.call(table, "Get value", LOST + 1, "aperture") == "--undefined--"
+
+
+def test_fap_holds_what_the_format_has(folder, run, tmp_path):
+    lines = exported(folder, "fap", tmp_path).read_text().splitlines()
+    assert lines[0].split() == ["2.1", "abs_engine", "25", str(len(run))]
+    masks = [np.array(line.split(), int) for line in lines[1::2]]
+    rows = [np.array(line.split(), int) for line in lines[2::2]]
+    assert all(len(mask) == 68 for mask in masks)
+    assert [len(row) - 1 for row in rows] == [mask.sum() for mask in masks]
+    assert masks[LOST].sum() == 0
+    wide, rest = run.landmarks[3], run.mesh.mean[run.speaker.points["landmark_68"]]
+    numbers = dict(zip((np.flatnonzero(masks[3]) + 1).tolist(), rows[3][1:], strict=True))
+    unit = fapu(run)["MNS"]
+    assert numbers[5] * unit == pytest.approx(wide[66, 1] - rest[66, 1], abs=unit)
+    assert numbers[51] * unit == pytest.approx(rest[51, 1] - wide[51, 1], abs=unit)
+    assert parameters(run)[5][3] < 0  # the lower lip of an open mouth lies lower
+    assert set(numbers) == {3, 48, 49, 50, *LIPS}
+
+
+def test_the_command_reports_what_is_lost(folder, tmp_path, capsys):
+    out = tmp_path / "lips.csv"
+    assert main(["export", str(folder), "--to", "landmarks", "-o", str(out)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("read back, 68 landmarks: ")
+    assert said[-1] == f"wrote {out}"
+
+
+def test_what_cannot_be_exported_is_refused(folder, tmp_path):
+    with pytest.raises(ParameterError, match="did you mean 'praat'"):
+        export_run(folder, "prat", tmp_path / "x")
+    with pytest.raises(OutputError, match=r"does not end in \.glb"):
+        export_run(folder, "gltf", tmp_path / "head.csv")
+    with pytest.raises(InputFileError, match="is not a run"):
+        export_run(tmp_path, "obj", tmp_path / "x")
+    (tmp_path / "there").mkdir()
+    with pytest.raises(OutputError, match="exists already"):
+        export_run(folder, "obj", tmp_path / "there")
+    other = tmp_path / "other"
+    other.mkdir()
+    for path in folder.iterdir():
+        (other / path.name).write_bytes(path.read_bytes())
+    arrays = dict(np.load(folder / "mesh.npz"))
+    np.savez(other / "mesh.npz", **(arrays | {"faces": arrays["faces"][:, ::-1]}))
+    with pytest.raises(ModelFormatError, match="tracked with another head"):
+        export_run(other, "obj", tmp_path / "x")
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["other", "there"]
