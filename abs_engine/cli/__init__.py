@@ -16,6 +16,7 @@ from abs_engine.cli.program import NAME, PROGRAM, complaint
 from abs_engine.core.errors import AbsEngineError
 
 BAD_INPUT, INTERRUPTED, NOT_READ = 2, 130, 141
+_ENDING = signal.SIGTERM, signal.SIGHUP
 COMPLETE = "_ABS_ENGINE_COMPLETE"
 
 
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        with _sigterm_as_interrupt():
+        with _ended_as_interrupted():
             return _command(list(sys.argv[1:] if arguments is None else arguments))
     except AbsEngineError as error:
         return _complain(" ".join(str(error).split()))
@@ -99,16 +100,20 @@ def _let_stdout_go() -> None:
 
 
 @contextmanager
-def _sigterm_as_interrupt() -> Iterator[None]:
-    """End on SIGTERM as on Ctrl-C, so that half-written output is removed."""
+def _ended_as_interrupted() -> Iterator[None]:
+    """End on SIGTERM and SIGHUP as on Ctrl-C, so that half-written output is removed."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, _stop)
+    before = {number: signal.getsignal(number) for number in _ENDING}
+    heeded = [number for number, did in before.items() if did is not signal.SIG_IGN]  # by nohup
+    for number in heeded:
+        signal.signal(number, _stop)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number in heeded:
+            signal.signal(number, before[number])
 
 
 def _stop(_number: int, _frame: FrameType | None) -> None:

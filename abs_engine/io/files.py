@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import OutputError
+from abs_engine.io.naming import lock, partial_of, rename_new, sweep
 
 
 class Making(ABC):
@@ -48,51 +47,6 @@ class Making(ABC):
             raise unwritable(self.target, error) from error
 
 
-class NewFolder(Making):
-    """A folder in the making: fill `work`, then `finish` gives it its name.
-
-    Leaving the context without `finish` removes what was written, whatever the reason.
-
-    Parameters
-    ----------
-    folder : Path
-        Must not exist; its parent must.
-
-    Raises
-    ------
-    OutputError
-        If the folder exists or its parent cannot be written; on leaving the context also for any
-        `OSError` of the writing.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.target = check_free(folder)
-        try:
-            made = tempfile.mkdtemp(prefix=f".{self.target.name}-", dir=self.target.parent)
-        except OSError as error:
-            raise unwritable(folder, error) from error
-        self.work = Path(made)
-
-    def finish(self) -> Path:
-        """Give the folder its name, and return it.
-
-        Raises
-        ------
-        OutputError
-            If somebody made the folder in the meantime, or the disk fails.
-        """
-        try:
-            self.work.chmod(0o777 & ~_umask())
-            give_name(self.work, self.target)
-        except OSError as error:
-            raise unwritable(self.target, error) from error
-        return self.target
-
-    def leave(self) -> None:
-        """Remove what was written; nothing happens after `finish`."""
-        shutil.rmtree(self.work, ignore_errors=True)
-
-
 def check_free(path: Path, ending: str = "") -> Path:
     """The path itself, if something new can be named so.
 
@@ -114,6 +68,7 @@ def check_free(path: Path, ending: str = "") -> Path:
             "choose a name that does",
         )
     if os.path.lexists(path):
+        sweep(path)
         raise OutputError(f"{path} exists already", "choose another name or remove it")
     if not path.parent.is_dir():
         raise OutputError(
@@ -138,38 +93,26 @@ def write_new(path: Path, content: bytes) -> None:
     Raises
     ------
     OutputError
-        If the file exists or cannot be written.
+        If the file exists or cannot be written, or another process writes it.
     """
     path = check_free(path)
+    made = partial_of(path)
     try:
-        number, made = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-        try:
-            with os.fdopen(number, "wb") as file:
-                file.write(content)
-            os.chmod(made, 0o666 & ~_umask())
-            os.close(os.open(path, os.O_CREAT | os.O_EXCL))  # fails if there is anything
-            _put(Path(made), path, os.unlink)
-        except BaseException:
-            os.unlink(made)
-            raise
+        number = lock(made, os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise unwritable(path, error) from error
-
-
-def give_name(made: Path, folder: Path) -> None:
-    """Make a finished folder the one of that name, which must not exist."""
-    os.mkdir(folder)  # fails if there is anything; a rename replaces an empty folder
-    _put(made, folder, os.rmdir)
-
-
-def _put(made: Path, place: Path, remove: Callable[[Path], None]) -> None:
-    """Rename over the empty thing that was just made in the place; take that away on failure."""
     try:
-        os.rename(made, place)
-    except BaseException:
-        with suppress(OSError):  # somebody filled it: theirs now
-            remove(place)
-        raise
+        with os.fdopen(number, "wb") as file:
+            try:
+                file.truncate()
+                file.write(content)
+                file.flush()
+                rename_new(made, path)
+            except BaseException:
+                made.unlink()
+                raise
+    except OSError as error:
+        raise unwritable(path, error) from error
 
 
 @contextmanager
@@ -208,16 +151,11 @@ def png(image: NDArray[np.uint8]) -> bytes:
 
 def unwritable(path: Path, error: OSError) -> OutputError:
     """The error that a user sees when writing to `path` fails."""
+    if isinstance(error, BlockingIOError):
+        return OutputError(f"another process makes {path}", "wait for it, or choose another name")
     if isinstance(error, FileExistsError):
         return OutputError(f"{path} exists already", "choose another name or remove it")
     reason = error.strerror or "writing failed"
     return OutputError(
         f"{path} cannot be written ({reason})", "choose a place of yours, with space left"
     )
-
-
-def _umask() -> int:
-    """The process's file-creation mask; reading it means setting it for an instant."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask

@@ -1,101 +1,89 @@
-"""Folders in the making that survive the process that makes them."""
+"""Folders in the making: nobody else makes them meanwhile, and they appear whole or not at all."""
 
 from __future__ import annotations
 
-import fcntl
 import os
+import shutil
 from contextlib import suppress
 from pathlib import Path
 
 from abs_engine.core.errors import OutputError
-from abs_engine.io.files import Making, check_free, give_name, unwritable
+from abs_engine.io.files import Making, check_free, unwritable
+from abs_engine.io.naming import CHOICES, WHOLE, lock, partial_of, rename_new
+
+_TRIES = 10
 
 
-class Claim(Making):
-    """The place where a folder is made, which no other process may use; a context manager.
+class NewFolder(Making):
+    """A folder in the making: fill `work`, then `finish` gives it its name.
 
-    It lies beside the folder's final place as ``.NAME.partial``, and survives the process that
-    makes it. Leaving the context lets others have it; what lies there stays.
-
-    Parameters
-    ----------
-    folder : Path
-        What is made: must not exist; its parent must.
-
-    Raises
-    ------
-    OutputError
-        If the folder exists, somebody makes it right now, or its parent cannot be written or
-        locked; on leaving the context also for any `OSError` of the writing.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.target = check_free(folder)
-        self.work = partial_of(folder)
-        try:
-            self.work.mkdir(exist_ok=True)
-            self._lock: int | None = os.open(self.work, os.O_RDONLY)
-        except OSError as error:
-            raise unwritable(folder, error) from error
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self.release()
-            if isinstance(error, BlockingIOError):
-                remedy = "wait for it, or name another folder"
-                raise OutputError(f"another process makes {folder}", remedy) from None
-            with suppress(OSError):  # holds what was begun
-                self.work.rmdir()
-            remedy = "choose a place on a drive of this machine"
-            raise OutputError(f"{folder} cannot be locked ({error.strerror})", remedy) from error
-
-    def release(self) -> None:
-        """Let others have it; what lies there stays. Again it does nothing."""
-        lock, self._lock = self._lock, None
-        if lock is not None:
-            os.close(lock)
-
-    def leave(self) -> None:
-        """Let others have it."""
-        self.release()
-
-
-class Unfinished(Claim):
-    """A folder in the making that is gone on with by whoever makes it again; a context manager.
-
-    Made again with the same choices, what was done is found in `work`; only `finish` takes it away.
+    It lies beside its place in ``.NAME.partial``, which is locked as long as the process lives;
+    what a killed process left there is taken away first. Leaving the context without `finish`
+    removes what was written, whatever the reason.
 
     Parameters
     ----------
     folder : Path
         Must not exist; its parent must.
-    choices : str
-        All that the content follows from.
+
+    Attributes
+    ----------
+    partial : Path
+        Holds `work`, and what else is to be known until it is finished.
 
     Raises
     ------
     OutputError
-        As by `Claim`, and if other choices began it.
+        If the folder exists, another process makes it right now, or its parent cannot be written
+        or locked; on leaving the context also for any `OSError` of the writing.
     """
 
-    def __init__(self, folder: Path, choices: str) -> None:
-        super().__init__(folder)
-        self._basis = self.work / "choices"
+    def __init__(self, folder: Path) -> None:
+        self.target = check_free(folder)
+        self.partial = partial_of(folder)
+        self.work = self.partial / WHOLE
+        self._lock: int | None = self._claimed()
         try:
-            self._begin(choices)
-        except OSError as error:
+            check_free(folder)  # another process may have finished it just now
+            self._begin()
+        except BaseException as error:
             self.release()
-            raise unwritable(folder, error) from error
+            if isinstance(error, OSError):
+                raise unwritable(folder, error) from error
+            raise
 
-    def _begin(self, choices: str) -> None:
-        self.resumed = self._basis.is_file()
-        if self.resumed and self._basis.read_text(encoding="utf-8") != choices:
-            self.release()
-            raise OutputError(
-                f"{self.work} holds what was begun with other choices",
-                "choose the same, or remove that folder to begin again",
-            )
-        self._basis.write_text(choices, encoding="utf-8")
+    def _claimed(self) -> int:
+        for _ in range(_TRIES):
+            try:
+                self.partial.mkdir(exist_ok=True)
+            except OSError as error:
+                raise unwritable(self.target, error) from error
+            try:
+                return lock(self.partial, os.O_RDONLY)
+            except FileNotFoundError:  # another process has just finished, or given up
+                continue
+            except BlockingIOError as error:
+                raise unwritable(self.target, error) from None
+            except OSError as error:
+                with suppress(OSError):  # holds what was begun
+                    self.partial.rmdir()
+                remedy = "choose a place on a drive of this machine"
+                said = f"{self.target} cannot be locked ({error.strerror})"
+                raise OutputError(said, remedy) from error
+        raise unwritable(self.target, BlockingIOError())
+
+    def _begin(self) -> None:
+        """Make ready what is filled."""
+        self.clear()
+        self.work.mkdir()
+
+    def clear(self) -> None:
+        """Remove what was made."""
+        for inside in self.partial.iterdir():
+            if inside.is_dir() and not inside.is_symlink():
+                shutil.rmtree(inside)
+            else:
+                inside.unlink()
 
     def finish(self) -> Path:
         """Give the folder its name, and return it.
@@ -106,14 +94,76 @@ class Unfinished(Claim):
             If somebody made the folder in the meantime, or the disk fails.
         """
         try:
-            self._basis.unlink()
-            give_name(self.work, self.target)
+            rename_new(self.work, self.target)
         except OSError as error:
             raise unwritable(self.target, error) from error
+        self.discard()
         return self.target
 
+    def discard(self) -> None:
+        """Remove all that was made, and let others have it; nothing happens after `finish`."""
+        if self._lock is not None:
+            shutil.rmtree(self.partial, ignore_errors=True)
+        self.release()
 
-def partial_of(folder: Path) -> Path:
-    """Where lies what is unfinished of a folder."""
-    folder = Path(folder)
-    return folder.with_name(f".{folder.name}.partial")
+    def release(self) -> None:
+        """Let others have it; what lies there stays. Again it does nothing."""
+        number, self._lock = self._lock, None
+        if number is not None:
+            os.close(number)
+
+    def leave(self) -> None:
+        """Remove what was written."""
+        self.discard()
+
+
+class Unfinished(NewFolder):
+    """A folder in the making that is gone on with by whoever makes it again; a context manager.
+
+    Made again with the same choices, what was done is found in `work`; `finish` and `discard` take
+    it away, but leaving the context does not.
+
+    Parameters
+    ----------
+    folder : Path
+        Must not exist; its parent must.
+    choices : str
+        All that the content follows from; '' begins again whatever lies there.
+    anew : bool
+        Whether what was begun with other choices is removed; else it is an error.
+
+    Attributes
+    ----------
+    resumed : bool
+        Whether something is gone on with.
+
+    Raises
+    ------
+    OutputError
+        As by `NewFolder`, and if other choices began it.
+    """
+
+    what = "what was begun with other choices"
+    remedy = "choose the same, or remove that folder to begin again"
+    """What is said of it, and what to do."""
+
+    def __init__(self, folder: Path, choices: str, anew: bool = False) -> None:
+        self._choices, self._anew, self.resumed = choices, anew, False
+        super().__init__(folder)
+
+    def _begin(self) -> None:
+        basis = self.partial / CHOICES
+        if basis.is_file() and self.work.is_dir():  # without it, finished by a process killed then
+            begun = basis.read_text(encoding="utf-8")
+            self.resumed = begun == self._choices != ""
+            if not self.resumed and not self._anew:
+                raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
+        if not self.resumed:
+            super()._begin()
+            made = basis.with_name(f".{CHOICES}")
+            made.write_text(self._choices, encoding="utf-8")
+            rename_new(made, basis)
+
+    def leave(self) -> None:
+        """Let others have it; what lies there stays."""
+        self.release()

@@ -11,7 +11,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.dataset import load_truth
 from abs_engine.evaluate.line_of_sight import position_errors
 from abs_engine.evaluate.truth_report import report
-from abs_engine.io.files import NewFolder
+from abs_engine.io.unfinished import NewFolder
 from abs_engine.report.demo_page import camera_error, demo_page, head_given
 from abs_engine.report.scoring import run_closures
 from abs_engine.studio.filming import film_scene

@@ -24,7 +24,7 @@ from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, sum
 from abs_engine.evaluate.truth_report import report
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
-from abs_engine.io.files import NewFolder
+from abs_engine.io.unfinished import NewFolder
 from abs_engine.report.clip_views import found_truth
 from abs_engine.report.same_clip import check_clip
 from abs_engine.tracking.record import load_run

@@ -144,7 +144,7 @@ def make(
                 journal.discard()
             elif isinstance(error, KeyboardInterrupt):
                 raise KeyboardInterrupt(
-                    f"what was filmed is kept in {journal.work}; the same command resumes there"
+                    f"what was filmed is kept in {journal.partial}; the same command resumes there"
                 ) from None
             raise
     return Filmed(made, _frames(jobs, clips), _frames(jobs, clips) - _frames(left, clips), seconds)
@@ -221,18 +221,18 @@ def _finish(
                 load(journal.plan(number)),
                 [job for job in jobs if job.clip == number],
                 journal.chunks,
-                journal.dataset,
+                journal.work,
                 speaker,
                 keep_frames=order.keep_frames,
                 advance=count,
             )
             add_seconds(spent, parts)
     if order.scene:
-        (journal.dataset / SCENE).write_text(order.scene, encoding="utf-8")
+        (journal.work / SCENE).write_text(order.scene, encoding="utf-8")
     crew.announce("checksums")
     seconds = {**spent, **clock.seconds}
     finish_dataset(
-        journal.dataset, clips, command=order.command, seed=order.seed, labels=order.labels,
+        journal.work, clips, command=order.command, seed=order.seed, labels=order.labels,
         seconds=seconds,
     )  # fmt: skip
     return seconds

@@ -17,6 +17,7 @@ from typing import Any
 from abs_engine.core import errors
 from abs_engine.core.errors import AbsEngineError, StudioError
 from abs_engine.io.assets import Speaker
+from abs_engine.io.naming import WHOLE
 from abs_engine.studio.chunk import Job, film_chunk
 from abs_engine.studio.journal import Journal
 from abs_engine.studio.plan import load
@@ -38,7 +39,7 @@ def film_here(
     OSError
         If something cannot be written.
     """
-    with Filmer(journal.work, speaker, labels) as filmer:
+    with Filmer(journal.partial, speaker, labels) as filmer:
         for job in jobs:
             filmer.film(job, advance)
 
@@ -69,7 +70,7 @@ class Filmer:
             )
             self._at = job.clip, job.view
         film_chunk(
-            self._take, job, self._plan, self._speaker, self._work / "dataset", self._labels,
+            self._take, job, self._plan, self._speaker, self._work / WHOLE, self._labels,
             self._work / "chunks", advance,
         )  # fmt: skip
 
@@ -112,7 +113,7 @@ def film_apart(
     told: queue.Queue[tuple[_Film, dict[str, Any]]] = queue.Queue()
     with ExitStack() as stack:
         films = [
-            stack.enter_context(_Film(journal.work, speaker, labels, told))
+            stack.enter_context(_Film(journal.partial, speaker, labels, told))
             for _ in range(min(processes, len(jobs)))
         ]
         for film in films:

@@ -17,7 +17,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.files import NewFolder
+from abs_engine.io.unfinished import NewFolder
 from abs_engine.io.video import VideoInfo, probe
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import (

@@ -5,12 +5,19 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from abs_engine.core.errors import OutputError
-from abs_engine.io.files import NewFolder, parent_folder, write_new
-from abs_engine.io.unfinished import Claim, Unfinished, partial_of
+from abs_engine.io import naming
+from abs_engine.io.files import parent_folder, write_new
+from abs_engine.io.naming import CHOICES, WHOLE, partial_of
+from abs_engine.io.unfinished import NewFolder, Unfinished
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_a_folder_appears_at_the_end(tmp_path):
@@ -66,24 +73,46 @@ def test_a_folder_that_cannot_be_named_leaves_no_empty_one(tmp_path, monkeypatch
         raise OSError(28, "No space left")
 
     with NewFolder(tmp_path / "out") as made:
-        monkeypatch.setattr(os, "rename", fail)
+        monkeypatch.setattr(naming, "_rename_only", fail)
         with pytest.raises(OutputError, match="No space left"):
             made.finish()
     assert not list(tmp_path.iterdir())
 
 
+def appearing(place, rename):
+    """A rename before which somebody else takes the name."""
+
+    def first(made, to):
+        place.write_text("mine")
+        rename(made, to)
+
+    return first
+
+
 def test_a_file_that_appeared_in_the_meantime_is_kept(tmp_path, monkeypatch):
-    whole = os.chmod
-
-    def appear(*words: object) -> None:  # the last step before the file gets its name
-        (tmp_path / "file").write_text("mine")
-        whole(*words)
-
-    monkeypatch.setattr(os, "chmod", appear)
+    file = tmp_path / "file"
+    monkeypatch.setattr(naming, "_rename_only", appearing(file, naming._rename_only))
     with pytest.raises(OutputError, match="exists already"):
-        write_new(tmp_path / "file", b"ours")
-    assert (tmp_path / "file").read_text() == "mine"
+        write_new(file, b"ours")
+    assert file.read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("taken", [False, True])
+def test_a_drive_that_cannot_rename_without_replacing(tmp_path, monkeypatch, taken):
+    def unknown(*_: object) -> None:
+        raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+
+    monkeypatch.setattr(naming, "_rename_only", unknown)
+    made, place = tmp_path / "made", tmp_path / "place"
+    made.mkdir()
+    if taken:
+        place.mkdir()
+        with pytest.raises(FileExistsError):
+            naming.rename_new(made, place)
+    else:
+        naming.rename_new(made, place)
+    assert (made.exists(), place.exists()) == (taken, True)
 
 
 def test_a_parent_made_for_an_output_that_failed_is_taken_away(tmp_path):
@@ -127,7 +156,7 @@ def _open_files() -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("make", [Claim, lambda folder: Unfinished(folder, "choices")])
+@pytest.mark.parametrize("make", [NewFolder, lambda folder: Unfinished(folder, "choices")])
 def test_a_drive_without_locks_is_named_and_nothing_stays_open(tmp_path, monkeypatch, make):
     def fail(*_: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
@@ -146,14 +175,93 @@ def test_a_drive_without_locks_is_named_and_nothing_stays_open(tmp_path, monkeyp
 
 
 def test_a_claim_keeps_others_off_and_may_be_released_twice(tmp_path):
-    claim = Claim(tmp_path / "out")
+    claim = NewFolder(tmp_path / "out")
     before = _open_files()
     with pytest.raises(OutputError, match="another process makes"):
-        Claim(tmp_path / "out")
+        NewFolder(tmp_path / "out")
     assert _open_files() == before
     claim.release()
     other = os.open(tmp_path, os.O_RDONLY)  # gets the number that was the claim's
     claim.release()
     os.fstat(other)
     os.close(other)
-    Claim(tmp_path / "out").release()
+    NewFolder(tmp_path / "out").discard()
+    assert not list(tmp_path.iterdir())
+
+
+def left_by_a_kill(target, *names):
+    """What lies beside an output whose process was killed."""
+    for name in names:
+        (partial_of(target) / name).mkdir(parents=True)
+    return partial_of(target)
+
+
+def test_what_a_killed_process_left_is_taken_away_first(tmp_path):
+    target = tmp_path / "out"
+    (left_by_a_kill(target, WHOLE) / WHOLE / "half").touch()
+    with NewFolder(target) as made:
+        assert not list(made.work.iterdir())
+        made.finish()
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_killed_once_it_was_named_only_the_remains_are_taken_away(tmp_path):
+    target = tmp_path / "out"
+    target.mkdir()
+    partial = left_by_a_kill(target, "journal")
+    (partial / CHOICES).write_text("same")
+    with pytest.raises(OutputError, match="exists already"):
+        Unfinished(target, "same")
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    target.rename(tmp_path / "moved")
+    (left_by_a_kill(target, "journal") / CHOICES).write_text("same")
+    with Unfinished(target, "same") as anew:
+        assert not anew.resumed
+        anew.finish()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["moved", "out"]
+
+
+def test_what_can_be_gone_on_with_is_kept_beside_a_folder_of_its_name(tmp_path):
+    with Unfinished(tmp_path / "out", "same") as made:
+        (made.work / "done").touch()
+    (tmp_path / "out").mkdir()
+    with pytest.raises(OutputError, match="exists already"):
+        Unfinished(tmp_path / "out", "same")
+    assert (made.work / "done").is_file()
+
+
+def test_a_file_half_written_by_a_killed_process_is_no_hindrance(tmp_path):
+    partial_of(tmp_path / "file").write_bytes(b"longer than what is written")
+    write_new(tmp_path / "file", b"1")
+    assert (tmp_path / "file").read_bytes() == b"1"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("after", range(1, 7))
+def test_killed_at_any_call_the_same_goes_on_and_leaves_nothing(tmp_path, after):
+    """In a process that ends, without a word, at its n-th call of the file system."""
+    code = f"""
+import os, sys
+from pathlib import Path
+from abs_engine.io.unfinished import Unfinished
+left = {after}
+def heard(event, _given):
+    global left
+    if event in ("os.mkdir", "os.rename", "os.rmdir", "os.remove", "fcntl.flock"):
+        left -= 1
+        if not left:
+            os._exit(9)
+sys.addaudithook(heard)
+with Unfinished(Path({str(tmp_path / "out")!r}), "same") as made:
+    (made.work / "done").write_text("x")
+    made.finish()
+"""
+    subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT)
+    try:
+        with Unfinished(tmp_path / "out", "same") as made:
+            (made.work / "done").write_text("x")
+            made.finish()
+    except OutputError:
+        assert (tmp_path / "out").is_dir()  # it had its name already
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert (tmp_path / "out" / "done").read_text() == "x"

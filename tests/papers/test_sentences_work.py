@@ -12,7 +12,8 @@ import pytest
 from abs_engine.core.errors import OutputError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.talking import MODELS
-from abs_engine.io.unfinished import Unfinished, partial_of
+from abs_engine.io.naming import partial_of
+from abs_engine.io.unfinished import Unfinished
 from abs_engine.papers.odisio2004 import sentences_work
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
 from abs_engine.papers.odisio2004.result_cache import Kept, digest

@@ -18,7 +18,7 @@ from abs_engine.core.clock import Clock, cost_lines
 from abs_engine.core.errors import OutputError, StudioError
 from abs_engine.dataset import load_dataset
 from abs_engine.evaluate.check import check_dataset
-from abs_engine.io.unfinished import partial_of
+from abs_engine.io.naming import partial_of
 from abs_engine.studio import filming
 from abs_engine.studio.chunk import Job, jobs_of
 from abs_engine.studio.journal import Journal

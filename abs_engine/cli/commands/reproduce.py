@@ -13,8 +13,8 @@ from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
 from abs_engine.cli.progress import Progress, say
 from abs_engine.core.provenance import code_digest
-from abs_engine.io.files import NewFolder, check_free, next_free, parent_folder
-from abs_engine.io.unfinished import Unfinished
+from abs_engine.io.files import check_free, next_free, parent_folder
+from abs_engine.io.unfinished import NewFolder, Unfinished
 
 if TYPE_CHECKING:
     from abs_engine.core.scene import Renderer
@@ -103,5 +103,5 @@ def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> NewFolder | Unf
     words = chosen.paper, chosen.seed, chosen.person, renderer.description
     folder = Unfinished(output, "\n".join(map(str, (*words, code_digest()))))
     if folder.resumed:
-        say(f"resuming {folder.work}")
+        say(f"resuming {folder.partial}")
     return folder

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from abs_engine.core.scene import Renderer
-from abs_engine.io.files import NewFolder, png
+from abs_engine.io.files import png
+from abs_engine.io.unfinished import NewFolder
 from abs_engine.learn.articulatory import build, dense_head
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.report.articulation.analysis import Analysis
