@@ -11,13 +11,13 @@ _OTHERS = 0.8
 """The same of a talking face: its own speaker's have 0.94, another's 0.64 to 0.88."""
 
 
-def summary_lines(summary: dict[str, Any]) -> Iterator[str]:
-    """Counts, speed and warnings of a run, of ``summary`` in its ``run.json``."""
+def summary_lines(summary: dict[str, Any], timing: dict[str, Any]) -> Iterator[str]:
+    """Counts, speed and warnings of a run, of its ``run.json`` and ``timing.json``."""
     yield (
         f"{summary['frames']} frames, {summary['lost_frames']} lost, "
         f"{summary['closed_frames']} with closed lips; "
         f"{summary['mean_evaluations']:.0f} evaluations and "
-        f"{summary['seconds_per_frame']:.3f} s a frame"
+        f"{timing['seconds_per_frame']:.3f} s a frame"
     )
     kind, score = summary.get("score_of", "colour"), summary["mean_score"]
     if kind == "colour" and score is not None and score < _DOUBTFUL:

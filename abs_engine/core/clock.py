@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
+TIMING = "timing.json"
+"""What a result took: the only file of it that differs from one time to the next."""
 _END = object()
 
 
@@ -47,6 +51,12 @@ class Clock:
             if item is _END:
                 return
             yield item  # type: ignore[misc]  # never _END
+
+
+def write_timing(folder: Path, timing: Mapping[str, Any]) -> None:
+    """Write what a result took into its folder."""
+    told = {"format": "abs_engine.timing", "version": 1, **timing}
+    (folder / TIMING).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 
 def cost_lines(seconds: dict[str, float], frames: int) -> list[str]:

@@ -45,9 +45,10 @@ were drawn by pyrender, with lights, lens, sensor and compression as the scene s
 
 ## Layout
 
-    dataset.json               for programs: clips, cameras, labels, what a frame cost
+    dataset.json               for programs: clips, cameras, labels
+    timing.json                what a frame cost; it alone differs from one time to the next
     scene.toml                 the scene
-    SHA256SUMS                 checksums of all other files, for `sha256sum -c SHA256SUMS`
+    SHA256SUMS                 checksums of the other files, for `sha256sum -c SHA256SUMS`
     CLIP/truth.npz             person, motion, speech; see below
     CLIP/vertices/*.npz        `offsets` (n, V, 3) float16, mm; {chunk} frames to a file, which is
                                named by its first

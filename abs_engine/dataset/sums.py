@@ -1,4 +1,7 @@
-"""``SHA256SUMS``: what a folder's files were when it was written, as ``sha256sum -c`` reads it."""
+"""``SHA256SUMS``: what a folder's files were when it was written, as ``sha256sum -c`` reads it.
+
+What the folder took to make, ``timing.json``, is not among them: it differs from time to time.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from abs_engine.core.clock import TIMING
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.dataset.picture import AGAIN
 
@@ -19,7 +23,7 @@ def digest(path: Path) -> str:
 
 
 def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
-    """Write the list of all other files of a folder.
+    """Write the list of all other files of a folder but the timing.
 
     Parameters
     ----------
@@ -33,9 +37,11 @@ def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
 
 
 def file_names(folder: Path) -> list[str]:
-    """Names of all files below a folder but the list itself, sorted, with '/' between."""
+    """Names of all files below a folder but the list and the timing, sorted, with '/' between."""
     paths = (p for p in folder.rglob("*") if p.is_file())
-    return sorted(n for n in (p.relative_to(folder).as_posix() for p in paths) if n != SUMS)
+    return sorted(
+        n for n in (p.relative_to(folder).as_posix() for p in paths) if n not in (SUMS, TIMING)
+    )
 
 
 def read_sums(folder: Path) -> dict[str, str]:

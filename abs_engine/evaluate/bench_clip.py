@@ -192,8 +192,7 @@ def _summed(
 ) -> ClipBench:
     times = [np.array(told["done"]) for told in found]
     summary = found[0]["summary"]
-    parts = summary["processor_ms_per_frame"]
-    each = [told["summary"]["processor_ms_per_frame"] for told in found]
+    each = [told["timing"]["processor_ms_per_frame"] for told in found]
     return ClipBench(
         clip=video.name,
         frames=len(times[0]),
@@ -202,9 +201,9 @@ def _summed(
         fps=float(np.median([_rate(t) for t in times])),
         first_result_seconds=float(np.median([t[0] for t in times])),
         drawings_per_frame=float(summary["mean_evaluations"]) + _BESIDE,
-        parts={part: float(np.median([one[part] for one in each])) for part in parts},
+        parts={part: float(np.median([one[part] for one in each])) for part in each[0]},
         preparation_seconds=float(
-            np.median([told["summary"]["preparation_seconds"] for told in found])
+            np.median([told["timing"]["preparation_seconds"] for told in found])
         ),
         draws=found[0]["draws"],
         peer=peer,

@@ -26,7 +26,8 @@ def main() -> int:
 
     with open_renderer(renderer) as drawn:
         told = track_video(Path(video), Path(run), drawn, TrackOptions(), progress)
-        said = {"done": done, "summary": told["summary"], "draws": drawn.description}
+        said = {"done": done, "summary": told["summary"], "timing": told["timing"]}
+        said["draws"] = drawn.description
         sys.stdout.write(json.dumps(said) + "\n")
     return 0
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.export.exporter import Exporter, Loss, read_run
-from abs_engine.io.files import NewFolder, check_free, write_new
+from abs_engine.io.files import check_free, write_new
+from abs_engine.io.unfinished import NewFolder
 
 
 def export_run(

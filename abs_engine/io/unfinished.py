@@ -6,6 +6,7 @@ import os
 import shutil
 from contextlib import suppress
 from pathlib import Path
+from types import TracebackType
 
 from abs_engine.core.errors import OutputError
 from abs_engine.io.files import Making, check_free, unwritable
@@ -78,12 +79,8 @@ class NewFolder(Making):
         self.work.mkdir()
 
     def clear(self) -> None:
-        """Remove what was made."""
-        for inside in self.partial.iterdir():
-            if inside.is_dir() and not inside.is_symlink():
-                shutil.rmtree(inside)
-            else:
-                inside.unlink()
+        """Remove all that was made."""
+        _empty(self.partial)
 
     def finish(self) -> Path:
         """Give the folder its name, and return it.
@@ -164,6 +161,32 @@ class Unfinished(NewFolder):
             made.write_text(self._choices, encoding="utf-8")
             rename_new(made, basis)
 
+    def empty(self) -> None:
+        """Remove the output as far as it was made; what lies beside it stays."""
+        _empty(self.work)
+
     def leave(self) -> None:
         """Let others have it; what lies there stays."""
         self.release()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Leave; who interrupts it learns what is kept."""
+        kept = self._lock is not None
+        super().__exit__(kind, error, trace)
+        if kept and isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt(
+                f"what was done is kept in {self.partial}; the same command resumes there"
+            ) from None
+
+
+def _empty(folder: Path) -> None:
+    for inside in folder.iterdir():
+        if inside.is_dir() and not inside.is_symlink():
+            shutil.rmtree(inside)
+        else:
+            inside.unlink()

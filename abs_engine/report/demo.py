@@ -59,7 +59,7 @@ class DemoResult:
     folder : Path
         Holds ``index.html``.
     run : dict
-        What ``run/run.json`` holds.
+        What ``run/run.json`` holds, and `timing`.
     scores : dict
         See `abs_engine.evaluate.truth_report.score`.
     remarks : tuple of str

@@ -77,9 +77,8 @@ here.</p>
 <h2>Tracked against truth</h2>
 {table((), rows)}
 {"".join(f"<p>{safe(remark)}</p>" for remark in remarks[1:])}
-<p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared and
-{summary["seconds_per_frame"]:.3f} s a frame after {summary["preparation_seconds"]:.1f} s of
-preparation, drawn by {safe(str(run["renderer"]))}.</p>
+<p>{summary["frames"]} frames, {summary["mean_evaluations"]:.0f} drawings compared in each,
+drawn by {safe(str(run["renderer"]))}; <a href="run/timing.json">what that took</a>.</p>
 <p><img src="evaluation/truth_curves.png" alt="aperture, width and lip error over time"></p>
 <h2>The video with the lips drawn on it</h2>
 <p class="key">{key}</p>

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from abs_engine.core.clock import write_timing
 from abs_engine.core.provenance import made_by
 from abs_engine.dataset import (
     ClipEntry,
@@ -178,7 +179,7 @@ def finish_dataset(
     labels: tuple[str, ...],
     seconds: dict[str, float],
 ) -> None:
-    """Write what tells of the whole: ``dataset.json``, the card, and the checksums."""
+    """Write what tells of the whole: ``dataset.json``, the card, timing and checksums."""
     frames = sum(clip.frames * len(clip.cameras) for clip in clips)
     cost = {name: round(1000 * value / max(frames, 1), 3) for name, value in seconds.items()}
     made = made_by()
@@ -190,8 +191,8 @@ def finish_dataset(
         dirty=made["dirty"],
         clips=clips,
         labels=("ids", "depth", *labels),
-        milliseconds_per_frame=cost,
     )
     (dataset / DATASET).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     (dataset / README).write_text(card_text(record), encoding="utf-8")
+    write_timing(dataset, {"milliseconds_per_frame": cost})
     write_sums(dataset)

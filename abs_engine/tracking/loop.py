@@ -20,6 +20,7 @@ from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found, averaged, search
 from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.clip_setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
+from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +38,10 @@ which on the landmarks are taken to be wrong."""
 
 
 def track(
-    setting: ClipSetting, images: Iterable[Image], memory: Memory = NOTHING
+    setting: ClipSetting,
+    images: Iterable[Image],
+    memory: Memory = NOTHING,
+    journal: FrameJournal | None = None,
 ) -> Iterator[tuple[Image, FrameResult]]:
     """Fit every frame, each with what is carried on from the one before.
 
@@ -47,6 +51,9 @@ def track(
     images : iterable of (H, W, 3) uint8 RGB
     memory : Memory
         What is known before the first frame.
+    journal : FrameJournal, optional
+        The first frames, where they were fitted before: in these, the head is only followed. The
+        others are added to it.
 
     Yields
     ------
@@ -66,7 +73,10 @@ def track(
         frames = (seen(image, memory) for image in read)  # each with what is then known
     with one_thread(), closed_after(frames):
         for index, frame in enumerate(frames):
-            result, memory = _step(setting, index, frame, memory)
+            earlier = None if journal is None else journal.earlier()
+            result, memory = earlier or _step(setting, index, frame, memory)
+            if journal is not None and earlier is None:
+                journal.add(result, memory)
             yield frame.image, result
         head.finish()
 

@@ -18,6 +18,7 @@ from abs_engine.fit.terms import TermKind, check_leaves, term_kinds
 from abs_engine.io.video import VideoInfo, read_frames
 from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
@@ -184,9 +185,9 @@ class ClipTracker:
     facts: dict[str, Any] = field(default_factory=dict)
     memory: Memory = field(default_factory=Memory)
 
-    def results(self) -> Iterator[tuple[Image, FrameResult]]:
-        """Each frame with what was found in it."""
-        return track(self.setting, read_frames(self.video), self.memory)
+    def results(self, journal: FrameJournal | None = None) -> Iterator[tuple[Image, FrameResult]]:
+        """Each frame with what was found in it; those of a journal were found before."""
+        return track(self.setting, read_frames(self.video), self.memory, journal)
 
 
 Tell = Callable[[str], None]

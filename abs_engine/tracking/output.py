@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from abs_engine.core.clock import write_timing
 from abs_engine.core.threads import closed_after
 from abs_engine.io.files import png
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
@@ -36,11 +37,14 @@ class RunFacts:
         Number of frames that are expected, 0 where that is not known.
     preparation : float
         Seconds that were spent before the first frame.
+    resumed : int
+        Number of frames that were found before.
     """
 
     settings: dict[str, Any]
     frames: int = 0
     preparation: float = 0.0
+    resumed: int = 0
 
 
 def _parts(spent: Mapping[str, float], busy: float) -> dict[str, float]:
@@ -73,7 +77,7 @@ def write_run(
     Returns
     -------
     dict
-        What ``run.json`` holds.
+        What ``run.json`` holds, and `timing`, what ``timing.json`` holds.
 
     Raises
     ------
@@ -99,7 +103,8 @@ def write_run(
     classes = setting.face.appearance.get("colour")
     if classes is not None:
         classes.save(folder / COLOURS)
-    times = {
+    timing = {
+        "resumed_frames": facts.resumed,
         "preparation_seconds": round(facts.preparation, 3),
         "seconds_per_frame": round(took / max(1, len(recorder)), 5),
         "processor_ms_per_frame": {
@@ -107,4 +112,5 @@ def write_run(
             for part, seconds in _parts(setting.clock.seconds, busy).items()
         },
     }
-    return recorder.write(folder, {"settings": facts.settings, "summary": times})
+    write_timing(folder, timing)
+    return {**recorder.write(folder, {"settings": facts.settings}), "timing": timing}

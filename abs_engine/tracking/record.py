@@ -3,7 +3,7 @@
 A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
 each frame), ``closures.csv`` (a row for each time that the lips close), ``mesh.npz`` (the whole
 head, see `RunMesh`), ``run.json`` (settings and a summary), ``overlay.mp4``, ``contact_sheet.png``
-and ``head.png``; and the colour classes, ``colours.npz``.
+and ``head.png``; the colour classes, ``colours.npz``; and what it took, ``timing.json``.
 """
 
 from __future__ import annotations

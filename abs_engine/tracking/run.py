@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, ParameterError
+from abs_engine.core.provenance import code_digest
 from abs_engine.core.registry import PLUGINS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.unfinished import NewFolder
+from abs_engine.io.unfinished import Unfinished
 from abs_engine.io.video import VideoInfo, probe
+from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import (
     BLOBS,
@@ -37,6 +40,8 @@ from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
 
 DEFAULTS = TrackOptions()
+_MACHINE = OutputError, OpenGLError
+"""Errors after which the same command may succeed."""
 
 
 def prepare(
@@ -103,6 +108,9 @@ def track_video(
 ) -> dict[str, Any]:
     """Track the lips in a video and write a run; see `abs_engine.tracking.record`.
 
+    What was tracked when the process was killed, or the disk was full, is kept beside the folder:
+    called again with the same choices, it goes on there.
+
     Parameters
     ----------
     video : Path
@@ -126,7 +134,7 @@ def track_video(
     Returns
     -------
     dict
-        What ``run.json`` holds.
+        What ``run.json`` holds, and `timing`, what ``timing.json`` holds.
 
     Raises
     ------
@@ -143,25 +151,58 @@ def track_video(
         If the folder exists or cannot be written.
     """
     check_options(options, probe(video))
-    with NewFolder(folder) as made:
-        start = time.perf_counter()
-        tracker = prepare(video, renderer, options, stage)
-        took = time.perf_counter() - start
-        if prepared is not None:
-            prepared(took)
-        if remark is not None and tracker.faces:
-            remark(tracker.faces)
-        where = os.path.relpath(video.resolve(), folder.resolve())
-        settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
-        facts = RunFacts(settings, tracker.info.frames, took)
-        recorder = Recorder(tracker.setting)
-        told = write_run(made.work, tracker.setting, tracker.results(), facts, progress, recorder)
-        for name, text in beside.items():
-            (made.work / name).write_text(text, encoding="utf-8")
-        made.finish()
+    with Unfinished(folder, _choices(video, renderer, options, beside), anew=True) as made:
+        frames = made.partial / FRAMES
+        with _kept_if_of_use(made, frames):
+            start = time.perf_counter()
+            tracker = prepare(video, renderer, options, stage)
+            took = time.perf_counter() - start
+            if prepared is not None:
+                prepared(took)
+            if remark is not None and tracker.faces:
+                remark(tracker.faces)
+            where = os.path.relpath(video.resolve(), folder.resolve())
+            settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
+            recorder = Recorder(tracker.setting)
+            made.empty()
+            with FrameJournal(frames, fingerprint((tracker.setting, tracker.memory))) as journal:
+                facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
+                results = tracker.results(journal)
+                told = write_run(made.work, tracker.setting, results, facts, progress, recorder)
+            for name, text in beside.items():
+                (made.work / name).write_text(text, encoding="utf-8")
+            made.finish()
     if recorded is not None:
         recorded(tracker, recorder)
     return told
+
+
+def _choices(
+    video: Path, renderer: Renderer, options: TrackOptions, beside: Mapping[str, str]
+) -> str:
+    """All that a run follows from; the files that options name count once the clip is prepared."""
+    plugins = [digest(path) for path in PLUGINS]
+    parts = (
+        digest(video),
+        code_digest(),
+        renderer.description,
+        options,
+        plugins,
+        sorted(beside.items()),
+    )
+    return "\n".join(map(str, parts))
+
+
+@contextmanager
+def _kept_if_of_use(made: Unfinished, frames: Path) -> Iterator[None]:
+    """Remove what was made if the body fails, unless the same command could go on with it."""
+    try:
+        yield
+    except BaseException as error:
+        input_at_fault = isinstance(error, AbsEngineError) and not isinstance(error, _MACHINE)
+        if input_at_fault or not frames.is_file():
+            made.discard()
+        raise
 
 
 def check_options(options: TrackOptions, info: VideoInfo) -> None:

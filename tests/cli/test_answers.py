@@ -40,6 +40,8 @@ def test_stdout_is_json_and_nothing_else(tracked):
     answer = json.loads(said.stdout)
     assert answer["summary"]["frames"] == 2
     assert answer.pop("output") == "run"
+    timing = json.loads((folder / "run" / "timing.json").read_text())
+    assert answer.pop("timing").items() <= timing.items()
     assert answer == json.loads((folder / "run" / "run.json").read_text())
     assert said.stderr == ""
 

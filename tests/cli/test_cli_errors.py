@@ -320,5 +320,5 @@ def test_track_has_no_hint_for_the_cpu_rasteriser(capsys):
 @pytest.mark.parametrize(("score", "warned"), [(0.9, False), (0.6, True)])
 def test_a_run_that_explains_little_is_warned_of(score, warned):
     told = {"frames": 5, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
-    lines = summary_lines(told | {"seconds_per_frame": 0.1, "mean_score": score})
+    lines = summary_lines(told | {"mean_score": score}, {"seconds_per_frame": 0.1})
     assert ("warning: the drawn mouth explains only 60%" in "\n".join(lines)) == warned

@@ -30,8 +30,6 @@ def test_the_page_tells_what_was_given_once_and_why_camera_coordinates_are_worse
         "summary": {
             "frames": 2,
             "mean_evaluations": 300.0,
-            "seconds_per_frame": 0.1,
-            "preparation_seconds": 9.0,
         },
         "renderer": "cpu",
     }

@@ -121,7 +121,7 @@ def test_pixel_centres_lie_at_integers_as_in_the_camera_model(worker, corner):
 
 def test_files_and_their_kinds(clip, truth):
     names = {p.relative_to(clip).as_posix() for p in clip.iterdir()}
-    assert names == {"clip", "dataset.json", "README.md", SUMS}
+    assert names == {"clip", "dataset.json", "README.md", "timing.json", SUMS}
     view = clip / "clip" / "camera"
     kinds = ("ids", "depth", "normals", "albedo", "flow", "frames")
     assert {p.name for p in view.iterdir() if p.is_dir()} == set(kinds)

@@ -84,7 +84,7 @@ def test_every_clip_and_camera_is_there(dataset):
     data = load_dataset(dataset, verify=True)
     assert data.views == (("say", "front"), ("two", "front"), ("two", "glass"))
     assert parse_scene((dataset / "scene.toml").read_text()).clip[0].name == "say"
-    cost = json.loads((dataset / "dataset.json").read_text())["milliseconds_per_frame"]
+    cost = json.loads((dataset / "timing.json").read_text())["milliseconds_per_frame"]
     assert cost["draw"] > 1
     for truth in data:
         assert len(list(truth.pictures())) == len(truth)
@@ -150,7 +150,7 @@ def test_interrupted_and_given_again_it_goes_on_to_the_same_pixels_as_with_two_p
 
 
 def same_files(first, second):
-    """All but what it cost, the command, and their checksums."""
+    """All but what it cost, the command, and its checksums."""
     names = sorted(p.relative_to(first) for p in first.rglob("*") if p.is_file())
     assert names == sorted(p.relative_to(second) for p in second.rglob("*") if p.is_file())
     for name in names:

@@ -52,7 +52,7 @@ def _demo(folder: Path, chosen: Chosen) -> Done:
 
         done = run_demo(folder, renderer, options, filming, tracking, tracking.restart, stage)
     lines = [
-        *summary_lines(done.run["summary"]),
+        *summary_lines(done.run["summary"], done.run["timing"]),
         done.remarks[0],
         *score_lines(done.scores),
         *done.remarks[1:],

@@ -42,7 +42,7 @@ def _notes() -> str:
 @command(
     "Track and look at the result",
     take.argument("video", "VIDEO", "a video of somebody who speaks to the camera"),
-    take.output("RUN", "folder of the results"),
+    take.output("RUN", "folder of the results; after an interruption the same command resumes"),
     settings_option(),
     *take.group(
         "Who is tracked, and where",
@@ -119,8 +119,10 @@ def track(chosen: Chosen) -> Done:
             progress.remark,
             beside={SETTINGS: settings_text(track, vars(chosen), chosen.output)},
         )
+    before = run["timing"]["resumed_frames"]
     lines = [
-        *summary_lines(run["summary"]),
+        *([f"{before} frames were there from before"] if before else []),
+        *summary_lines(run["summary"], run["timing"]),
         scale_line(run["settings"]["scale"]),
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",
     ]

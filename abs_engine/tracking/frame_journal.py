@@ -1,0 +1,180 @@
+"""The frames of a clip that are tracked, kept one by one, so that a killed run loses none.
+
+A line for each frame: a checksum, then what was found and what is carried on to the next frame,
+as JSON, whose numbers are read again bit by bit. The first line says what all of them follow from.
+A line that was cut off, and what comes after it, does not count.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+import zlib
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from abs_engine.core.geometry import Pose
+from abs_engine.fit.belief import Belief
+from abs_engine.tracking.clip_setting import FrameResult
+from abs_engine.tracking.frame_state import Memory
+
+FRAMES = "frames.journal"
+FORMAT, VERSION = "abs_engine.frames", 1
+_INTERVAL = 1.0  # seconds after which lines are forced to the disk: a kill spares them anyway
+Found = tuple[FrameResult, Memory]
+
+
+class FrameJournal:
+    """The frames that were done before, then those that are done now; a context manager.
+
+    Parameters
+    ----------
+    path : Path
+    basis : str
+        What the frames follow from: those that follow from something else are forgotten.
+
+    Attributes
+    ----------
+    resumed : int
+        Number of frames that were done before.
+    """
+
+    def __init__(self, path: Path, basis: str) -> None:
+        heading = {"format": FORMAT, "version": VERSION, "basis": basis}
+        known, end = _read(path)
+        self._kept: deque[Found] = deque()
+        if known and known[0] == heading:
+            self._kept.extend(_found(line) for line in known[1:])
+        self.resumed = len(self._kept)
+        self._file = path.open("ab", buffering=0)
+        self._synced = time.monotonic()
+        if not known or known[0] != heading:
+            end = 0
+        self._file.truncate(end)
+        if end == 0:
+            self._write(heading)
+
+    def earlier(self) -> Found | None:
+        """The next frame of those that were done before; None after the last of them."""
+        return self._kept.popleft() if self._kept else None
+
+    def add(self, result: FrameResult, memory: Memory) -> None:
+        """Keep the next frame.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        self._write({"result": replace(result, highest=None), "memory": memory})
+
+    def _write(self, told: dict[str, Any]) -> None:
+        text = json.dumps(told, default=_plain).encode()
+        line = memoryview(b"%08x %s\n" % (zlib.crc32(text), text))
+        while line:
+            line = line[self._file.write(line) :]
+        if time.monotonic() - self._synced > _INTERVAL:
+            os.fdatasync(self._file.fileno())
+            self._synced = time.monotonic()
+
+    def __enter__(self) -> FrameJournal:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+
+def _read(path: Path) -> tuple[list[dict[str, Any]], int]:
+    """What the whole lines of a file say, and the number of bytes that they take."""
+    lines: list[dict[str, Any]] = []
+    end = 0
+    if not path.is_file():
+        return lines, end
+    with path.open("rb") as file:
+        for line in file:
+            checksum, _, text = line.rstrip(b"\n").partition(b" ")
+            if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text):
+                break
+            lines.append(json.loads(text, object_hook=_whole))
+            end += len(line)
+    return lines, end
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has no word for: arrays, NumPy's numbers, values of several fields."""
+    if isinstance(value, np.ndarray):
+        return {"dtype": value.dtype.str, "shape": value.shape, "values": value.ravel().tolist()}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return dict(value)
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def _whole(told: dict[str, Any]) -> Any:
+    """An array, where that is what is told."""
+    if told.keys() == {"dtype", "shape", "values"}:
+        return np.array(told["values"], told["dtype"]).reshape(told["shape"])
+    return told
+
+
+def _found(line: Mapping[str, Any]) -> Found:
+    result, memory = dict(line["result"]), dict(line["memory"])
+    belief = result["belief"]
+    result |= {"pose": _pose(result["pose"]), "belief": belief and Belief(**belief)}
+    memory |= {"pose": _pose(memory["pose"]), "values": tuple(memory["values"])}
+    return FrameResult(**result), Memory(**memory)
+
+
+def _pose(told: Mapping[str, Any] | None) -> Pose | None:
+    return None if told is None else Pose(**told)
+
+
+def fingerprint(value: object) -> str:
+    """SHA-256 of all numbers and texts in a value and in what it is made of.
+
+    Of what is no dataclass, array, mapping, list or tuple, only the kind counts.
+    """
+    seen = hashlib.sha256()
+    for piece in _pieces(value, {}):
+        seen.update(piece)
+    return seen.hexdigest()
+
+
+def _pieces(value: Any, known: dict[int, int]) -> Iterator[bytes]:
+    """A value as bytes; what comes again as its number."""
+    if value is None or isinstance(value, (str, bytes, int, float, np.generic, Path)):
+        yield f"{value!r};".encode()
+        return
+    if id(value) in known:
+        yield f"@{known[id(value)]};".encode()
+        return
+    known[id(value)] = len(known)
+    yield f"{type(value).__qualname__}(".encode()
+    if isinstance(value, np.ndarray):
+        yield f"{value.dtype.str}{value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    else:
+        inside: list[Any] = []
+        if is_dataclass(value):
+            inside = [getattr(value, field.name) for field in fields(value)]
+        elif isinstance(value, Mapping):
+            inside = [part for item in value.items() for part in item]
+        elif isinstance(value, (list, tuple)):
+            inside = list(value)
+        for part in inside:
+            yield from _pieces(part, known)
+    yield b")"
