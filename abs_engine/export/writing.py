@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.export.exporter import Exporter, Loss, read_run
-from abs_engine.io.files import check_free, write_new
+from abs_engine.io.files import check_free, unwritable, write_new
 from abs_engine.io.unfinished import NewFolder
 
 
@@ -43,12 +44,17 @@ def export_run(
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(Path(output), exporter.suffix)
     tracked = read_run(Path(run), speaker)
-    with NewFolder(output) as folder:
-        if not exporter.suffix:
+    if not exporter.suffix:
+        with NewFolder(output) as folder:
             lost = exporter.write(tracked, folder.work)
             folder.finish()
-            return lost
-        made = folder.work / output.name
-        lost = exporter.write(tracked, made)
-        write_new(output, made.read_bytes())
         return lost
+    try:
+        with TemporaryDirectory() as aside:
+            made = Path(aside) / output.name
+            lost = exporter.write(tracked, made)
+            content = made.read_bytes()
+    except OSError as error:
+        raise unwritable(output, error) from error
+    write_new(output, content)
+    return lost

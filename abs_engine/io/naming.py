@@ -1,4 +1,4 @@
-"""How output gets its name: at once, over nothing that is there, and written to the disk."""
+"""Names of new output: given at once over nothing, claimed before the work, remains swept."""
 
 from __future__ import annotations
 
