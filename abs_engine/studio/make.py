@@ -138,14 +138,9 @@ def make(
             _film(left, journal, speaker, order.labels, count, crew)
             seconds = _finish(jobs, clips, journal, speaker, order, crew)
             made = journal.finish()
-        except BaseException as error:
-            done = len(list(journal.chunks.glob("[0-9]*.npz")))
-            if not crew.keep or not done:
+        except BaseException:
+            if not crew.keep or not any(journal.chunks.glob("[0-9]*.npz")):
                 journal.discard()
-            elif isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(
-                    f"what was filmed is kept in {journal.partial}; the same command resumes there"
-                ) from None
             raise
     return Filmed(made, _frames(jobs, clips), _frames(jobs, clips) - _frames(left, clips), seconds)
 

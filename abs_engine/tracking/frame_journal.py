@@ -1,7 +1,7 @@
 """The frames of a clip that are tracked, kept one by one, so that a killed run loses none.
 
 A line for each frame: a checksum, then what was found and what is carried on to the next frame,
-as JSON, whose numbers are read again bit by bit. The first line says what all of them follow from.
+as JSON, its numbers bit by bit. The first line says what all of them follow from.
 A line that was cut off, and what comes after it, does not count.
 """
 
@@ -12,6 +12,7 @@ import json
 import os
 import time
 import zlib
+from base64 import b64decode, b64encode
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -116,7 +117,8 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], int]:
 def _plain(value: Any) -> Any:
     """What JSON has no word for: arrays, NumPy's numbers, values of several fields."""
     if isinstance(value, np.ndarray):
-        return {"dtype": value.dtype.str, "shape": value.shape, "values": value.ravel().tolist()}
+        text = b64encode(np.ascontiguousarray(value).tobytes()).decode()
+        return {"dtype": value.dtype.str, "shape": value.shape, "base64": text}
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, Mapping):
@@ -126,8 +128,9 @@ def _plain(value: Any) -> Any:
 
 def _whole(told: dict[str, Any]) -> Any:
     """An array, where that is what is told."""
-    if told.keys() == {"dtype", "shape", "values"}:
-        return np.array(told["values"], told["dtype"]).reshape(told["shape"])
+    if told.keys() == {"dtype", "shape", "base64"}:
+        flat = np.frombuffer(b64decode(told["base64"]), told["dtype"])
+        return flat.reshape(told["shape"]).copy()
     return told
 
 

@@ -153,7 +153,7 @@ def track_video(
     check_options(options, probe(video))
     with Unfinished(folder, _choices(video, renderer, options, beside), anew=True) as made:
         frames = made.partial / FRAMES
-        with _kept_if_of_use(made, frames):
+        with kept_if_of_use(made, frames):
             start = time.perf_counter()
             tracker = prepare(video, renderer, options, stage)
             took = time.perf_counter() - start
@@ -194,7 +194,7 @@ def _choices(
 
 
 @contextmanager
-def _kept_if_of_use(made: Unfinished, frames: Path) -> Iterator[None]:
+def kept_if_of_use(made: Unfinished, frames: Path) -> Iterator[None]:
     """Remove what was made if the body fails, unless the same command could go on with it."""
     try:
         yield

@@ -150,7 +150,7 @@ def test_interrupted_and_given_again_it_goes_on_to_the_same_pixels_as_with_two_p
 
 
 def same_files(first, second):
-    """All but what it cost, the command, and its checksums."""
+    """All but what it cost, the command, and their checksums."""
     names = sorted(p.relative_to(first) for p in first.rglob("*") if p.is_file())
     assert names == sorted(p.relative_to(second) for p in second.rglob("*") if p.is_file())
     for name in names:
