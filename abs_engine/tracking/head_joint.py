@@ -134,7 +134,7 @@ def fit_jointly(
 def views_of(body: HeadBody, frames: Sequence[HeadFrameSeen], head: JointHead) -> list[HeadView]:
     """The frames as they show the head."""
     return [
-        HeadView.of(f.gray, p, body.vertices(head.identity, x), body)
+        HeadView.of(f.gray, p, body.vertices(head.identity, x), body.speaker.faces)
         for f, p, x in zip(frames, head.poses, head.postures, strict=True)
     ]
 

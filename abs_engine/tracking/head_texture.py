@@ -109,17 +109,20 @@ class HeadView:
     pose : Pose
     vertices : (V, 3) float64, mm
     normals : (V, 3) float64
+    camera : Camera or None
+        That of the frame, where it is not the clip's.
     """
 
     gray: Gray
     pose: Pose
     vertices: FloatArray
     normals: FloatArray
+    camera: Camera | None = None
 
     @classmethod
-    def of(cls, gray: Gray, pose: Pose, vertices: FloatArray, body: HeadBody) -> HeadView:
+    def of(cls, gray: Gray, pose: Pose, vertices: FloatArray, faces: NDArray[np.int32]) -> HeadView:
         """The view of a head (V, 3) in a posture."""
-        return cls(gray, pose, vertices, vertex_normals(vertices, body.speaker.faces))
+        return cls(gray, pose, vertices, vertex_normals(vertices, faces))
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,13 +172,16 @@ def match(
     at = first.pose.apply(first.vertices)
     sight = at / np.linalg.norm(at, axis=1, keepdims=True)
     facing = -(first.normals @ first.pose.rotation.T * sight).sum(axis=1)
-    known = np.column_stack([camera.project(at), facing])
+    own = first.camera or camera
+    known = np.column_stack([own.project(at), facing])
     carried_to = at_pixels(drawn.facet_id, weights, one.faces, known)
     there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > _FACING)
     height, width = facet.shape
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
     seen = _sampled(second.gray, window.to_image(grid), window.scale)
-    carried = np.where(shown, _sampled(first.gray, there, window.scale), seen).astype(np.uint8)
+    finer = _pixels_a_mm(second.pose, camera) / _pixels_a_mm(first.pose, own)
+    coarse = window.scale * (1.0 if first.camera is None else finer)
+    carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
     pixels, found = _matched(carried, seen, shown & body.skull[facet])
     if len(pixels) < _LEAST:
         return None
@@ -184,6 +190,11 @@ def match(
         corners[row, column], weights[row, column], there[row, column], window.to_image(found),
         _PIXEL / window.scale,
     )  # fmt: skip
+
+
+def _pixels_a_mm(pose: Pose, camera: Camera) -> float:
+    """How large a camera shows a head."""
+    return float(camera.matrix[0, 0] / pose.translation[2])
 
 
 def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
@@ -261,7 +272,7 @@ def linearised(
     """
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation
-    ray = _rays(found.first, camera) @ first.pose.rotation
+    ray = _rays(found.first, first.camera or camera) @ first.pose.rotation
     steep = np.minimum((ray * normal).sum(axis=1, keepdims=True), _GRAZING)
     slide = eye + ray * ((here - eye) * normal).sum(axis=1, keepdims=True) / steep - here
     far = np.maximum(np.linalg.norm(slide, axis=1, keepdims=True), 1e-9)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
-from abs_engine.face.appearance.colourless import in_colour
-from abs_engine.face.head import build_mouth_model
-from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.evidence import own
 from abs_engine.io.assets import Speaker, load_speaker
@@ -20,19 +19,16 @@ from abs_engine.io.video import read_frames
 from abs_engine.tracking import landmark_jacobian
 from abs_engine.tracking.blob_start import (
     by_blobs,
-    learning,
     mouth_model,
     physics_expression,
-    usable,
 )
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.face_detection import find_faces
-from abs_engine.tracking.head_fit import AverageHead, seen_in
+from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.head_tracking import spread_frames
 from abs_engine.tracking.initial_pose import FaceBox
-from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
 from abs_engine.tracking.landmark_correspondence import (
     USUAL_DEVIATION,
     Correspondence,
@@ -40,10 +36,9 @@ from abs_engine.tracking.landmark_correspondence import (
     load_correspondence,
 )
 from abs_engine.tracking.landmark_motion import LandmarkMotion
-from abs_engine.tracking.light import SkinLight
+from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
-from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 from abs_engine.tracking.options import (
     LANDMARKS,
     Clip,
@@ -52,15 +47,12 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
+from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
 from abs_engine.tracking.scale import Scale, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.visibility import ByLook
-
-PERSON_SPREAD = 0.35
-"""How far a mouth may differ from that of a head fitted to landmarks, as a share of how far people
-differ from the average."""
 
 
 def prepare_head(
@@ -158,36 +150,34 @@ def by_landmarks(
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
     tell("fitting the head")
-    seen = [seen_in(image, landmarks) for image, landmarks in chosen]
-    head = average.result().fitted(seen, clip.camera, renderer)
-    model = build_mouth_model(
-        head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
-        expression=head.expression, person_spread=PERSON_SPREAD,
-    )  # fmt: skip
-    chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
-    known = usable(clip.colours, chromatic)
-    tell(learning(known))
-    light = SkinLight.of(chosen)
-    placed = PlacedHead(
-        model, head.shape, head.textured, correspondence, clip.camera, renderer, light
-    )
-    calibration, shape = calibrate_placed(placed, chosen, known, chromatic)
-    textured = replace(head.textured, shift=calibration.shift)  # the poses have it
-    noisy = replace(shape, deviation=head.shape.deviation)
-    lips = LipLandmarks.of(noisy, model.n_expression, clip.camera)
-    classes = calibration.classes
-    face = held_head(model, calibration.person, classes)
+    fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell)
+    setting = head_setting(clip, fitted, renderer, options, leaves, choice, follower.found)
+    facts = {"start": LANDMARKS, "evidence": options.evidence}
+    return ClipTracker(clip.video, clip.info, setting, scale, faces, facts)
+
+
+def head_setting(
+    clip: Clip,
+    fitted: FittedPerson,
+    renderer: Renderer,
+    options: TrackOptions,
+    leaves: Leaves,
+    choice: FaceChoice,
+    found: Sequence[Landmarks | None] = (),
+) -> ClipSetting:
+    """A clip of a person whose head and colours are known; `found` are its first landmarks."""
+    model, classes, shape = fitted.model, fitted.classes, fitted.shape
+    lips = LipLandmarks.of(fitted.noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
+    face = fitted.face
     binder = HeadBinder(model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds)
-    look = UsualLook.of([MouthLook.of(classes, light.balanced(i, s), s) for i, s in chosen])
-    own = LandmarkMotion(shape, textured, choice, tuple(follower.found), light)
-    motion = ShiftedMotion(own, np.zeros(len(calibration.shift)), model.pivot)
-    setting = ClipSetting(
+    own = LandmarkMotion(shape, fitted.textured, choice, tuple(found), fitted.light)
+    motion = ShiftedMotion(own, no_correction(), model.pivot)
+    look = fitted.look
+    return ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         None if look is None else ByLook(classes, look), clip.info.times, landmarks=marks,
     )  # fmt: skip
-    facts = {"start": LANDMARKS, "evidence": options.evidence}
-    return ClipTracker(clip.video, clip.info, setting, scale, faces, facts)
 
 
 def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:

@@ -7,7 +7,11 @@ from pathlib import Path
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.io.npz import read_kind
 
-KINDS = {"abs_engine.learned_physics": "shell", "abs_engine.talking_face": "talking"}
+KINDS = {
+    "abs_engine.learned_physics": "shell",
+    "abs_engine.talking_face": "talking",
+    "abs_engine.speaker_face": "speaker",
+}
 """The model that each format of file is of."""
 
 
@@ -25,6 +29,6 @@ def model_of_file(path: Path) -> str:
     if found not in KINDS:
         raise ModelFormatError(
             f"{path} holds no model but {found}",
-            "give lips that 'train' learned, or a talking face (see docs/parts.md)",
+            "give a face that 'speaker' learned, or another of the files in docs/parts.md",
         )
     return KINDS[found]

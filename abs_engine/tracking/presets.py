@@ -38,6 +38,8 @@ class Preset:
 
 
 USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "newton", LANDMARKS)
+HEADS = (USUAL.model, "speaker")
+"""Models that colours alone move by their borders."""
 ANY_DRIVER = "simplex"
 """What moves the parameters of any face by any evidence."""
 
@@ -78,7 +80,7 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
 
 def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:
     """The preset's driver, or one that serves any face and evidence where the usual does not."""
-    if preset is USUAL and not (kind == preset.model and bends(term_kinds(terms))):
+    if preset is USUAL and not (kind in HEADS and bends(term_kinds(terms))):
         return ANY_DRIVER
     return preset.driver
 

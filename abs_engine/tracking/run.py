@@ -278,7 +278,8 @@ def _check_taken(model: Model, options: TrackOptions, name: str) -> None:
     for option in model.without:
         if getattr(options, option) != getattr(DEFAULTS, option):
             raise ParameterError(
-                f"--{option} does nothing for the model '{name}'", f"leave out --{option}"
+                f"--{option.replace('_', '-')} does nothing for the model '{name}'",
+                f"leave out --{option.replace('_', '-')}",
             )
 
 

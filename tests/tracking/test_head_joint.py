@@ -62,7 +62,7 @@ def true_body():
 
 def view(k, one, vertices=None, pose=None):
     vertices = one.mean if vertices is None else vertices
-    return HeadView.of(gray_of(picture(k)), pose or POSES[k], vertices, one)
+    return HeadView.of(gray_of(picture(k)), pose or POSES[k], vertices, one.speaker.faces)
 
 
 @cache

@@ -203,6 +203,12 @@ class ColourClasses:
         OSError
             If it cannot be written.
         """
+        with Path(path).open("wb") as file:  # given a name, NumPy would append its own suffix
+            arrays: dict[str, Any] = self.arrays()
+            np.savez_compressed(file, format=FORMAT, version=VERSION, **arrays)
+
+    def arrays(self) -> dict[str, Any]:
+        """As they are kept in a file; see `of_arrays`."""
         parts: dict[str, Any] = {
             f"{name}_{part}": getattr(self.mixtures[name], part)
             for name in self.mixtures
@@ -210,11 +216,10 @@ class ColourClasses:
         }
         parts |= {"agreement": self.agreement, "chromatic": self.chromatic}
         parts |= {f"{name}_separability": told for name, told in self.separability.items()}
-        with Path(path).open("wb") as file:  # given a name, NumPy would append its own suffix
-            np.savez_compressed(
-                file, format=FORMAT, version=VERSION, classes=tuple(self.mixtures),
-                priors=self.priors, reference=self.reference, **parts,
-            )  # fmt: skip
+        return {
+            "classes": tuple(self.mixtures), "priors": self.priors, "reference": self.reference,
+            **parts,
+        }  # fmt: skip
 
     @classmethod
     def load(cls, path: Path) -> ColourClasses:
@@ -229,20 +234,27 @@ class ColourClasses:
         """
         data = read_npz(Path(path), FORMAT, VERSION)
         try:
-            names = (*CLASSES, *(n for n in EACH_LIP if f"{n}_weights" in data))
-            mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in names}
-            told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
-            priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
-            agreement = float(data.get("agreement", np.array(1.0)))
-            chromatic = bool(data.get("chromatic", np.array(True)))
-            found = cls(mixtures, priors, reference, told, agreement, chromatic)
-            sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
-            sound = sound and bool(np.isfinite([agreement, *told.values()]).all())
-            sound = sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())
+            return cls.of_arrays(data)
         except (KeyError, TypeError, ValueError) as error:
-            raise _unsound(path) from error
-        if not sound:
-            raise _unsound(path)
+            raise ModelFormatError(
+                f"{path} does not hold a complete set of colour classes",
+                "take the colours.npz of another run",
+            ) from error
+
+    @classmethod
+    def of_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> ColourClasses:
+        """From a file's arrays; raises `KeyError` or `ValueError` where they do not fit."""
+        names = (*CLASSES, *(n for n in EACH_LIP if f"{n}_weights" in data))
+        mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in names}
+        told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
+        priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
+        agreement = float(data.get("agreement", np.array(1.0)))
+        chromatic = bool(data.get("chromatic", np.array(True)))
+        found = cls(mixtures, priors, reference, told, agreement, chromatic)
+        sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
+        sound = sound and bool(np.isfinite([agreement, *told.values()]).all())
+        if not (sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())):
+            raise ValueError("the colour classes do not fit together")
         return found
 
 
@@ -251,13 +263,6 @@ _PARTS = ("weights", "means", "covariances")
 
 def _array(data: Mapping[str, NDArray[np.generic]], name: str, part: str) -> FloatArray:
     return np.asarray(data[f"{name}_{part}"], np.float64)
-
-
-def _unsound(path: Path) -> ModelFormatError:
-    return ModelFormatError(
-        f"{path} does not hold a complete set of colour classes",
-        "take the colours.npz of another run",
-    )
 
 
 def _sound(mixture: Mixture) -> bool:

@@ -1,0 +1,123 @@
+"""A person's head and colours, fitted to frames of one clip or of several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colourless import in_colour
+from abs_engine.face.base import Face
+from abs_engine.face.head import MouthModel, build_mouth_model
+from abs_engine.face.held_head import held_head
+from abs_engine.tracking.blob_start import learning, usable
+from abs_engine.tracking.head_fit import AverageHead, seen_in
+from abs_engine.tracking.head_pose import TexturedHead
+from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.light import SkinLight
+from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+PERSON_SPREAD = 0.35
+"""How far a mouth may differ from that of a head fitted to landmarks, as a share of how far people
+differ from the average."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPerson:
+    """A person's head, mouth and colours, as frames are tracked with them.
+
+    Parameters
+    ----------
+    model : MouthModel
+    person : (Q,) float64
+        The mouth: weights of the person modes.
+    textured : TexturedHead
+        The head with what frames show of it, its poses corrected by the mouth.
+    shape : LandmarkShape
+        The person's landmarks, and what the network is biased by.
+    deviation : (468, 3) float64, mm
+        That of the network on anybody.
+    classes : ColourClasses
+    light : SkinLight
+        In which the colours were learned.
+    look : UsualLook or None
+        Of the mouth.
+    """
+
+    model: MouthModel
+    person: FloatArray
+    textured: TexturedHead
+    shape: LandmarkShape
+    deviation: FloatArray
+    classes: ColourClasses
+    light: SkinLight
+    look: UsualLook | None
+
+    @cached_property
+    def face(self) -> Face:
+        """The head with the person held, and its colours."""
+        return held_head(self.model, self.person, self.classes)
+
+    @property
+    def noisy(self) -> LandmarkShape:
+        """The person's landmarks, as uncertain as anybody's: what a fit may lie off them."""
+        return replace(self.shape, deviation=self.deviation)
+
+
+def fit_person(
+    average: AverageHead,
+    chosen: Sequence[tuple[Image, Landmarks]],
+    camera: Camera,
+    renderer: Renderer,
+    colours: ColourClasses | None,
+    tell: Callable[[str], None],
+) -> FittedPerson:
+    """Fit the whole head, the mouth and the colours to frames that show one person.
+
+    Parameters
+    ----------
+    average : AverageHead
+    chosen : sequence of (image, Landmarks)
+        Of one camera.
+    camera : Camera
+    renderer : Renderer
+    colours : ColourClasses or None
+        Those learned before.
+    tell : callable
+        Called with what is begun, in a few words.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the mouth lies outside of the picture in all of them.
+    """
+    speaker = average.speaker
+    head = average.fitted([seen_in(image, marks) for image, marks in chosen], camera, renderer)
+    model = build_mouth_model(
+        head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
+        expression=head.expression, person_spread=PERSON_SPREAD,
+    )  # fmt: skip
+    chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
+    known = usable(colours, chromatic)
+    tell(learning(known))
+    light = SkinLight.of(chosen)
+    placed = PlacedHead(
+        model, head.shape, head.textured, average.correspondence, camera, renderer, light
+    )
+    found, shape = calibrate_placed(placed, chosen, known, chromatic)
+    look = UsualLook.of([MouthLook.of(found.classes, light.balanced(i, s), s) for i, s in chosen])
+    return FittedPerson(
+        model, found.person, replace(head.textured, shift=found.shift), shape,
+        head.shape.deviation, found.classes, light, look,
+    )  # fmt: skip

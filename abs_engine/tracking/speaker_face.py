@@ -1,0 +1,231 @@
+"""The face of a user's own speaker: all that tracking needs to know beforehand, and its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.head import build_mouth_model
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.upper_face import upper_face_modes
+from abs_engine.io.assets import Speaker
+from abs_engine.io.npz import read_model, write_npz
+from abs_engine.tracking.head_fit import landmark_shape, scaled
+from abs_engine.tracking.head_pose import TexturedHead
+from abs_engine.tracking.head_texture import HeadBody, HeadView
+from abs_engine.tracking.landmark_correspondence import Correspondence
+from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.light import SkinLight
+from abs_engine.tracking.mouth_visibility import UsualLook
+from abs_engine.tracking.person_fit import FittedPerson
+from abs_engine.tracking.scale import Scale, pupil_distance
+
+FloatArray = NDArray[np.float64]
+FORMAT, VERSION = "abs_engine.speaker_face", 1
+MOST_VIEWS = 12
+"""Frames that are kept to place the head by, those that face most differently."""
+_SHAPE = ("mean", "modes", "mixing", "offset", "variance")
+
+
+@dataclass(frozen=True, eq=False)
+class SpeakerFace:
+    """A person's head, colours and postures, learned from recordings.
+
+    Parameters
+    ----------
+    head : str
+        Checksum of the head that it is made of; see `learn.training.checksum`.
+    scale : Scale
+    neutral : (V, 3) float32, mm
+        The person at rest.
+    expression : LinearShape
+        How this person's mouth moves.
+    names : tuple of str
+        Of the expression's parameters.
+    bias : (468, 2) float64, mm
+        By how much the landmark network sees this person's points off.
+    deviation : (468, 3) float64, mm
+        How far it errs beside that.
+    noise : LandmarkNoise
+        Of the network on this person.
+    views : tuple of HeadView
+        Frames that show the head's texture.
+    shift : (6,) float64
+        Correction of poses by the mouth, radians and mm.
+    camera : Camera
+        Of the views.
+    classes : ColourClasses
+    light : SkinLight
+    look : UsualLook or None
+    """
+
+    head: str
+    scale: Scale
+    neutral: NDArray[np.float32]
+    expression: LinearShape
+    names: tuple[str, ...]
+    bias: FloatArray
+    deviation: FloatArray
+    noise: LandmarkNoise
+    views: tuple[HeadView, ...]
+    shift: FloatArray
+    camera: Camera
+    classes: ColourClasses
+    light: SkinLight
+    look: UsualLook | None
+
+    @classmethod
+    def of(cls, fitted: FittedPerson, scale: Scale, head: str) -> SpeakerFace:
+        """What was fitted to frames, the mouth made part of the head."""
+        model, textured, shape = fitted.model, fitted.textured, fitted.shape
+        moved = np.tensordot(fitted.person, model.person_modes, 1)
+        mean = model.whole(fitted.person)
+        return cls(
+            head, scale, np.asarray(model.head.mean + moved, np.float32),
+            replace(model.expression, mean=mean),
+            tuple(f"shape{k + 1}" for k in range(model.n_expression)),
+            shape.bias, shape.deviation, textured.noise, _spread_views(textured.views),
+            np.zeros(6) if textured.shift is None else textured.shift, textured.camera,
+            fitted.classes, fitted.light, fitted.look,
+        )  # fmt: skip
+
+    def moving(self, expression: LinearShape, names: tuple[str, ...]) -> SpeakerFace:
+        """The same face, its mouth moved in another way."""
+        return replace(self, expression=expression, names=names)
+
+    def coloured(self, classes: ColourClasses) -> SpeakerFace:
+        """The same face in other colours."""
+        return replace(self, classes=classes)
+
+    def fitted(
+        self,
+        speaker: Speaker,
+        correspondence: Correspondence,
+        camera: Camera,
+        renderer: Renderer,
+    ) -> FittedPerson:
+        """The person as frames of a camera are tracked.
+
+        Parameters
+        ----------
+        speaker : Speaker
+            The head that the face is made of.
+        correspondence : Correspondence
+            Of its landmarks.
+        camera : Camera
+        renderer : Renderer
+        """
+        sized = scaled(speaker, self.scale.pupils / pupil_distance(speaker, speaker.vertices))
+        texture = speaker.texture(next(iter(speaker.people)))
+        model = build_mouth_model(
+            sized, self.neutral, texture, free_person=False, expression=self.expression
+        )
+        plain = landmark_shape(sized, correspondence, self.expression, self.neutral, None)
+        shape = replace(plain, bias=self.bias, deviation=self.deviation)
+        mean, modes = self.expression.mean, self.expression.modes
+        body = HeadBody.of(sized, mean, modes[:0], modes, upper_face_modes(sized))
+        body = replace(body, pivot=plain.pivot)
+        textured = TexturedHead(body, plain, self.noise, self._views, camera, renderer, self.shift)
+        return FittedPerson(
+            model, np.zeros(0), textured, shape, plain.deviation, self.classes, self.light,
+            self.look,
+        )  # fmt: skip
+
+    @property
+    def _views(self) -> tuple[HeadView, ...]:
+        return tuple(replace(view, camera=self.camera) for view in self.views)
+
+    def arrays(self) -> dict[str, Any]:
+        """As they are kept in a file."""
+        look = [] if self.look is None else [self.look.inside, self.look.around, self.look.lips]
+        own = {
+            "head": self.head, "neutral": self.neutral, "names": np.array(self.names, np.str_),
+            "bias": self.bias, "deviation": self.deviation, "shift": self.shift,
+            "camera_matrix": self.camera.matrix, "camera_distortion": self.camera.distortion,
+            "camera_size": np.array(self.camera.size), "cheeks": self.light.cheeks,
+            "look": np.array(look, np.float64),
+            "view_gray": np.stack([v.gray for v in self.views]),
+            "view_vertices": np.stack([v.vertices for v in self.views]).astype(np.float32),
+            "view_rotation": np.stack([v.pose.rotation for v in self.views]),
+            "view_translation": np.stack([v.pose.translation for v in self.views]),
+        }  # fmt: skip
+        own |= {f"expression_{name}": getattr(self.expression, name) for name in _SHAPE}
+        own |= {f"scale_{name}": value for name, value in asdict(self.scale).items()}
+        own |= {f"colours_{name}": value for name, value in self.classes.arrays().items()}
+        return own | self.noise.arrays()
+
+    def save(self, path: Path) -> None:
+        """Write an ``.npz`` that `load_speaker_face` reads, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            If it exists or cannot be written.
+        """
+        write_npz(path, FORMAT, VERSION, self.arrays())
+
+
+def load_speaker_face(path: Path, speaker: Speaker) -> SpeakerFace:
+    """Read what `SpeakerFace.save` wrote; `speaker` is the head that it is made of.
+
+    Raises
+    ------
+    InputFileError
+        If the file is missing or no NPZ archive.
+    ModelFormatError
+        If it has another format or version, or is not complete.
+    """
+
+    def made(data: Mapping[str, Any]) -> SpeakerFace:
+        return _of_arrays(data, speaker)
+
+    return read_model(path, FORMAT, VERSION, made, "face of a speaker")
+
+
+def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
+    """The face that arrays hold; `KeyError` or `ValueError` where they do not fit together."""
+    for name, values in data.items():
+        if values.dtype.kind == "f" and name != "cheeks" and not np.isfinite(values).all():
+            raise ValueError(f"{name} holds what is not finite")
+    size = tuple(int(side) for side in data["camera_size"])
+    camera = Camera(data["camera_matrix"], (size[0], size[1]), data["camera_distortion"])
+    poses = zip(data["view_rotation"], data["view_translation"], strict=True)
+    seen = zip(data["view_gray"], poses, data["view_vertices"].astype(np.float64), strict=True)
+    faces = speaker.faces
+    views = tuple(HeadView.of(gray, Pose(*pose), at, faces) for gray, pose, at in seen)
+    expression = LinearShape(*(np.asarray(data[f"expression_{name}"]) for name in _SHAPE))
+    names = tuple(str(name) for name in data["names"])
+    vertices = speaker.vertices.shape
+    shapes = {expression.mean.shape, data["neutral"].shape, *(v.vertices.shape for v in views)}
+    if shapes != {vertices} or expression.modes.shape != (len(names), *vertices) or not names:
+        raise ValueError("its shapes do not fit together")
+    scale = Scale(
+        str(data["scale_source"]), float(data["scale_pupils"]), float(data["scale_uncertainty"])
+    )
+    own = {key.removeprefix("colours_"): v for key, v in data.items() if key.startswith("colours_")}
+    look = UsualLook(*map(float, data["look"])) if len(data["look"]) else None
+    return SpeakerFace(
+        str(data["head"]), scale, np.asarray(data["neutral"], np.float32), expression, names,
+        data["bias"], data["deviation"], LandmarkNoise.of_arrays(data), views, data["shift"],
+        camera, ColourClasses.of_arrays(own), SkinLight(data["cheeks"]), look,
+    )  # fmt: skip
+
+
+def _spread_views(views: tuple[HeadView, ...]) -> tuple[HeadView, ...]:
+    """The first view, and then again and again the one that faces most differently."""
+    chosen = [0]
+    away = np.full(len(views), np.inf)
+    while len(chosen) < min(MOST_VIEWS, len(views)):
+        last = views[chosen[-1]].pose
+        away = np.minimum(away, [view.pose.angle_to(last) for view in views])
+        chosen.append(int(np.argmax(away)))
+    return tuple(views[k] for k in chosen)

@@ -1,0 +1,100 @@
+"""A clip of a speaker whose face was learned from other recordings."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, ParameterError
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colourless import in_colour
+from abs_engine.io.assets import load_speaker
+from abs_engine.io.video import read_frames
+from abs_engine.learn.training import checksum
+from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
+from abs_engine.tracking.head_tracking import LOOK_AT
+from abs_engine.tracking.heads import correspondence_of, head_setting
+from abs_engine.tracking.initial_pose import FaceBox
+from abs_engine.tracking.options import (
+    LANDMARKS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    Tell,
+    TrackOptions,
+)
+from abs_engine.tracking.speaker_face import SpeakerFace, load_speaker_face
+
+
+def prepare_speaker(
+    clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+) -> ClipTracker:
+    """Make a clip ready for the face of its speaker: only the face has to be found.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the face's file cannot be read, or is of another head.
+    FaceNotFoundError
+        If no face is found.
+    ParameterError
+        If no file is given, or the clip has no colour but the face was learned in colour.
+    """
+    leaves.check("speaker", ("colour",))
+    path, speaker = options.model_file, load_speaker(options.speaker)
+    if path is None:
+        raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
+    face = load_speaker_face(path, speaker)
+    if face.head != checksum(speaker):
+        raise ModelFormatError(
+            f"{path} is made of another head", "give that head with --speaker, or learn it again"
+        )
+    return track_speaker(clip, face, options, leaves, renderer, tell)
+
+
+def track_speaker(
+    clip: Clip,
+    face: SpeakerFace,
+    options: TrackOptions,
+    leaves: Leaves,
+    renderer: Renderer,
+    tell: Tell,
+) -> ClipTracker:
+    """A clip of the speaker with this face; errors as `prepare_speaker`."""
+    speaker = load_speaker(options.speaker)
+    correspondence = correspondence_of(speaker, renderer)
+    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
+    choice = FaceChoice(options.face, box)
+    tell("finding the face")
+    follower = FaceFollower(choice)
+    first = None
+    for image in islice(read_frames(clip.video), LOOK_AT):
+        found = follower.step(image)
+        if found is not None:
+            first = image, found
+            break
+    if first is None:
+        raise FaceNotFoundError(
+            f"no face was found in {len(follower.found)} frames of {clip.video}",
+            "give a video with a frontal face, or the mouth's box in the first frame with --mouth",
+        )
+    if face.classes.chromatic and not in_colour([(first[0], first[1].pixels)]):
+        raise ParameterError(
+            f"{clip.video} has no colour, but the face was learned in colour",
+            "track it without --model, or learn a face from recordings without colour",
+        )
+    if clip.colours is not None:
+        face = face.coloured(clip.colours)
+    fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
+    several = len(follower.faces) > 1
+    faces = face_lines(follower.faces, options.face or 1) if several else ""
+    found_before = follower.found
+    setting = head_setting(clip, fitted, renderer, options, leaves, choice, found_before)
+    facts = {"start": LANDMARKS, "evidence": options.evidence}
+    return ClipTracker(clip.video, clip.info, setting, face.scale, faces, facts)
+
+
+SPEAKER = Model(
+    prepare_speaker, starts=(LANDMARKS,), without=("physics", "person", "poses", "pupil_distance")
+)
+"""Found from landmarks, as a stranger is; nothing is learned of the clip."""
