@@ -71,6 +71,10 @@ class CalibrationError(AbsEngineError):
     """Pictures of a calibration board do not determine the cameras."""
 
 
+class TooFewFramesError(AbsEngineError):
+    """Recordings hold too few frames, or too little variety, to learn from."""
+
+
 class TooFewPointsError(AbsEngineError):
     """Points are missing that a step cannot do without."""
 

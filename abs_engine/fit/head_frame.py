@@ -194,10 +194,19 @@ def best_start(problem: Problem, starts: FloatArray) -> FloatArray:
 
 def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) -> ContactPrior:
     """Contact of a person's lips (Q,) as a prior over (6 + P), see `contact_of`."""
-    return contact_of(model.held(person), model.rings, model.prototypes[0], thick)
+    scene, rest = model.held(person), model.prototypes[0]
+    # of a person's own postures none need be the head's at rest
+    own = scene.at(model.head.mean[model.kept]) if model.known else None
+    return contact_of(scene, model.rings, rest, thick, own)
 
 
-def contact_of(scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False) -> ContactPrior:
+def contact_of(
+    scene: Scene,
+    rings: Rings,
+    rest: FloatArray,
+    thick: bool = False,
+    still: Scene | None = None,
+) -> ContactPrior:
     """Contact of the lips as a prior over (6 + P).
 
     A head's lips overlap a little at rest, so that no light falls between them; only what they
@@ -213,12 +222,16 @@ def contact_of(scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False
     rest : (P,) float64
         The posture at rest.
     thick : bool
+    still : Scene, optional
+        The same at rest, where no posture is quite that.
     """
     gap, slope = lip_gaps(scene, rings)
-    gap = gap - np.minimum(gap + slope @ rest, 0.0)
+    at_rest = gap + slope @ rest if still is None else lip_gaps(still, rings)[0]
+    gap = gap - np.minimum(at_rest, 0.0)
     if thick:
         height, change = lip_heights(scene, rings)
-        least = LEAST_THICKNESS * (height + change @ rest)
+        usual = height + change @ rest if still is None else lip_heights(still, rings)[0]
+        least = LEAST_THICKNESS * usual
         pinch, move = pinching(gap, slope)
         gap, slope = np.r_[gap, height - least, pinch], np.vstack([slope, change, move])
     slope = joined(np.zeros((len(gap), len(POSE_NAMES))), slope)

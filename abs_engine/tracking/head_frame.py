@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.compare.prior import ContactPrior, GaussianPrior, Prior
+from abs_engine.compare.prior import ContactPrior, GaussianPrior, MixturePrior, Prior
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
@@ -31,6 +31,8 @@ from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
 from abs_engine.tracking.mouth_place import mouth_place
 
 FloatArray = NDArray[np.float64]
+SEEN_WIDTH = 0.5
+"""How far postures lie about those that were seen of a person, standard deviations."""
 STEP_DEVIATION = 0.8
 """How far a posture moves in 40 ms, in standard deviations of a mode: in speech by 0.3 (RMS of
 authored and of tracked motion), but in one step of a hundred by 1.1."""
@@ -55,6 +57,11 @@ class HeadBinder:
         The evidence.
     pose_held : bool
         Whether poses are taken as they are, and only the posture is fitted.
+    steps : (P,) float64, optional
+        How far each parameter of the posture moves in 40 ms, standard deviations; by default as
+        anybody's does.
+    seen : (K, P) float64, optional
+        Postures of this person; by default any that people have may come.
     """
 
     model: MouthModel
@@ -65,6 +72,8 @@ class HeadBinder:
     landmarks: MouthLandmarks
     kinds: Mapping[str, TermKind] = field(default_factory=lambda: {COLOUR.name: COLOUR})
     pose_held: bool = False
+    steps: FloatArray | None = None
+    seen: FloatArray | None = None
 
     @property
     def classes(self) -> ColourClasses:
@@ -110,11 +119,14 @@ class HeadBinder:
 
     def _priors(self, last: FloatArray | None, thick: bool = False) -> tuple[Prior, ...]:
         p = self.model.n_expression
-        likely = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
+        any_of = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
+        likely = any_of if self.seen is None else MixturePrior(any_of, self.seen, SEEN_WIDTH)
         contact = self._contact[thick]
         if last is None:
             return likely, contact
-        near = GaussianPrior(last, np.r_[POSE_DEVIATION, np.full(p, step_deviation(self.rate))])
+        usual = np.full(p, STEP_DEVIATION) if self.steps is None else self.steps
+        step = usual * np.sqrt(25.0 / self.rate)
+        near = GaussianPrior(last, np.r_[POSE_DEVIATION, step])
         return likely, contact, near
 
 

@@ -170,7 +170,17 @@ def head_setting(
     lips = LipLandmarks.of(fitted.noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     face = fitted.face
-    binder = HeadBinder(model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds)
+    binder = HeadBinder(
+        model,
+        face,
+        clip.camera,
+        renderer,
+        clip.info.rate,
+        marks,
+        leaves.kinds,
+        steps=fitted.steps,
+        seen=fitted.seen,
+    )
     own = LandmarkMotion(shape, fitted.textured, choice, tuple(found), fitted.light)
     motion = ShiftedMotion(own, no_correction(), model.pivot)
     look = fitted.look

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import in_colour
@@ -53,6 +54,12 @@ class FittedPerson:
         In which the colours were learned.
     look : UsualLook or None
         Of the mouth.
+    posture : ParamSpec or None
+        Names and bounds of the model's expression; by default those of anybody's modes.
+    steps : (P,) float64 or None
+        How far each of them moves in 40 ms, standard deviations, where that was learned.
+    seen : (K, P) float64 or None
+        Postures that were seen of this person.
     """
 
     model: MouthModel
@@ -63,11 +70,15 @@ class FittedPerson:
     classes: ColourClasses
     light: SkinLight
     look: UsualLook | None
+    posture: ParamSpec | None = None
+    steps: FloatArray | None = None
+    seen: FloatArray | None = None
 
     @cached_property
     def face(self) -> Face:
         """The head with the person held, and its colours."""
-        return held_head(self.model, self.person, self.classes)
+        face = held_head(self.model, self.person, self.classes)
+        return face if self.posture is None else replace(face, posture=self.posture)
 
     @property
     def noisy(self) -> LandmarkShape:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import build_mouth_model
@@ -19,7 +21,9 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
+from abs_engine.learn.posture_space import STEP, PostureSpace
 from abs_engine.tracking.head_fit import landmark_shape, scaled
+from abs_engine.tracking.head_frame import STEP_DEVIATION
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView
 from abs_engine.tracking.landmark_correspondence import Correspondence
@@ -49,8 +53,12 @@ class SpeakerFace:
         The person at rest.
     expression : LinearShape
         How this person's mouth moves.
-    names : tuple of str
-        Of the expression's parameters.
+    posture : ParamSpec
+        Names and bounds of its parameters.
+    steps : (P,) float64
+        How far each moves in 40 ms, standard deviations.
+    seen : (K, P) float64
+        Postures that were seen; none where anybody's may come.
     bias : (468, 2) float64, mm
         By how much the landmark network sees this person's points off.
     deviation : (468, 3) float64, mm
@@ -72,7 +80,9 @@ class SpeakerFace:
     scale: Scale
     neutral: NDArray[np.float32]
     expression: LinearShape
-    names: tuple[str, ...]
+    posture: ParamSpec
+    steps: FloatArray
+    seen: FloatArray
     bias: FloatArray
     deviation: FloatArray
     noise: LandmarkNoise
@@ -92,15 +102,22 @@ class SpeakerFace:
         return cls(
             head, scale, np.asarray(model.head.mean + moved, np.float32),
             replace(model.expression, mean=mean),
-            tuple(f"shape{k + 1}" for k in range(model.n_expression)),
+            mode_block(model.n_expression), np.full(model.n_expression, STEP_DEVIATION),
+            np.zeros((0, model.n_expression)),
             shape.bias, shape.deviation, textured.noise, _spread_views(textured.views),
             np.zeros(6) if textured.shift is None else textured.shift, textured.camera,
             fitted.classes, fitted.light, fitted.look,
         )  # fmt: skip
 
-    def moving(self, expression: LinearShape, names: tuple[str, ...]) -> SpeakerFace:
-        """The same face, its mouth moved in another way."""
-        return replace(self, expression=expression, names=names)
+    def moving(self, space: PostureSpace) -> SpeakerFace:
+        """The same face with postures of its own."""
+        return replace(
+            self,
+            expression=space.expression,
+            posture=space.spec,
+            steps=space.steps,
+            seen=space.seen,
+        )
 
     def coloured(self, classes: ColourClasses) -> SpeakerFace:
         """The same face in other colours."""
@@ -137,7 +154,7 @@ class SpeakerFace:
         textured = TexturedHead(body, plain, self.noise, self._views, camera, renderer, self.shift)
         return FittedPerson(
             model, np.zeros(0), textured, shape, plain.deviation, self.classes, self.light,
-            self.look,
+            self.look, self.posture, self.steps, self.seen if len(self.seen) else None,
         )  # fmt: skip
 
     @property
@@ -148,7 +165,10 @@ class SpeakerFace:
         """As they are kept in a file."""
         look = [] if self.look is None else [self.look.inside, self.look.around, self.look.lips]
         own = {
-            "head": self.head, "neutral": self.neutral, "names": np.array(self.names, np.str_),
+            "head": self.head, "neutral": self.neutral,
+            "names": np.array(self.posture.names, np.str_),
+            "lower": self.posture.lower, "upper": self.posture.upper, "steps": self.steps,
+            "seen": self.seen,
             "bias": self.bias, "deviation": self.deviation, "shift": self.shift,
             "camera_matrix": self.camera.matrix, "camera_distortion": self.camera.distortion,
             "camera_size": np.array(self.camera.size), "cheeks": self.light.cheeks,
@@ -213,8 +233,11 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     )
     own = {key.removeprefix("colours_"): v for key, v in data.items() if key.startswith("colours_")}
     look = UsualLook(*map(float, data["look"])) if len(data["look"]) else None
+    first = np.full(len(names), STEP)
+    spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(
-        str(data["head"]), scale, np.asarray(data["neutral"], np.float32), expression, names,
+        str(data["head"]), scale, np.asarray(data["neutral"], np.float32), expression,
+        spec, data["steps"], data["seen"],
         data["bias"], data["deviation"], LandmarkNoise.of_arrays(data), views, data["shift"],
         camera, ColourClasses.of_arrays(own), SkinLight(data["cheeks"]), look,
     )  # fmt: skip

@@ -1,0 +1,144 @@
+"""A speaker's own postures: guided components of what was tracked, in place of anybody's.
+
+Odisio and Bailly (2003), section 2.2, on tracked postures in place of visemes measured by beads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import TooFewFramesError
+from abs_engine.core.params import ParamSpec
+from abs_engine.face.shape.articulatory import GuidedPCA
+from abs_engine.face.shape.articulatory_model import ArticulatoryModel
+from abs_engine.face.shape.linear import LinearShape
+from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.choice import Points
+
+FloatArray = NDArray[np.float64]
+MOST_NOISE = 0.5
+"""Share of a component's variance that may be noise; with more it is left out."""
+BEYOND = 2.0
+"""Standard deviations beyond what was seen to which a fit may go."""
+STEP = 0.5
+"""First step of a parameter, standard deviations."""
+SUDDEN = 2.7
+"""How far a posture may move between two frames, times its usual step: speech is not even."""
+MOST_SEEN = 300
+"""Postures that are kept."""
+PREDICTORS = (
+    *PAPER_PREDICTORS,
+    Predictor("lips5", ("lips",), "xyz", "+y"),
+    Predictor("lips6", ("lips",), "xyz", "+y"),
+)
+"""The paper's, and what they leave of lips: as far as a closed mouth may be off by a tenth of a
+millimetre without."""
+LEAST_FRAMES = 40
+"""Frames that postures are learned from, at least."""
+
+
+@dataclass(frozen=True, eq=False)
+class PostureSpace:
+    """How one speaker's mouth moves.
+
+    Parameters
+    ----------
+    expression : LinearShape
+        Of the whole head; its P modes are the components, for one standard deviation.
+    spec : ParamSpec
+        Their names and bounds.
+    steps : (P,) float64
+        How far each moves in 40 ms, standard deviations.
+    seen : (K, P) float64
+        Postures of the frames that were learned from, evenly thinned out.
+    noise : dict of str to float
+        Share of each component's variance that is noise, those left out among them.
+    model : ArticulatoryModel
+        The same of the points that guided it; all components.
+    """
+
+    expression: LinearShape
+    spec: ParamSpec
+    steps: FloatArray
+    seen: FloatArray
+    noise: dict[str, float]
+    model: ArticulatoryModel
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Names of the components that are below the noise."""
+        return tuple(name for name in self.noise if name not in self.spec.names)
+
+
+def learn_postures(
+    expression: LinearShape,
+    chosen: Points,
+    clips: Sequence[FloatArray],
+    rate: float = 25.0,
+) -> PostureSpace:
+    """Guided components of tracked postures.
+
+    What a component jumps by from frame to frame and back is its noise, as speech does not: of
+    white noise the second difference has six times the variance.
+
+    Parameters
+    ----------
+    expression : LinearShape
+        M modes, of anybody.
+    chosen : Points
+        Which vertices guide the components.
+    clips : sequence of (T, M) float64
+        Postures of each recording; NaN in frames that are not to be learned from.
+    rate : float
+        Frames per second.
+
+    Raises
+    ------
+    TooFewFramesError
+        If there are fewer than `LEAST_FRAMES`.
+    """
+    every = np.concatenate(clips)
+    postures = every[np.isfinite(every).all(axis=1)]
+    if len(postures) < LEAST_FRAMES:
+        raise TooFewFramesError(
+            f"{len(postures)} frames show the mouth well, postures need {LEAST_FRAMES}",
+            "give more recordings, or longer ones",
+        )
+    at = chosen.vertices
+    modes = expression.modes[:, at].astype(np.float64)
+    points = expression.mean[at].astype(np.float64) + np.tensordot(postures, modes, 1)
+    guided = GuidedPCA(chosen.names, chosen.groups, PREDICTORS).fit(points)
+    model, centre, scores = guided.model_, postures.mean(axis=0), guided.scores_
+    own = scores.T @ (postures - centre) / (len(scores) - 1)  # (P, M): scores are uncorrelated
+    back = np.linalg.lstsq(postures - centre, scores, rcond=None)[0]
+    tracked = [(clip - centre) @ back for clip in clips]
+    noise = _moves(tracked, 2) / 6
+    names = model.parameters
+    kept = np.flatnonzero(noise < MOST_NOISE)
+    spec = ParamSpec(
+        names, ("sd",) * len(names), np.full(len(names), STEP),
+        scores.min(axis=0) - BEYOND, scores.max(axis=0) + BEYOND,
+    ).only(kept)  # fmt: skip
+    steps = SUDDEN * np.sqrt(_moves(tracked, 1) * rate / 25.0)
+    mixing = own @ expression.mixing
+    moved = np.tensordot(centre, expression.modes, 1)
+    shape = LinearShape(
+        np.asarray(expression.mean + moved, np.float32),
+        np.tensordot(own[kept], expression.modes, 1).astype(np.float32),
+        mixing[kept], expression.offset + centre @ expression.mixing,
+        guided.explained_variance_ratio_[kept],
+    )  # fmt: skip
+    shares = dict(zip(names, map(float, noise), strict=True))
+    some = np.linspace(0, len(scores) - 1, min(MOST_SEEN, len(scores))).round().astype(int)
+    seen = scores[some][:, kept]
+    return PostureSpace(shape, spec, steps[kept], seen, shares, model)
+
+
+def _moves(clips: Sequence[FloatArray], order: int) -> FloatArray:
+    """Mean squares (P,) of differences between frames, of this order."""
+    each = np.concatenate([np.diff(clip, order, axis=0) for clip in clips])
+    return np.asarray(np.nanmean(each**2, axis=0), np.float64)
