@@ -71,6 +71,10 @@ class CalibrationError(AbsEngineError):
     """Pictures of a calibration board do not determine the cameras."""
 
 
+class OtherPersonError(AbsEngineError):
+    """Recordings that should show one person show several."""
+
+
 class TooFewFramesError(AbsEngineError):
     """Recordings hold too few frames, or too little variety, to learn from."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,106 +13,222 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
-from abs_engine.io.video import read_frames
+from abs_engine.core.threads import closed_after, one_thread
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.video import probe, read_frames
+from abs_engine.learn.choice import choose_points
+from abs_engine.learn.posture_space import PostureSpace, learn_postures
+from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.head_fit import AverageHead
+from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.loop import track
+from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
+from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.recordings import (
+    Recording,
+    check_one_camera,
+    check_same,
+    check_variety,
+)
+from abs_engine.tracking.run import prepare
+from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.speaker_face import SpeakerFace
+from abs_engine.tracking.speakers import track_speaker
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-Arrays = dict[str, NDArray[Any]]
+Tell = Callable[[str], None]
 
 LEAST_EACH, MOST = 2, 32
 """Frames that the head is fitted to: so many of each recording at least, and of all at most unless
 that makes them more."""
+_OWN = TrackOptions(terms=("colour",), driver="newton")
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
-    """A video and what was tracked in it.
+class Learned:
+    """A speaker's face, and how it was learned.
 
     Parameters
     ----------
-    video : Path
-    run : dict of str to array
-        As ``results.npz`` has them.
+    face : SpeakerFace
+    space : PostureSpace
+        Its postures.
+    frames : int
+        That postures were learned from.
+    explained : tuple of float
+        How much of the left-out frames' pictures each round's face explains, 0 to 1.
+    kept : int
+        Number of the round whose face it is, from 1.
     """
 
-    video: Path
-    run: Arrays
+    face: SpeakerFace
+    space: PostureSpace
+    frames: int
+    explained: tuple[float, ...]
+    kept: int
+
+    def lines(self) -> list[str]:
+        """What a user should know, a line each."""
+        shares = ", ".join(
+            f"{name} {share:.1%}"
+            for name, share in zip(
+                self.face.posture.names, self.space.expression.variance, strict=True
+            )
+        )
+        told = [f"postures: {self.frames} frames; share of the variance: {shares}"]
+        if self.space.left_out:
+            told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
+        rounds = ", ".join(f"{share:.3f}" for share in self.explained)
+        told.append(f"explained of frames left out, by round: {rounds}; kept: {self.kept}")
+        return told
 
 
-def sure_frames(run: Arrays) -> NDArray[np.bool_]:
-    """Frames (T,) whose mouth was found, seen, and not doubted by the landmarks."""
-    fine = run["found"] & ~run["covered"] & ~run["contradicted"]
-    return np.asarray(fine & (run["status"] == "converged"))
+@dataclass(frozen=True, eq=False)
+class Learner:
+    """What stays the same while a speaker's face is learned.
 
-
-def spread_frames(run: Arrays, usable: NDArray[np.bool_], count: int) -> NDArray[np.intp]:
-    """So many of the usable frames (T,), spread over how open and how wide the mouth is.
-
-    Every other one is taken by the rank of its aperture, the others by that of its width.
+    Parameters
+    ----------
+    speaker : Speaker
+        The head that the face is made of.
+    average : AverageHead
+    camera : Camera
+    renderer : Renderer
+    tell : callable
+        Called with what is begun, in a few words.
     """
-    at = np.flatnonzero(usable)
-    chosen: list[int] = []
-    for k, name in enumerate(("aperture", "width")):
-        share = (count + 1 - k) // 2
-        left = np.setdiff1d(at, chosen)
-        order = left[np.argsort(run[name][left], kind="stable")]
-        ranks = np.linspace(0, len(order) - 1, share).round().astype(int)
-        chosen += [int(f) for f in order[np.unique(ranks)]] if len(order) else []
-    return np.unique(chosen).astype(np.intp)
+
+    speaker: Speaker
+    average: AverageHead
+    camera: Camera
+    renderer: Renderer
+    tell: Tell
+
+    def head(self, recordings: Sequence[Recording]) -> SpeakerFace:
+        """One head and one set of colours, fitted to frames of all recordings together."""
+        each = max(LEAST_EACH, MOST // len(recordings))
+        chosen = [
+            found for one in recordings for found in pictures(one.video, list(one.spread(each)))
+        ]
+        if not chosen:
+            raise FaceNotFoundError("no frame shows the mouth well", "give recordings of a face")
+        self.tell(f"fitting one head to {len(chosen)} frames of {len(recordings)} recordings")
+        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent)
+        return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
+
+    def followed(self, video: Path, face: SpeakerFace, first: int = 0) -> Recorder:
+        """A recording tracked with a face, from a frame on."""
+        clip = Clip(video, probe(video), self.camera, None)
+        leaves = Leaves.of(_OWN)
+        made = track_speaker(clip, face, _OWN, leaves, self.renderer, _silent, first)
+        recorder = Recorder(made.setting)
+        images: Iterable[Image] = islice(read_frames(video), first, None)
+        with one_thread(), closed_after(track(made.setting, images)) as results:
+            for _, result in results:
+                recorder.add(result)
+        return recorder
+
+    def round(
+        self, recordings: Sequence[Recording]
+    ) -> tuple[SpeakerFace, PostureSpace, list[Recording], float]:
+        """A face of what was tracked, that tracked again with its head, and what it explains.
+
+        The share is that of the frames that were left out.
+        """
+        head = self.head(recordings)
+        self.tell("tracking the recordings with it")
+        again = [Recording.of(r.video, self.followed(r.video, head)) for r in recordings]
+        check_variety(again)
+        self.tell("learning the postures")
+        clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in again]
+        rate = float(again[0].run["rate"])
+        space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
+        face = head.moving(space)
+        self.tell("tracking frames that were left out")
+        scores = [self.explained(r, face) for r in again]
+        return face, space, again, float(np.mean(np.concatenate(scores)))
+
+    def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
+        """How much of the picture a face explains in each frame that was left out; 0 if lost."""
+        recorder = self.followed(recording.video, face, recording.first_left_out)
+        return np.nan_to_num(np.asarray(recorder.arrays()["score"], np.float64))
+
+
+def learn_speaker(
+    recordings: Sequence[Recording],
+    renderer: Renderer,
+    options: TrackOptions = _OWN,
+    rounds: int = 2,
+    tell: Tell | None = None,
+) -> Learned:
+    """One head, colours and postures of a person, from recordings that were tracked.
+
+    Each round fits the head to frames of all recordings, tracks them with it, and learns the
+    postures; the next begins from what that found. A later one is kept if it explains the frames
+    that were left out better.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    renderer : Renderer
+    options : TrackOptions
+        `camera`, `speaker` and `pupil_distance` count.
+    rounds : int
+    tell : callable, optional
+        Called with what is begun, in a few words.
+
+    Raises
+    ------
+    OtherPersonError
+        If a recording shows another person.
+    TooFewFramesError
+        If they show too little: no open mouth, no closed one, or hardly a frame.
+    ParameterError
+        If the videos are of several sizes.
+    """
+    sizes = [(one.video, probe(one.video).size) for one in recordings]
+    check_one_camera(sizes)
+    speaker = load_speaker(options.speaker)
+    check_same(recordings, speaker)
+    check_variety(recordings)
+    camera = options.camera or Camera.ideal(sizes[0][1])
+    correspondence = correspondence_of(speaker, renderer)
+    average = AverageHead.of(speaker, correspondence, pupil_scale(options.pupil_distance))
+    learner = Learner(speaker, average, camera, renderer, tell or _silent)
+    learned: list[Learned] = []
+    for number in range(1, rounds + 1):
+        face, space, recordings, share = learner.round(recordings)
+        frames = int(sum(one.usable.sum() for one in recordings))
+        explained = (*(one.explained[-1] for one in learned), share)
+        learned.append(Learned(face, space, frames, explained, number))
+    best = learned[int(np.argmax(learned[-1].explained))]
+    return replace(best, explained=learned[-1].explained)
+
+
+def tracked(video: Path, renderer: Renderer, options: TrackOptions, tell: Tell) -> Recording:
+    """A video tracked as a stranger's, to learn from."""
+    tracker = prepare(video, renderer, options, tell)
+    recorder = Recorder(tracker.setting)
+    with closed_after(tracker.results()) as results:
+        for _, result in results:
+            recorder.add(result)
+    return Recording.of(video, recorder)
 
 
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
     """Frames of a video with the landmarks of its face, where they are seen."""
     follower, wanted = FaceFollower(FaceChoice()), set(map(int, frames))
     found = []
-    for index, image in enumerate(read_frames(video)):
+    for index, image in enumerate(islice(read_frames(video), max(wanted, default=-1) + 1)):
         seen = follower.step(image)
         if index in wanted and seen is not None:
             found.append((image, seen))
-        if index >= max(wanted, default=-1):
-            break
     return found
 
 
-def learn_head(
-    recordings: Sequence[Recording],
-    usable: Sequence[NDArray[np.bool_]],
-    average: AverageHead,
-    head: str,
-    camera: Camera,
-    renderer: Renderer,
-    tell: Callable[[str], None],
-) -> SpeakerFace:
-    """One head and one set of colours, fitted to frames of all recordings together.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        Of one person and one camera.
-    usable : sequence of (T,) bool
-        The frames of each that may be learned from.
-    average : AverageHead
-    head : str
-        Checksum of the head that it is; see `learn.training.checksum`.
-    camera : Camera
-    renderer : Renderer
-    tell : callable
-        Called with what is begun, in a few words.
-    """
-    each = max(LEAST_EACH, MOST // len(recordings))
-    tell("choosing frames")
-    chosen = [
-        found
-        for one, own in zip(recordings, usable, strict=True)
-        for found in pictures(one.video, list(spread_frames(one.run, own, each)))
-    ]
-    if not chosen:
-        raise FaceNotFoundError("no frame shows the mouth well", "give recordings of a face")
-    tell(f"fitting one head to {len(chosen)} frames of {len(recordings)} recordings")
-    fitted = fit_person(average, chosen, camera, renderer, None, tell)
-    return SpeakerFace.of(fitted, average.scale, head)
+def _silent(_stage: str) -> None:
+    """Tell nobody."""

@@ -59,26 +59,27 @@ def track_speaker(
     leaves: Leaves,
     renderer: Renderer,
     tell: Tell,
+    first: int = 0,
 ) -> ClipTracker:
-    """A clip of the speaker with this face; errors as `prepare_speaker`."""
+    """A clip of the speaker with this face, from frame `first` on; errors as `prepare_speaker`."""
     speaker = load_speaker(options.speaker)
     correspondence = correspondence_of(speaker, renderer)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     choice = FaceChoice(options.face, box)
     tell("finding the face")
     follower = FaceFollower(choice)
-    first = None
-    for image in islice(read_frames(clip.video), LOOK_AT):
+    seen = None
+    for image in islice(read_frames(clip.video), first, first + LOOK_AT):
         found = follower.step(image)
         if found is not None:
-            first = image, found
+            seen = image, found
             break
-    if first is None:
+    if seen is None:
         raise FaceNotFoundError(
             f"no face was found in {len(follower.found)} frames of {clip.video}",
             "give a video with a frontal face, or the mouth's box in the first frame with --mouth",
         )
-    if face.classes.chromatic and not in_colour([(first[0], first[1].pixels)]):
+    if face.classes.chromatic and not in_colour([(seen[0], seen[1].pixels)]):
         raise ParameterError(
             f"{clip.video} has no colour, but the face was learned in colour",
             "track it without --model, or learn a face from recordings without colour",
@@ -88,8 +89,8 @@ def track_speaker(
     fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
-    found_before = follower.found
-    setting = head_setting(clip, fitted, renderer, options, leaves, choice, found_before)
+    before = follower.found
+    setting = head_setting(clip, fitted, renderer, options, leaves, choice, before)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, face.scale, faces, facts)
 

@@ -1,0 +1,172 @@
+"""Recordings of one person that were tracked: which of their frames are good to learn from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    OtherPersonError,
+    ParameterError,
+    TooFewFramesError,
+)
+from abs_engine.dataset.sums import digest
+from abs_engine.io.assets import Speaker
+from abs_engine.tracking.record import SUMMARY, Recorder, load_run
+from abs_engine.tracking.run_mesh import load_mesh
+
+FloatArray = NDArray[np.float64]
+Arrays = dict[str, NDArray[Any]]
+
+LEFT_OUT = 0.2
+"""Share of each recording, its end, that nothing is learned from: faces are compared on it."""
+OPEN, CLOSED = 5.0, 1.5
+"""mm: a mouth that is open, or closed, in some frame at least of what is learned from."""
+SAME = 2.2
+"""mm, RMS over the face, from which on a head is another person's: see `check_same`. Of 40 clips of
+one person they lie up to 1.4 mm from their median, and up to 2.1 mm from each other; those of other
+people lie 3.1 mm and more from that median."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A video and what was tracked in it.
+
+    Parameters
+    ----------
+    video : Path
+    run : dict of str to array
+        As ``results.npz`` has them.
+    head : (V, 3) float32, mm
+        The person's whole head by this video alone.
+    postures : (T, P) float64
+        NaN in lost frames.
+    """
+
+    video: Path
+    run: Arrays
+    head: NDArray[np.float32]
+    postures: FloatArray
+
+    @classmethod
+    def of(cls, video: Path, recorder: Recorder) -> Recording:
+        """What was just tracked."""
+        mesh = recorder.mesh()
+        return cls(video, recorder.arrays(), mesh.mean, mesh.weights)
+
+    @property
+    def count(self) -> int:
+        """Number of frames."""
+        return len(self.run["index"])
+
+    @property
+    def first_left_out(self) -> int:
+        """Number of the first frame that is not learned from."""
+        return max(1, round((1 - LEFT_OUT) * self.count))
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """Frames (T,) to learn from: the mouth found, seen and not doubted by the landmarks."""
+        run = self.run
+        sure = run["found"] & ~run["covered"] & ~run["contradicted"]
+        sure &= run["status"] == "converged"
+        return np.asarray(sure & (np.arange(self.count) < self.first_left_out))
+
+    def spread(self, count: int) -> NDArray[np.intp]:
+        """So many usable frames, spread over how open and how wide the mouth is.
+
+        Every other one is taken by the rank of its aperture, the others by that of its width.
+        """
+        at, chosen = np.flatnonzero(self.usable), np.zeros(0, np.intp)
+        for k, name in enumerate(("aperture", "width")):
+            left = np.setdiff1d(at, chosen)
+            order = left[np.argsort(self.run[name][left], kind="stable")]
+            ranks = np.linspace(0, len(order) - 1, (count + 1 - k) // 2).round().astype(int)
+            chosen = np.r_[chosen, order[np.unique(ranks)]] if len(order) else chosen
+        return np.unique(chosen)
+
+
+def load_recording(folder: Path) -> Recording:
+    """A run, and its video: beside the run, or in the folder where the command was typed.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If the run cannot be read, or its video is not there.
+    """
+    run, mesh = load_run(folder), load_mesh(folder)
+    try:
+        told = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["settings"]
+        name, known = str(told["video"]), str(told["video_sha256"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ModelFormatError(
+            f"{folder / SUMMARY} does not say which video it is of", "track the video again"
+        ) from error
+    places = [folder.parent / name, Path(name)]
+    video = next((p for p in places if p.is_file() and digest(p) == known), None)
+    if video is None:
+        raise InputFileError(
+            f"{name}, the video of {folder}, is not there",
+            "put it beside the run or into this folder, or give the video in place of the run",
+        )
+    return Recording(video, run, mesh.mean, mesh.weights)
+
+
+def check_variety(recordings: Sequence[Recording]) -> None:
+    """Raise `TooFewFramesError` unless the frames to learn from show the mouth open and closed."""
+    aperture = np.concatenate([one.run["aperture"][one.usable] for one in recordings])
+    count = len(aperture)
+    lacks = [
+        what
+        for what, shown in (
+            ("open mouth", (aperture > OPEN).any()),
+            ("closed mouth", (aperture < CLOSED).any()),
+        )
+        if not shown
+    ]
+    if lacks:
+        raise TooFewFramesError(
+            f"no {lacks[0]} in {count} frames", "give recordings of the person speaking"
+        )
+
+
+def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
+    """Raise `OtherPersonError` if a recording's head is not the others'.
+
+    Of three and more the one is named that lies farthest from the median of all; of two, both.
+    """
+    at = speaker.points["face"]
+    heads = np.stack([one.head[at].astype(np.float64) for one in recordings])
+    heads -= heads.mean(axis=1, keepdims=True)
+    away = np.sqrt(((heads - np.median(heads, axis=0)) ** 2).sum(axis=2).mean(axis=1))
+    if len(heads) < 3:
+        away = 2 * away  # both lie half-way from the median
+    worst = int(np.argmax(away))
+    if away[worst] <= SAME:
+        return
+    names = [one.video.name for one in recordings]
+    who = f"{names[worst]} does not show the same person as the others"
+    if len(heads) < 3:
+        who = f"{names[0]} and {names[1]} do not show the same person"
+    raise OtherPersonError(
+        f"{who}: the head differs by {away[worst]:.1f} mm", "leave it out, or learn a face of each"
+    )
+
+
+def check_one_camera(sizes: Sequence[tuple[Path, tuple[int, int]]]) -> None:
+    """Raise `ParameterError` unless all videos have one size (width, height)."""
+    first, size = sizes[0]
+    for path, own in sizes[1:]:
+        if own != size:
+            raise ParameterError(
+                f"{path} has {own[0]}x{own[1]} pixels, {first} {size[0]}x{size[1]}",
+                "learn from recordings of one camera; the face then tracks those of others",
+            )
