@@ -209,9 +209,9 @@ def learn_speaker(
     return replace(best, explained=learned[-1].explained)
 
 
-def tracked(video: Path, renderer: Renderer, options: TrackOptions, tell: Tell) -> Recording:
+def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording:
     """A video tracked as a stranger's, to learn from."""
-    tracker = prepare(video, renderer, options, tell)
+    tracker = prepare(video, renderer, options, _silent)
     recorder = Recorder(tracker.setting)
     with closed_after(tracker.results()) as results:
         for _, result in results:

@@ -1,0 +1,77 @@
+"""The `speaker` command."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.drawing import opened, print_hints
+from abs_engine.cli.progress import Progress
+from abs_engine.io.files import check_free
+
+if TYPE_CHECKING:
+    from abs_engine.tracking.speaker_learning import Learned
+
+
+@command(
+    "Learn faces and lips",
+    take.argument("recordings", "VIDEO|RUN...",
+        "videos of one person who speaks, by one camera; or runs of such videos, which need not be "
+        "tracked first (the video lies beside its run, or in this folder)",
+        nargs=-1, required=True, type=take.INPUT),
+    take.output("FILE", "the face, for 'track --model'"),
+    take.option("--rounds", type=take.count, default=2, metavar="N",
+        text="how often it is learned, each time from what the face before found; the one that "
+        "best explains frames that were left out is kept (default: 2)"),
+    take.option("--pupil-distance", type=float, metavar="MM",
+        text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
+    take.file("--speaker", "head.npz of another head"),
+    take.file("--camera", "camera.json of the camera's calibration"),
+    take.renderer(),
+    examples="abs-engine speaker monday.mp4 tuesday.mp4 -o me.face\n"
+    "abs-engine track wednesday.mp4 -o run --model me.face\n"
+    "abs-engine speaker run-1 run-2 run-3 -o me.face --rounds 1 --renderer cpu",
+)  # fmt: skip
+def speaker(chosen: Chosen) -> Done:
+    """Learn a person's face from recordings."""
+    check_free(chosen.output)
+    from abs_engine.dataset import load_camera
+    from abs_engine.io.assets import load_speaker
+    from abs_engine.io.video import probe
+    from abs_engine.tracking.options import TrackOptions
+    from abs_engine.tracking.recordings import check_one_camera, load_recording
+    from abs_engine.tracking.speaker_learning import learn_speaker, tracked
+
+    options = TrackOptions(
+        camera=None if chosen.camera is None else load_camera(chosen.camera),
+        pupil_distance=chosen.pupil_distance,
+        speaker=chosen.speaker,
+    )
+    load_speaker(options.speaker)
+    paths = list(dict.fromkeys(chosen.recordings))
+    runs = {path: load_recording(path) for path in paths if path.is_dir()}
+    videos = [runs[path].video if path in runs else path for path in paths]
+    check_one_camera([(video, probe(video).size) for video in videos])
+    with opened(chosen.renderer) as renderer, Progress("learning") as progress:
+        print_hints(renderer)
+        for number, path in enumerate(paths, 1):
+            if path not in runs:
+                progress.announce(f"tracking recording {number} of {len(paths)}, {path.name}")
+                runs[path] = tracked(path, renderer, options)
+        recordings = [runs[path] for path in paths]
+        done = learn_speaker(recordings, renderer, options, chosen.rounds, progress.announce)
+        done.face.save(chosen.output)
+    return Done([*done.lines(), f"wrote {chosen.output}"], _facts(chosen, done))
+
+
+def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:
+    shares = zip(done.face.posture.names, done.space.expression.variance, strict=True)
+    return {
+        "output": chosen.output,
+        "frames": done.frames,
+        "postures": {name: float(share) for name, share in shares},
+        "left_out": list(done.space.left_out),
+        "explained": list(done.explained),
+        "round": done.kept,
+    }
