@@ -1,0 +1,64 @@
+"""A speaker's own postures: guided components of what was tracked."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import TooFewFramesError
+from abs_engine.face.head import build_mouth_model
+from abs_engine.io.assets import load_speaker
+from abs_engine.learn.choice import choose_points
+from abs_engine.learn.posture_space import learn_postures
+
+
+@pytest.fixture(scope="module")
+def expression():
+    speaker = load_speaker()
+    texture = speaker.texture(next(iter(speaker.people)))
+    return build_mouth_model(speaker, speaker.vertices, texture, free_person=False).expression
+
+
+@pytest.fixture(scope="module")
+def postures(expression):
+    """Two clips that move slowly in two ways, with some noise in every mode."""
+    rng, time = np.random.default_rng(0), np.arange(80)[:, None]
+    moved = np.zeros((len(expression.modes), 2))
+    moved[0, 0] = moved[1, 1] = 1.0
+    smooth = np.sin(time * [0.3, 0.17] + [0, 1]) @ moved.T
+    return [smooth + rng.normal(0, 0.02, smooth.shape), -smooth + rng.normal(0, 0.02, smooth.shape)]
+
+
+def test_what_moves_is_kept_and_noise_is_named(expression, postures):
+    space = learn_postures(expression, choose_points(load_speaker()), postures)
+    assert space.spec.names[:2] == ("jaw1", "lips1")
+    assert len(space.spec) < len(space.noise)
+    assert {*space.spec.names, *space.left_out} == set(space.noise)
+    assert all(space.noise[name] >= 0.5 for name in space.left_out)
+    assert space.expression.modes.shape == (len(space.spec), *expression.mean.shape)
+
+
+def test_postures_are_those_that_were_tracked(expression, postures):
+    """What the components leave of the head's movement is about the noise that was added."""
+    space = learn_postures(expression, choose_points(load_speaker()), postures)
+    every = np.concatenate(postures)
+    count = len(space.seen)
+    tracked = expression.mean + np.tensordot(every[:count], expression.modes, 1)
+    own = space.expression.mean + np.tensordot(space.seen, space.expression.modes, 1)
+    lips = load_speaker().points["lips"]
+    error = np.sqrt(((own - tracked)[:, lips] ** 2).sum(axis=2).mean())
+    spread = np.sqrt((tracked - tracked.mean(axis=0))[:, lips].var(axis=0).sum(axis=1).mean())
+    assert error < 0.1 * spread
+
+
+def test_frames_that_are_not_to_be_learned_from_do_not_count(expression, postures):
+    gaps = [np.where(np.arange(80)[:, None] % 10 < 9, clip, np.nan) for clip in postures]
+    space = learn_postures(expression, choose_points(load_speaker()), gaps)
+    assert np.isfinite(space.expression.modes).all()
+    assert np.isfinite(space.steps).all()
+    assert len(space.seen) == 144
+
+
+def test_too_few_frames_are_refused(expression, postures):
+    with pytest.raises(TooFewFramesError, match="30 frames show the mouth well"):
+        learn_postures(expression, choose_points(load_speaker()), [postures[0][:30]])

@@ -1,0 +1,123 @@
+"""A speaker's own face: learned from a recording, written, read, and tracked with."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+
+import numpy as np
+import pytest
+from drawn import lit
+from heads import seen_at
+from runs import write_kind, write_noise
+
+from abs_engine.cli import main
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.io.assets import load_speaker
+from abs_engine.learn import posture_space
+from abs_engine.tracking import speaker_learning
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.speaker_face import load_speaker_face
+
+FRAMES = 12
+TIME = np.arange(FRAMES)
+OPEN = np.clip(0.35 * np.sin(0.9 * TIME), 0, None)
+ROUND = np.clip(0.8 * np.sin(0.5 * TIME + 1), 0, None)
+pytestmark = pytest.mark.slow
+
+
+def run(*words):
+    """Exit status of the command."""
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    """A drawn head that opens its mouth, rounds its lips and turns a little."""
+    pictures = [
+        lit("amara", seen_at([0, 0.1 * np.sin(0.3 * k), 0], [0, 0, 700]), jawOpen=OPEN[k],
+            mouthPucker=ROUND[k])
+        for k in range(FRAMES)
+    ]  # fmt: skip
+    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+
+
+@pytest.fixture(scope="module")
+def learned(video):
+    """The file of a face, learned from hardly a second, and what the command said."""
+    path, said = video.with_name("me.face"), video.with_name("said.json")
+    with pytest.MonkeyPatch.context() as patch, said.open("w") as file:
+        patch.setattr(posture_space, "LEAST_FRAMES", 6)
+        patch.setattr(speaker_learning, "MOST", 6)
+        with contextlib.redirect_stdout(file):
+            words = "--renderer", "cpu", "--rounds", 1, "--quiet", "--json"
+            assert run("speaker", video, "-o", path, *words) == 0
+    return path, json.loads(said.read_text())
+
+
+@pytest.fixture
+def refused(capsys, tmp_path):
+    """The one line with which a command is refused, nothing written."""
+
+    def words(*typed):
+        before = sorted(tmp_path.rglob("*"))
+        assert run(*typed, "--quiet", "--renderer", "cpu") == 2
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == 1, lines
+        assert sorted(tmp_path.rglob("*")) == before
+        return lines[0]
+
+    return words
+
+
+def test_what_is_learned_is_reported(learned):
+    facts = learned[1]
+    assert facts["postures"].keys() >= {"jaw1", "lips1"}
+    assert facts["postures"]["jaw1"] > 0.5
+    every = {predictor.name for predictor in posture_space.PREDICTORS}
+    assert facts["postures"].keys() | set(facts["left_out"]) == every
+    assert facts["round"] == 1
+    assert 0.5 < facts["explained"][0] < 1
+
+
+def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
+    folder = tmp_path / "run"
+    assert run("track", video, "-o", folder, "--renderer", "cpu", "--model", learned[0]) == 0
+    found = load_run(folder)
+    assert found["found"].all()
+    assert np.corrcoef(found["aperture"], OPEN)[0, 1] > 0.95
+    names = [str(name) for name in found["parameter_names"]]
+    assert names[6:] == list(learned[1]["postures"])
+
+
+def test_the_file_comes_back(learned, tmp_path):
+    face = load_speaker_face(learned[0], load_speaker())
+    face.save(tmp_path / "again.face")
+    again = load_speaker_face(tmp_path / "again.face", load_speaker())
+    one, other = face.arrays(), again.arrays()
+    assert one.keys() == other.keys()
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+
+
+def test_a_file_without_a_part_is_refused(learned, tmp_path):
+    with np.load(learned[0]) as data:
+        left = {name: data[name] for name in data.files if name != "steps"}
+    with (tmp_path / "less.face").open("wb") as file:
+        np.savez(file, **left)
+    with pytest.raises(ModelFormatError):
+        load_speaker_face(tmp_path / "less.face", load_speaker())
+
+
+def test_what_a_speakers_face_cannot_do_is_refused(learned, video, refused, tmp_path):
+    typed = "track", video, "-o", tmp_path / "run", "--model", learned[0]
+    assert "--pupil-distance does nothing" in refused(*typed, "--pupil-distance", 60)
+    assert "no texture to compare" in refused(*typed, "--terms", "texture")
+
+
+def test_recordings_that_cannot_be_used_are_refused(video, refused, tmp_path):
+    output = tmp_path / "me.face"
+    assert "does not exist" in refused("speaker", tmp_path / "none.mp4", "-o", output)
+    other = write_noise(tmp_path / "noise.mp4")
+    assert "noise.mp4 has 96x80 pixels" in refused("speaker", video, other, "-o", output)
+    assert "no face" in refused("speaker", other, "-o", output)
