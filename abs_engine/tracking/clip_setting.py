@@ -18,6 +18,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import Belief
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.seal import Seal
 from abs_engine.fit.search import Again, Minimiser
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import SIMPLEX
@@ -116,6 +117,8 @@ class Work:
         How many of the starts are all gone on with; then the mean of where they lead is found.
     doubt : callable, optional
         Why what was found (6 + P,), that explains so much, is not accepted; empty where it is.
+    seal : Seal, optional
+        How often the lips touch, where that is known of the speaker.
     """
 
     problem: Problem
@@ -125,6 +128,7 @@ class Work:
     again: Again | None = None
     tried: int = 1
     doubt: Callable[[FloatArray, float], str] | None = None
+    seal: Seal | None = None
 
 
 class Binder(Protocol):

@@ -17,13 +17,15 @@ from abs_engine.core.objective import Evaluation
 from abs_engine.core.pose import PoseFrame, at_base, free_blocks, joined
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.base import Face
+from abs_engine.face.base import Face, lip_gap
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import contact_prior, mouth_window
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.seal import Seal
 from abs_engine.fit.terms import COLOUR, TermKind, Weighted, bound
 from abs_engine.fit.view import View
+from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.tracking.clip_setting import Work
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
@@ -103,7 +105,7 @@ class HeadBinder:
         usual = at_base(model.prototypes)
         starts = np.vstack([*(x for x in (last, told) if x is not None), usual])
         said = marks.marked(frame, self._problem(base, {}, priors))
-        return Work(problem, starts, partial(explained, terms), said)
+        return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
 
     def _problem(
         self, base: PoseFrame, terms: Mapping[str, Term], priors: tuple[Prior, ...]
@@ -128,6 +130,15 @@ class HeadBinder:
         step = usual * np.sqrt(25.0 / self.rate)
         near = GaussianPrior(last, np.r_[POSE_DEVIATION, step])
         return likely, contact, near
+
+    @cached_property
+    def _seal(self) -> Seal | None:
+        """How often the lips of a known speaker touch."""
+        if self.seen is None:
+            return None
+        scene, points = self.face.scene, self.face.rings["points"]
+        gap, slope = float(lip_gap(scene.mean[points])), lip_gap(scene.modes[:, points])
+        return Seal.of(gap, at_base(slope), self.seen, CLOSED_APERTURE)
 
 
 def step_deviation(rate: float) -> float:

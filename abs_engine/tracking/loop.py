@@ -17,6 +17,7 @@ from abs_engine.core.threads import ahead, closed_after, one_thread
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.seal import sealed
 from abs_engine.fit.search import Found, averaged, search
 from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.clip_setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
@@ -150,7 +151,8 @@ def _searched(setting: ClipSetting, work: Work) -> Found:
     found = search(problem, starts, setting.driver, work.again, setting.charged)
     if found.again:
         found = replace(found, best=replace(found.best, status=AGAIN))
-    return _whole(problem, found)
+    whole = _whole(problem, found)
+    return whole if work.seal is None else sealed(problem, whole, work.seal)
 
 
 def _minimised(setting: ClipSetting, work: Work, start: FloatArray, alone: bool = False) -> Found:

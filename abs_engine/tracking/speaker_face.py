@@ -119,9 +119,9 @@ class SpeakerFace:
             seen=space.seen,
         )
 
-    def coloured(self, classes: ColourClasses) -> SpeakerFace:
-        """The same face in other colours."""
-        return replace(self, classes=classes)
+    def coloured(self, classes: ColourClasses, light: SkinLight) -> SpeakerFace:
+        """The same face in other colours, and in their light; how it looks in them is not known."""
+        return replace(self, classes=classes, light=light, look=None)
 
     def fitted(
         self,

@@ -14,6 +14,7 @@ from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
 from abs_engine.tracking.head_tracking import LOOK_AT
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.initial_pose import FaceBox
+from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.options import (
     LANDMARKS,
     Clip,
@@ -85,7 +86,7 @@ def track_speaker(
             "track it without --model, or learn a face from recordings without colour",
         )
     if clip.colours is not None:
-        face = face.coloured(clip.colours)
+        face = face.coloured(clip.colours, SkinLight.of([seen]))
     fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
