@@ -137,8 +137,9 @@ class HeadBinder:
         if self.seen is None:
             return None
         scene, points = self.face.scene, self.face.rings["points"]
-        gap, slope = float(lip_gap(scene.mean[points])), lip_gap(scene.modes[:, points])
-        return Seal.of(gap, at_base(slope), self.seen, CLOSED_APERTURE)
+        mean, modes = (part.astype(np.float64) for part in (scene.mean, scene.modes))
+        gap, slope = float(lip_gap(mean[points])), at_base(lip_gap(modes[:, points]))
+        return Seal.of(gap, slope, self.seen, CLOSED_APERTURE)
 
 
 def step_deviation(rate: float) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.fit.search import Found
 from abs_engine.fit.seal import RESOLUTION, Seal, sealed
+from abs_engine.fit.search import Found
 from abs_engine.optimise.base import Solution
 
 SLOPE = np.array([0.0, 2.0, 1.0])
