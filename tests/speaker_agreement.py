@@ -19,9 +19,7 @@ import numpy as np
 from abs_engine.tracking.record import load_run
 
 ABOUT, LETTER = 3, 12  # frames about the beginning of a word, and after that of a letter
-OPEN = set(
-    ["at", "a", "now", "white", "red", "again", "i", "nine", "r", "h", "k", "j", "five", "eight"]
-)
+OPEN = {"at", "a", "now", "white", "red", "again", "i", "nine", "r", "h", "k", "j", "five", "eight"}
 
 
 def words(path: Path) -> Iterator[tuple[int, int, str]]:

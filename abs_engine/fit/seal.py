@@ -1,4 +1,4 @@
-"""Whether lips that were found a little apart touch: by how often those of the speaker do.
+"""A decision about lips that were found a little apart: they touch as often as the speaker's do.
 
 A picture hardly shows a gap of half a millimetre. Two cases are compared where a search has ended:
 the lips touch, which they do in a share w of all frames, or they are open by the gap that was
