@@ -177,7 +177,7 @@ def of_run(
     if surface is not None:
         tracks |= {k: PointTrack(v, surface.points(v)) for k, v in areas.items()}
     aperture = np.asarray(run["aperture"], np.float64)
-    return Estimate(
+    estimate = Estimate(
         name=name,
         found=np.asarray(np.isfinite(lips).all(axis=(1, 2))),
         tracks=tracks,
@@ -189,6 +189,7 @@ def of_run(
         intervals=_intervals(run),
         surface=surface,
     )
+    return within(estimate, np.asarray(run["found"], bool)) if "found" in run else estimate
 
 
 def _intervals(run: Mapping[str, NDArray[Any]]) -> dict[str, tuple[FloatArray, FloatArray]]:
