@@ -77,9 +77,8 @@ def _units(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
 
 
 def _modes(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
-    names = [str(name) for name in run.arrays["parameter_names"][6:]]
-    if len(names) != len(run.mesh.modes):
-        names = [f"mode{k + 1}" for k in range(len(run.mesh.modes))]
+    count = len(run.mesh.modes)  # the pose comes first
+    names = [str(name) for name in run.arrays["parameter_names"][-count:]]
     return names, run.mesh.modes.astype(np.float64), run.mesh.weights
 
 

@@ -25,9 +25,9 @@ from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_fit import fit_head, seen_in
 from abs_engine.tracking.head_pose import placed_fit
-from abs_engine.tracking.heads import PERSON_SPREAD
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
 from abs_engine.tracking.landmark_fit import fit_frame
+from abs_engine.tracking.person_fit import PERSON_SPREAD
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
 PERSON = "amara"
