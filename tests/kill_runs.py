@@ -61,12 +61,18 @@ def runs_through(command: Sequence[str], seconds: float | None) -> bool:
 
 
 def killed_until_done(
-    command: Sequence[str], longest: float, kills: int, chance: random.Random
+    command: Sequence[str], out: Path, longest: float, kills: int, chance: random.Random
 ) -> int:
-    """Start a command until it ends; how often it was killed, at most `kills` times."""
+    """Start a command until its output is there; how often it was killed, at most `kills` times.
+
+    A kill can strike after the output got its name: it is whole then, and the command would say
+    that it exists already.
+    """
     for done in range(kills):
         if runs_through(command, chance.uniform(0.0, longest)):
             return done
+        if out.exists():
+            return done + 1
     runs_through(command, None)
     return kills
 
@@ -86,7 +92,9 @@ def trial(command: Sequence[str], kills: int, seed: int = 0) -> Counter[str]:
             shutil.rmtree(place)
             place.mkdir()
             try:
-                count["kills"] += killed_until_done(filled, longest, kills - count["kills"], chance)
+                count["kills"] += killed_until_done(
+                    filled, out, longest, kills - count["kills"], chance
+                )
             except RuntimeError as error:
                 count["failed"] += 1
                 sys.stderr.write(f"{error}\n")
