@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +13,7 @@ from abs_engine.dataset.clip import Clip, load_clip
 from abs_engine.dataset.picture import AGAIN
 from abs_engine.dataset.sums import check_sums, read_sums
 from abs_engine.dataset.view import Truth, load_view
+from abs_engine.io.inputs import parse_json
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ def read_record(folder: Path) -> Dataset:
             f"{folder} is not ground truth: {codec.DATASET} is missing", "check the path"
         )
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = parse_json(path.read_text(encoding="utf-8"))
         kind = record["format"], record["version"]
         if kind != (codec.DATASET_FORMAT, codec.VERSION):
             raise ModelFormatError(
@@ -177,7 +177,7 @@ def read_record(folder: Path) -> Dataset:
         clips = tuple(_entry(item) for item in record["clips"])
         labels = tuple(map(str, record["labels"]))
         command, engine, seed = str(record["command"]), str(record["engine"]), int(record["seed"])
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ModelFormatError(
             f"{path} lacks a field or has a wrong one ({error})", AGAIN
         ) from error
@@ -189,6 +189,9 @@ def read_record(folder: Path) -> Dataset:
 def _entry(item: dict[str, Any]) -> ClipEntry:
     name, person, sentence = (str(item[key]) for key in ("name", "person", "sentence"))
     cameras = tuple(map(str, item["cameras"]))
+    for part in (name, *cameras):
+        if part in ("", ".", "..") or set(part) & set("/\\\0"):
+            raise TypeError(f"{part!r} names no folder within it")
     return ClipEntry(name, person, sentence, int(item["frames"]), float(item["rate"]), cameras)
 
 

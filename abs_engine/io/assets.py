@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
+from abs_engine.io.inputs import parse_json
 from abs_engine.io.npz import read_npz
 
 FORMAT, VERSION = "abs_engine.speaker", 1
@@ -217,7 +217,7 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
     if not path.is_file():
         return {}
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = parse_json(path.read_text(encoding="utf-8"))
         kind, version = (told["format"], told["vertices"], told["faces"]), told["version"]
         lists = {k: np.asarray(v["vertices"], np.int32) for k, v in told["lists"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:

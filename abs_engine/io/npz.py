@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import lzma
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
@@ -19,9 +20,12 @@ from abs_engine.io.inputs import check_file
 
 T = TypeVar("T")
 BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError, MemoryError,
-          zipfile.BadZipFile, zlib.error, lzma.LZMAError)  # fmt: skip
+          zipfile.BadZipFile, zlib.error, lzma.LZMAError, SyntaxError,
+          tokenize.TokenError)  # fmt: skip
 """What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
 encrypted, packed in another way, holds pickles, or claims more numbers than any memory holds."""
+LARGEST = 1 << 30
+"""Bytes of all arrays of a file together, once unpacked."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
@@ -163,10 +167,17 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     Raises
     ------
     InputFileError
-        If the file is missing or no NPZ archive.
+        If the file is missing, no NPZ archive, or unpacks to more than `LARGEST`.
     """
     check_file(path)
     try:
+        with zipfile.ZipFile(path) as directory:
+            size = sum(entry.file_size for entry in directory.infolist())
+        if size > LARGEST:
+            raise InputFileError(
+                f"{path} unpacks to {size / 1e9:.1f} GB, more than is read",
+                "check where it is from",
+            )
         with np.load(path, allow_pickle=False) as archive:
             # what is no array within the archive comes as bytes
             return {name: np.asarray(archive[name]) for name in archive.files}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from abs_engine.core.provenance import described, made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.machine import machine_facts
+from abs_engine.io.inputs import parse_json
 from abs_engine.report.data import Rows
 from abs_engine.tracking.record import SUMMARY
 
@@ -54,13 +54,16 @@ def run_facts(path: Path) -> Rows:
     if not path.is_dir() or not file.is_file():
         return (("results", str(path)),)
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
-    except ValueError:
+        told = parse_json(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return (("results", str(path)),)
+    if not isinstance(told, dict):
         return (("results", str(path)),)
     rows = [("results", str(path))]
     rows += [(name.replace("_", " "), str(told[name])) for name in _FIRST if name in told]
     for part in ("settings", "summary"):
-        rows += _flat(told.get(part, {}))
+        values = told.get(part)
+        rows += _flat(values) if isinstance(values, dict) else []
     return tuple(rows)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from abs_engine.core.errors import (
 )
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import Speaker
+from abs_engine.io.inputs import parse_json
 from abs_engine.tracking.record import SUMMARY, Recorder, load_run
 from abs_engine.tracking.run_mesh import load_mesh
 
@@ -104,7 +104,7 @@ def load_recording(folder: Path) -> Recording:
     """
     run, mesh = load_run(folder), load_mesh(folder)
     try:
-        told = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["settings"]
+        told = parse_json((folder / SUMMARY).read_text(encoding="utf-8"))["settings"]
         name, known = str(told["video"]), str(told["video_sha256"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFormatError(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError
+from abs_engine.io import npz
 from abs_engine.io.npz import read_npz, write_npz
 
 KIND, VERSION = "abs_engine.test", 3
@@ -98,3 +99,20 @@ def test_complex_numbers_are_refused(tmp_path: Path):
     np.savez(tmp_path / "c.npz", format=KIND, version=VERSION, numbers=np.array([1 + 2j]))
     with pytest.raises(ModelFormatError, match=r"'numbers' in .* is complex; give"):
         read_npz(tmp_path / "c.npz", KIND, VERSION)
+
+
+def test_what_unpacks_to_more_than_is_read_is_refused_by_the_directory(whole, monkeypatch):
+    monkeypatch.setattr(npz, "LARGEST", 10_000)
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("was unpacked"))
+    with pytest.raises(InputFileError, match="unpacks to"):
+        read_npz(whole, KIND, VERSION)
+
+
+def test_a_header_that_is_not_closed_is_refused(tmp_path):
+    path = tmp_path / "open.npz"
+    made = io.BytesIO()
+    np.save(made, np.zeros(3))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("numbers.npy", made.getvalue().replace(b"}", b" "))
+    with pytest.raises(InputFileError, match="not an NPZ file"):
+        read_npz(path, KIND, VERSION)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from abs_engine.evaluate.check.visibility import (
     in_mirror,
     reflection,
 )
+from abs_engine.io.inputs import parse_json
 
 PLACE = 0.02
 """px by which a landmark may be off its projection."""
@@ -190,7 +190,7 @@ def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator
         Filled with the box and the area of every frame that has an annotation.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = parse_json(path.read_text(encoding="utf-8"))
         flat = {a["image_id"]: np.array(a["keypoints"], np.float64) for a in data["annotations"]}
         boxes |= {a["image_id"]: (list(a["bbox"]), a["area"]) for a in data["annotations"]}
         names, images = data["categories"][0]["keypoints"], len(data["images"])

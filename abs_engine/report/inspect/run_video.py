@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.sums import digest
+from abs_engine.io.inputs import parse_json
 from abs_engine.io.video import probe
 from abs_engine.report.inspect.runs import RunHead
 from abs_engine.report.same_clip import video_sum
@@ -87,7 +87,7 @@ def _named(folder: Path) -> tuple[Path, str]:
 def _summary(folder: Path) -> dict[str, Any]:
     """What ``run.json`` holds; nothing where there is none that can be read."""
     try:
-        told = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        told = parse_json((folder / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return told if isinstance(told, dict) else {}
