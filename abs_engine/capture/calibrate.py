@@ -83,7 +83,7 @@ def calibrate_camera(pictures: Sequence[Corners], size: tuple[int, int]) -> Cali
 def _solved(
     pictures: Sequence[Corners], size: tuple[int, int], flags: int
 ) -> tuple[Calibration, FloatArray]:
-    """What OpenCV makes of the pictures; and the tangential coefficients' deviations (2,)."""
+    """OpenCV's solution for the pictures; and the tangential coefficients' deviations (2,)."""
     try:
         error, matrix, distortion, turns, shifts, deviations, _, _ = cv2.calibrateCameraExtended(
             [p.places.astype(np.float32) for p in pictures],
@@ -103,7 +103,7 @@ def _solved(
 
 @dataclass(frozen=True, eq=False)
 class StereoCalibration:
-    """How a second camera stands to the first.
+    """Pose of a second camera relative to the first.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class StereoCalibration:
 def calibrate_stereo(
     pairs: Sequence[tuple[Corners, Corners]], first: Camera, second: Camera
 ) -> StereoCalibration:
-    """How two cameras stand to each other, from a board that both see at the same moments.
+    """Pose of two cameras relative to each other, from a board that both see at the same moments.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ _COLUMNS = ("what", "name", "value")
 
 @dataclass(frozen=True)
 class CorpusTable:
-    """What the points are, and which frame is which viseme.
+    """Names of the points, and the viseme of each frame.
 
     Parameters
     ----------

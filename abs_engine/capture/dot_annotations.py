@@ -41,7 +41,7 @@ _EMPTY = ("", "nan", "null", "none")
 
 @dataclass(frozen=True)
 class Mark:
-    """Where a person sees a dot.
+    """Place at which a person sees a dot.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ Box = tuple[slice, slice]
 
 @dataclass(frozen=True)
 class FollowOptions:
-    """How dots are followed; lengths are in radii of a dot.
+    """Settings by which dots are followed; lengths are in radii of a dot.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Sighting:
 
     @property
     def found(self) -> BoolArray:
-        """Which dots (N,) have a place."""
+        """Mask (N,) of the dots that have a place."""
         return np.asarray(np.isfinite(self.places).all(axis=1))
 
 
@@ -232,7 +232,7 @@ class DotFollower:
         places[stray], scores[stray] = np.nan, 0.0
 
     def _guess(self, places: FloatArray, found: BoolArray) -> FloatArray:
-        """Where dots (N, 2) that are lost are by how their neighbours went since they were seen."""
+        """Places of lost dots (N, 2), judged by how their neighbours went since they were seen."""
         guess = self._place.copy()
         for i in np.flatnonzero(~found) if found.any() else ():
             before = self._layout[i]
@@ -272,7 +272,7 @@ class DotFollower:
 def _with_neighbours(
     before: FloatArray, expected: FloatArray, peaks: Peaks, chosen: NDArray[np.int64]
 ) -> FloatArray:
-    """Where dots are expected if each moved as the median of itself and its nearest neighbours."""
+    """Expected places of dots, if each moved as the median of itself and its nearest neighbours."""
     taken = np.flatnonzero(chosen >= 0)
     if len(taken) < 3:
         return expected

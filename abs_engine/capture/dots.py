@@ -26,7 +26,7 @@ _RIDGE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class DotModel:
-    """What the dots of a view look like.
+    """Appearance of the dots of a view.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def find_peaks(match: Map, least: float) -> Peaks:
 
 
 def _vertex(nine: FloatArray) -> FloatArray:
-    """Where (x, y) a quadric fitted to 3 x 3 values is highest, within half a pixel or so."""
+    """Place (x, y) at which a quadric fitted to 3 x 3 values peaks, within half a pixel or so."""
     dx, dy = (nine[:, 2] - nine[:, 0]).mean() / 2, (nine[2] - nine[0]).mean() / 2
     dxx = (nine[:, 2] - 2 * nine[:, 1] + nine[:, 0]).mean()
     dyy = (nine[2] - 2 * nine[1] + nine[0]).mean()

@@ -27,7 +27,7 @@ _FLAT = 2.0
 
 @dataclass(frozen=True, eq=False)
 class HeadMotion:
-    """Where the head is in each frame.
+    """Pose of the head in each frame.
 
     Parameters
     ----------

@@ -232,7 +232,7 @@ def points_of_markers(
 def review(
     tracks: Tracks, observed: Observations, sure: float = USUAL.sure
 ) -> Iterator[tuple[Mark, dict[str, object]]]:
-    """What a person should look at: places that are lost, uncertain, or on which views disagree.
+    """Frames for a person to look at: places lost, uncertain, or on which views disagree.
 
     Written with `marks.write_marks` it is a file of corrections: edit x and y where they are
     wrong, leave them empty where the dot cannot be seen, delete the other lines.

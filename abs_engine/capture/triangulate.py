@@ -38,7 +38,7 @@ class Triangulated:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Which points (...) have a place."""
+        """Mask (...) of the points that have a place."""
         return np.asarray(np.isfinite(self.error))
 
 
@@ -96,7 +96,7 @@ def crossing_angles(views: Sequence[View], pixels: FloatArray) -> FloatArray:
 
 
 def _crossing(views: Sequence[View], pixels: FloatArray) -> NDArray[np.bool_]:
-    """Which points (N,) have lines of sight that cross widely enough."""
+    """Mask (N,) of the points that have lines of sight that cross widely enough."""
     angles = crossing_angles(views, pixels)
     middle = float(np.median(angles))  # a point that was mistaken may be seen under any angle
     if middle < NARROWEST:

@@ -70,7 +70,7 @@ class Plane:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """How world points come to be seen: x_cam = R x + t, reflected where a mirror is looked into.
+    """Projection of world points: x_cam = R x + t, reflected where a mirror is looked into.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class View:
 
     @property
     def centre(self) -> FloatArray:
-        """Where the (virtual) camera stands, (3,) mm, world frame."""
+        """Centre of the (virtual) camera, (3,) mm, world frame."""
         linear, offset = self.motion
         return np.asarray(-linear.T @ offset)
 

@@ -22,7 +22,7 @@ WIDTH = 100
 
 @dataclass(frozen=True)
 class Done:
-    """What a command found.
+    """Outcome of a command.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ def opened(name: str) -> Iterator[OpenRenderer]:
 
 
 def print_hints(renderer: OpenRenderer) -> None:
-    """What a user should know before a long run."""
+    """Print hints for a user before a long run."""
     from abs_engine.render.select import draws_by_software
 
     if draws_by_software(renderer):

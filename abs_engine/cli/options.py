@@ -82,7 +82,7 @@ class Named(click.ParamType[str]):
 
 
 def argument(name: str, metavar: str, text: str, **more: Any) -> click.Argument:
-    """What is typed without a name: a path, if nothing else is said."""
+    """Argument that is typed without a name: a path, if nothing else is said."""
     return click.Argument([name], metavar=metavar, help=text, **{"type": PATH, **more})
 
 
@@ -101,13 +101,13 @@ def group(title: str, *options: Option) -> Iterator[Option]:
 
 
 def output(metavar: str, text: str, required: bool = True) -> Option:
-    """Where something new is written."""
+    """Option for the path of a new output."""
     text += ", must not exist" if "must not exist" not in text else ""
     return option("-o", "--output", text=text, type=PATH, metavar=metavar, required=required)
 
 
 def view() -> tuple[Option, Option]:
-    """Which view of a dataset is meant."""
+    """Option for the view of a dataset."""
     return (
         option("--clip", metavar="NAME", text="clip of the dataset, if it has several"),
         option("--camera", metavar="NAME", text="camera of the clip, if it has several"),

@@ -33,7 +33,7 @@ def settings_option() -> take.Option:
 
 
 def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> str:
-    """What was chosen, as a settings file.
+    """Chosen options, as a settings file.
 
     Parameters
     ----------

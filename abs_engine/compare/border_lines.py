@@ -26,7 +26,7 @@ def total(of, shown, maps):
 
 @_compiled
 def pairs(shown):
-    """How many neighbouring pixels of an image (H, W) differ."""
+    """Number of neighbouring pixels of an image (H, W) that differ."""
     height, width = shown.shape
     count = 0
     for y in range(height):
@@ -86,7 +86,7 @@ def sampled_at(plane, x, y):
 
 @_compiled
 def gain_along(profile, low, high):
-    """Where on a line the border gains most by moving, whole steps, and how much."""
+    """Place on a line where the border gains most by moving, whole steps, and the gain."""
     best, at, total = 0.0, 0, 0.0
     for s in range(1, high + 1):
         total += 0.5 * (profile[MOST + s - 1] + profile[MOST + s])
@@ -102,7 +102,7 @@ def gain_along(profile, low, high):
 
 @_compiled
 def crossing(profile, at, low, high):
-    """Where the profile crosses 0 next to the step `at`."""
+    """Place where the profile crosses 0 next to the step `at`."""
     for s in (at - 1, at):
         if s < -low or s + 1 > high:
             continue
@@ -149,7 +149,7 @@ def slope_of(profile, low, high, floor):
 
 @_compiled
 def profile_of(maps, first, second, mx, my, nx, ny, low, high, profile):
-    """What a pixel gains as it turns from group `second` to `first`, at whole steps of the line."""
+    """Gain of a pixel that turns from group `second` to `first`, at whole steps of the line."""
     for s in range(-low, high + 1):
         px, py = mx + nx * s, my + ny * s
         profile[MOST + s] = sampled_at(maps[first], px, py) - sampled_at(maps[second], px, py)
@@ -198,7 +198,7 @@ def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, 
 
 @_compiled
 def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places, count):
-    """Where two parts of the lips meet: each may draw back and show what is behind."""
+    """Border at which two parts of the lips meet: each may draw back and show what is behind."""
     mx, my, nx, ny, length, low, high = line_across(part, y, x, y2, x2, reach)
     if length == 0.0:
         return count

@@ -69,7 +69,7 @@ class TextureError:
 
     @property
     def unit(self) -> float:
-        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
+        """Cost of a wrong match, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.wrong))
 
     def rows(self, candidates: Candidates) -> Rows:
@@ -187,7 +187,7 @@ def _compared(
 
 
 def wrong_match(analysed: FloatArray, synthetic: FloatArray) -> FloatArray:
-    """What each model descriptor costs (N,) beside the frame's at all places, per component.
+    """Cost of each model descriptor (N,) beside the frame's at all places, per component.
 
     The mean over j of |D^a_j - D^s_i|^2 / N_d, for descriptors (M, N_d) and (N, N_d): the spread
     of the frame's plus the distance from their mean.

@@ -34,7 +34,7 @@ def check_rule(rule: str) -> None:
 def facet_scores(
     buffers: Buffers, maps: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
 ) -> FloatArray:
-    """What each facet adds to the sum of eq. 9.
+    """Contribution of each facet to the sum of eq. 9.
 
     Parameters
     ----------

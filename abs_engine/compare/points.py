@@ -64,7 +64,7 @@ class LocalError:
 
     @property
     def unit(self) -> float:
-        """What a wrong match costs, in units of epsilon: the scale of tolerances."""
+        """Cost of a wrong match, in units of epsilon: the scale of tolerances."""
         return float(np.mean(self.wrong))
 
     def rows(self, candidates: Candidates) -> Rows:
@@ -76,7 +76,7 @@ class LocalError:
         return Rows(wide / np.sqrt(wide.shape[1]), there, data, self.mixer)
 
     def seen(self, candidate: Candidates) -> NDArray[np.bool_]:
-        """Which points (N,) a candidate shows."""
+        """Mask (N,) of the points that a candidate shows."""
         shown: NDArray[np.bool_] = self.differences(candidate)[1][0]
         return shown
 

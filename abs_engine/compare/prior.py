@@ -17,7 +17,7 @@ _AHEAD = 0.15  # mm: contact so far ahead stiffens a step already
 
 
 class Prior(ABC):
-    """What is known of the parameters before the picture is seen: -log of it, in nats."""
+    """Prior knowledge of the parameters: its negative logarithm, in nats."""
 
     @abstractmethod
     def negative_log(self, x: FloatArray) -> float:

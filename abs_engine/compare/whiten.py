@@ -18,7 +18,7 @@ Float32 = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class TextureNoise:
-    """What whitens differences of luminance-normalised RGB, in a texture's atlas.
+    """Whitening of differences of luminance-normalised RGB, in a texture's atlas.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class TextureNoise:
         return cls(left.layers)
 
     def scales(self, scene: Scene, drawn: Buffers, where: NDArray[np.bool_]) -> Float32:
-        """What single differences of some drawn pixels are multiplied by, (N,)."""
+        """Factors by which single differences of some drawn pixels are multiplied, (N,)."""
         return self._at(scene, drawn, where)[:, 0]
 
     def whitened(

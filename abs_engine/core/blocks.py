@@ -38,7 +38,7 @@ class Blocks:
 
     @cached_property
     def places(self) -> dict[str, slice]:
-        """Where each block stands in a flat vector."""
+        """Slice of each block in a flat vector."""
         ends = np.cumsum([len(spec) for spec in self.specs.values()])
         starts = np.r_[0, ends[:-1]]
         return {
@@ -87,7 +87,7 @@ class Blocks:
         return Blocks({name: spec for name, spec in self.specs.items() if name in wanted})
 
     def indices(self, names: Iterable[str]) -> NDArray[np.int64]:
-        """Where the parameters of some blocks stand in a flat vector, (M,)."""
+        """Indices of the parameters of some blocks in a flat vector, (M,)."""
         kept = self.only(names).specs
         return np.concatenate(
             [np.zeros(0, np.int64), *(np.arange(len(self))[self.places[n]] for n in kept)]

@@ -39,13 +39,13 @@ class Buffers:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """Where a facet was drawn, (H, W) bool."""
+        """Mask of the pixels on which a facet was drawn, (H, W) bool."""
         return np.asarray(self.facet_id > 0)
 
 
 @dataclass(frozen=True, eq=False)
 class Outlines:
-    """What a drawing shows where its classes meet, row 0 at the top. H, W are drawn pixels.
+    """Borders of a drawing, where its classes meet, row 0 at the top. H, W are drawn pixels.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Outlines:
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """What the fused comparison returns for a batch of B candidates: numbers and no image.
+    """Result of the fused comparison for a batch of B candidates: numbers and no image.
 
     Parameters
     ----------

@@ -104,4 +104,4 @@ class TermError(AbsEngineError):
 
 
 class OutOfPictureError(ParameterError):
-    """What is to be compared lies outside of the picture."""
+    """The region to compare lies outside of the picture."""

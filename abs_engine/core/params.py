@@ -12,7 +12,7 @@ from abs_engine.core.errors import ParameterError
 
 @dataclass(frozen=True, eq=False)
 class ParamSpec:
-    """What the numbers of a parameter vector mean.
+    """Meaning of the numbers of a parameter vector.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def parted(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def pose_moves(arms: FloatArray) -> FloatArray:
-    """How points move for a step of the pose, rotation then translation, camera axes, (6, N, 3).
+    """Motion of points for a step of the pose, rotation then translation, camera axes, (6, N, 3).
 
     Parameters
     ----------

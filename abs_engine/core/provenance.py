@@ -20,7 +20,7 @@ CODE = ("abs_engine", "shaders", "assets", "pyproject.toml", "constraints.txt")
 
 @cache
 def made_by() -> dict[str, Any]:
-    """What a result says of the code that made it.
+    """Provenance of a result: the code that made it.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def described(made: Mapping[str, Any]) -> str:
 
 
 def caution(made: Mapping[str, Any]) -> str | None:
-    """Why figures that were made so may not be published; None where they may."""
+    """Reason why figures made in this way may not be published; None where they may."""
     if made.get("commit") is None:
         return "Not for publication: it is not known which commit made these figures."
     if made.get("dirty") is not False:

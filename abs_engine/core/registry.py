@@ -18,7 +18,7 @@ from abs_engine.core.errors import AbsEngineError, InputFileError, ParameterErro
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """What to do about an unknown name: the nearest one is given, and all of them if few."""
+    """Advice about an unknown name: the nearest one is given, and all of them if few."""
     names = list(known)
     close = difflib.get_close_matches(name, names, 1)
     every = f"choose one of {', '.join(names)}"

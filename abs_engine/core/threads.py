@@ -45,7 +45,7 @@ def meanwhile(what: Callable[..., Item], *given: Any) -> Iterator[Future[Item]]:
 
 
 def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2) -> list[Item]:
-    """What each item gives, in their order, some of them worked on at once.
+    """Results of all items, in their order, some of them worked on at once.
 
     It is of use where most of the work is done by compiled loops, BLAS or OpenCV, which let other
     threads run; with a `count` of 1 all is done in this one.
@@ -93,7 +93,7 @@ class Behind:
 
 
 class _Counted:
-    """What the first user begins and the last one ends, in whatever order they leave.
+    """Context that the first user begins and the last one ends, in whatever order they leave.
 
     Parameters
     ----------

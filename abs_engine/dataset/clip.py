@@ -24,7 +24,7 @@ LANDMARKS = ("outer_lip", "outer_lip_20", "inner_lip_8", "mouth_corners", "landm
 
 
 class Phoneme(NamedTuple):
-    """What is said from `start` to `end`, seconds."""
+    """Sound spoken from `start` to `end`, seconds."""
 
     label: str
     start: float

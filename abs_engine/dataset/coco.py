@@ -70,7 +70,7 @@ def coco(
     boxes: NDArray[np.integer],
     areas: NDArray[np.integer],
 ) -> dict[str, Any]:
-    """What a ``coco.json`` holds.
+    """Content of a ``coco.json``.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def dataset_record(
     labels: tuple[str, ...],
     **more: object,
 ) -> dict[str, Any]:
-    """What a ``dataset.json`` holds; `more` is kept beside it, such as the commit."""
+    """Content of a ``dataset.json``; `more` is kept beside it, such as the commit."""
     return {
         "format": codec.DATASET_FORMAT,
         "version": codec.VERSION,

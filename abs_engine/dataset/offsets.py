@@ -19,7 +19,7 @@ _KEPT = 3
 
 
 class Offsets(Protocol):
-    """What a clip's offsets are: `StoredOffsets`, or any array (T, V, 3) float16."""
+    """Offsets of a clip: `StoredOffsets`, or any array (T, V, 3) float16."""
 
     def __len__(self) -> int:
         """Return the number of frames."""

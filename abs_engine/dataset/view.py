@@ -26,7 +26,7 @@ from abs_engine.io.video import read_frames
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Truth(Clip):
-    """What is true of every frame that a camera took of a clip; adds to `Clip`:
+    """Ground truth of every frame that a camera took of a clip; adds to `Clip`:
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Truth(Clip):
         return Pose.from_vectors(self.rotations[frame], self.translations[frame])
 
     def pixels(self, frame: int, vertex: NDArray[np.integer]) -> FloatArray:
-        """Where vertices (N,) lie in the picture, (N, 2), seen or not."""
+        """Places of vertices (N,) in the picture, (N, 2), seen or not."""
         points = self.vertices(frame)[vertex].astype(np.float64)
         return self.camera.project(self.pose(frame).apply(points))
 
@@ -78,7 +78,7 @@ class Truth(Clip):
         return path if path.is_file() else None
 
     def pictures(self) -> Iterator[NDArray[np.uint8]]:
-        """What the camera saw, frame after frame, (H, W, 3) uint8 RGB; best without compression."""
+        """The camera's pictures, frame by frame, (H, W, 3) uint8 RGB; best without compression."""
         if (self.folder / codec.FRAMES).is_dir():
             return (self._picture(codec.FRAMES, frame) for frame in range(len(self)))
         return read_frames(self.video)
@@ -124,7 +124,7 @@ class Truth(Clip):
         return codec.decode_flow(self._picture("flow", frame))
 
     def cover(self, frame: int) -> NDArray[np.uint8]:
-        """What hides the head, (H, W), see `codec.COVER_NAMES`; 0 everywhere without occluders."""
+        """Labels of what hides the head, (H, W), see `codec.COVER_NAMES`; 0 without occluders."""
         if self.has(codec.COVER):
             return self._picture(codec.COVER, frame)
         check_frame(frame, len(self))
@@ -137,7 +137,7 @@ class Truth(Clip):
 
     @property
     def landmark_visible(self) -> NDArray[np.bool_]:
-        """Which landmarks (T, 68) the camera sees."""
+        """Mask (T, 68) of the landmarks that the camera sees."""
         return self._points["landmark_visible"]
 
     @property
@@ -147,7 +147,7 @@ class Truth(Clip):
 
     @property
     def lip_visible(self) -> NDArray[np.bool_]:
-        """Which landmarks of the lips (T, 20) the camera sees."""
+        """Mask (T, 20) of the landmarks of the lips that the camera sees."""
         return self.landmark_visible[:, LIPS_OF_68]
 
     @property
@@ -157,7 +157,7 @@ class Truth(Clip):
 
     @property
     def mirror_visible(self) -> NDArray[np.bool_] | None:
-        """Which landmarks (T, 68) the camera sees in the mirror, if there is one."""
+        """Mask (T, 68) of the landmarks that the camera sees in the mirror, if there is one."""
         return self._points.get("mirror_landmark_visible")
 
     @property

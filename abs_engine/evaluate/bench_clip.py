@@ -40,7 +40,7 @@ class BenchError(AbsEngineError):
 
 @dataclass(frozen=True, eq=False)
 class ClipBench:
-    """What came of it: medians over the turns.
+    """Result of a benchmark: medians over the turns.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class ClipBench:
 
     @property
     def ratio(self) -> float | None:
-        """How many times as long ours took."""
+        """Our time divided by the other's."""
         return None if self.seconds_peer is None else self.seconds / self.seconds_peer
 
     def as_json(self) -> dict[str, Any]:
@@ -167,7 +167,7 @@ def _ours(video: Path, renderer: str) -> tuple[dict[str, Any], float]:
 
 
 def _timed(command: Sequence[str], who: str) -> tuple[dict[str, Any], float]:
-    """What a process says in its last line, and the seconds that it took."""
+    """The last line of a process, and the seconds that it took."""
     if shutil.which(command[0]) is None:
         raise BenchError(f"{command[0]} cannot be run", "give the path of a Python interpreter")
     start = time.perf_counter()

@@ -21,7 +21,7 @@ RATIOS = {
 
 @dataclass(frozen=True)
 class WorkResult:
-    """What came of one work.
+    """Result of one piece of work.
 
     Parameters
     ----------

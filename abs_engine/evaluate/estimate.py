@@ -53,7 +53,7 @@ class PointTrack:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What a system says about the T frames of a clip. What it does not say is None or absent.
+    """Results of a system for the T frames of a clip. A missing quantity is None or absent.
 
     Parameters
     ----------

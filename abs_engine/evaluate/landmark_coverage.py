@@ -72,7 +72,7 @@ class Given:
 def given_landmarks(
     estimate: Estimate, own_pixels: bool, landmark_68: NDArray[Any] | None
 ) -> Given | None:
-    """What an estimate gives of the 68 landmarks; None where it gives none.
+    """The part of the 68 landmarks that an estimate gives; None where it gives none.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ POSE = ("pose_Rx", "pose_Ry", "pose_Rz"), ("pose_Tx", "pose_Ty", "pose_Tz")
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What of the truth a reader of results needs.
+    """The part of the truth that a reader of results needs.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Landmarks:
-    """What a file says: NaN where it says nothing.
+    """Landmarks of a file; NaN where it has none.
 
     Parameters
     ----------

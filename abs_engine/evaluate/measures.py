@@ -70,7 +70,7 @@ def pixel_means(
 
 
 def hidden_landmarks(truth: Truth, landmark_68: NDArray[Any]) -> NDArray[np.bool_] | None:
-    """Which landmarks (T, 68) the camera does not see; None where the truth does not say."""
+    """Mask (T, 68) of the landmarks hidden from the camera; None where that is not known."""
     told = truth.landmarks.get("landmark_68")
     if not np.array_equal([] if told is None else told, landmark_68):
         return None
@@ -129,7 +129,7 @@ def closure_means(
 
 
 def true_pixels(truth: Truth, vertex: NDArray[Any]) -> FloatArray:
-    """Where vertices (N,) lie in the picture in every frame, (T, N, 2), seen or not."""
+    """Places of vertices (N,) in the picture in every frame, (T, N, 2), seen or not."""
     points = metrics.to_camera(truth.points(vertex), truth.rotations, truth.translations)
     return truth.camera.project(points)
 

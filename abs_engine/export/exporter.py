@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Loss:
-    """What reading a file back gives, beside the run.
+    """Difference between a file that is read back and its run.
 
     Parameters
     ----------

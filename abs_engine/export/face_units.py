@@ -51,7 +51,7 @@ def _reduced(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def unit_loss(run: TrackedRun, weights: FloatArray) -> tuple[Loss, ...]:
-    """How far faces and lips that units make lie off the tracked ones, mm."""
+    """Distance of faces and lips made of units from the tracked ones, mm."""
     out = []
     for area in ("lips", "face"):
         index = run.speaker.points[area]

@@ -96,7 +96,7 @@ class FaceShape:
 
     @property
     def about(self) -> FloatArray:
-        """What is known of the 13 parameters beforehand, 1 / variance per squared first step."""
+        """Prior knowledge of the 13 parameters, 1 / variance per squared first step."""
         own = np.full(len(self.spec), STEP**2)
         return self.blocks.vector({POSE: np.float64(_POSE_KNOWN), POSTURE: own})
 

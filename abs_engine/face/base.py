@@ -67,7 +67,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """What can move, and what it looks like.
+    """Shape and appearance of a face: the parts that can move, and their look.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class Face:
         return replace(self, appearance={**self.appearance, **learned})
 
     def learned(self, name: str) -> Any:
-        """What was learned of the appearance for a kind of evidence.
+        """Learned appearance for a kind of evidence.
 
         Raises
         ------
@@ -147,7 +147,7 @@ class Face:
         return lip_aperture(vertices[self.rings["points"]])
 
     def protrusion(self, posture: FloatArray) -> float:
-        """How far the middle of the outer lips lies in front of the head frame's origin, mm.
+        """Distance of the middle of the outer lips in front of the head frame's origin, mm.
 
         Of a posture (P,).
         """

@@ -111,7 +111,7 @@ class _Arrays(dict[str, NDArray[np.generic]]):
         raise ParameterError(f"there is no array '{self._within}{name}'", _REMEDY)
 
     def part(self, name: str) -> _Arrays:
-        """What is named `name` and a dot, without that."""
+        """Entries that begin with `name` and a dot, without that prefix."""
         start = f"{name}."
         own = {key.removeprefix(start): at for key, at in self.items() if key.startswith(start)}
         return _Arrays(own, self._within + start)
@@ -164,7 +164,7 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
 
 
 def _stored(data: _Arrays) -> StoredTalker:
-    """What the arrays hold; `ParameterError` where that is not whole."""
+    """Content of the arrays; `ParameterError` where that is not whole."""
     for name, values in data.items():
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             raise ParameterError(f"'{name}' holds what is not finite", _LEARN)
@@ -248,7 +248,7 @@ def _penalty(data: _Arrays) -> ImprobablePenalty:
 
 
 def _facets(whole: Scene, some: Scene) -> NDArray[np.bool_]:
-    """Which facets (F,) of a scene `region.part` takes to make a part of it.
+    """Mask of the facets (F,) of a scene that `region.part` takes to make a part of it.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def _same(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
 
 
 def _fits(face: TalkingFace) -> dict[str, bool]:
-    """What may be wrong, and whether it is right."""
+    """Conditions that may fail, and whether they hold."""
     shape, points, count = face.shape, len(face.shape.model.names), len(face.shape.model.predictors)
     numbers = {shape.scene.n_modes, len(shape.spec), shape.penalty.size}
     local = (face.la_lin, face.la_cst)

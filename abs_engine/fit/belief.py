@@ -27,7 +27,7 @@ _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 @dataclass(frozen=True)
 class Unknown:
-    """What is added to a fit's own uncertainty.
+    """Uncertainty that is added to a fit's own.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Belief:
 
 
 def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
-    """How sure a fit at `x` (6 + P,) is.
+    """Uncertainty of a fit at `x` (6 + P,).
 
     None where the evidence has no curvature, or its value is not in nats.
     Lengths are those of the head as it is scaled: how large it is, is not in them.

@@ -21,7 +21,7 @@ class Term(Protocol):
     """One kind of evidence, bound to a face and a view."""
 
     def negative_log(self, candidates: Candidates) -> FloatArray:
-        """What the drawing of each candidate is worth, (B,), nats; less is more probable."""
+        """Value of the drawing of each candidate, (B,), nats; less is more probable."""
         ...
 
 
@@ -31,7 +31,7 @@ class Pushing(Term, Protocol):
 
     @property
     def scene(self) -> Scene:
-        """What it draws."""
+        """Scene that is drawn."""
         ...
 
     def forces(self, candidate: Candidates) -> FloatArray:
@@ -44,22 +44,22 @@ class Bordered(Term, Protocol):
 
     @property
     def scene(self) -> Scene:
-        """What it draws."""
+        """Scene that is drawn."""
         ...
 
     @property
     def camera(self) -> Camera:
-        """What it is seen by."""
+        """Camera that sees it."""
         ...
 
     @property
     def window(self) -> Window:
-        """What is drawn of the picture."""
+        """Window of the picture that is drawn."""
         ...
 
     @property
     def observations(self) -> float:
-        """How many independent observations it holds."""
+        """Number of independent observations."""
         ...
 
     def borders(
@@ -74,7 +74,7 @@ class Squared(Term, Protocol):
     """A term that is a sum of squares."""
 
     def rows(self, candidates: Candidates) -> Rows:
-        """What is squared and summed of a batch, and what is compared in which."""
+        """Residuals of a batch that are squared and summed, and what is compared in each."""
         ...
 
 
@@ -84,7 +84,7 @@ def own(made: object) -> bool:
 
 
 def failed(name: str, error: Exception) -> TermError:
-    """What a user is told of evidence that raises an error."""
+    """Message about evidence that raises an error."""
     said = " ".join(f"{type(error).__name__}: {error}".split())
     return TermError(f"the evidence '{name}' fails ({said})", "correct its plugin")
 
@@ -124,7 +124,7 @@ def finite(name: str, what: str, *values: FloatArray | float) -> None:
 
 
 def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
-    """What the drawing of each candidate is worth, (B,), nats.
+    """Value of the drawing of each candidate, (B,), nats.
 
     Raises
     ------

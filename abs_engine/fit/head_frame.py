@@ -117,7 +117,7 @@ def plane_maps(
 
 
 def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
-    """What a facet of each class may show: teeth lie in shade, and lips do where they meet.
+    """Classes that a facet of each class may show: teeth lie in shade, and lips do where they meet.
 
     Where in the mouth teeth stand is not known of a person: dark facets may show them. Where the
     inside is no more than `line` drawn pixels high, its dark may as well be closed lips; not teeth.

@@ -35,7 +35,7 @@ FIRST_STRIDE = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is minimised in a frame, over the parameters (N,) of its free blocks.
+    """Objective of a frame, over the parameters (N,) of its free blocks.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ class Problem:
         return value, slope, curve
 
     def information(self, x: FloatArray) -> FloatArray | None:
-        """What the evidence and the priors say about the parameters at `x` (N,), (N, N).
+        """Information of the evidence and the priors about the parameters at `x` (N,), (N, N).
 
         The value's second derivative, without what keeps a step short. None where a term or a prior
         has none, or the value is not in nats.
@@ -255,7 +255,7 @@ class Problem:
         return cost, 2 * fall / scale, 2 * curve / np.outer(scale, scale)
 
     def push(self, x: FloatArray) -> FloatArray:
-        """Where forces at `x` (N,) push the parameters (Basu et al., eq. 13), and the pose's work.
+        """Step under the forces at `x` (N,) (Basu et al., eq. 13), and the pose's work.
 
         Each parameter gives way by its `mobility` times the work of the forces on the nodes, less
         the priors' slope. The weights' part is scaled so that the node which moves most moves by

@@ -26,7 +26,7 @@ against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm 
 
 @dataclass(frozen=True, eq=False)
 class Seal:
-    """How often a speaker's lips touch.
+    """Frequency with which a speaker's lips touch.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Seal:
 
 
 def sealed(problem: Problem, found: Found, seal: Seal) -> Found:
-    """What was found, over all parameters, or the same with lips that touch."""
+    """Result over all parameters, or the same with lips that touch."""
     if not 0 < seal.apart(found.x) < WIDEST:
         return found
     there = seal.closed(found.x)

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Minimiser(Protocol):
-    """What moves the parameters until the value is least; it sees numbers and nothing else."""
+    """Solver that moves parameters until the value is least; it sees nothing but numbers."""
 
     def minimise(self, objective: Any, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start` (N,)."""
@@ -54,7 +54,7 @@ class Phased(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Again:
-    """Where a search starts again, if what it came to is worse than usual.
+    """Starts of a repeated search, if what it came to is worse than usual.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Again:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search came to.
+    """Result of a search.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ POSE_FREE = np.array([0.05, 0.05, 0.05, 2.0, 2.0, 12.0])
 
 @dataclass(frozen=True, eq=False)
 class ShellSetting:
-    """What stays the same over the frames.
+    """Values that stay the same over the frames.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class ShellSetting:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Which blocks are fitted."""
+        """Blocks that are fitted."""
         return free_blocks(self.pose_deviation is None)
 
     @property

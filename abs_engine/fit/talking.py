@@ -46,7 +46,7 @@ MARGIN = 10.0
 
 
 class Solver(Protocol):
-    """What minimises: `optimise.simplex.Simplex` and the others of `optimise`."""
+    """Minimiser of a talking face: `optimise.simplex.Simplex` and the others of `optimise`."""
 
     def minimise(
         self, objective: Objective, start: FloatArray, spec: ParamSpec, step: float = 1.0
@@ -92,7 +92,7 @@ def talking_problem(
     whiten: bool = False,
     printed: bool = False,
 ) -> Problem:
-    """What is to be minimised in a picture: epsilon + A(a).
+    """Objective of a picture: epsilon + A(a).
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def talking_problem(
 
 @dataclass(frozen=True, eq=False)
 class FaceFit:
-    """What a search found in a picture.
+    """Result of a search in a picture.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ class Weighted:
         return self.nats * self.error.epsilon(candidates)
 
     def rows(self, candidates: Candidates) -> Rows:
-        """What is squared and summed of a batch, row by row."""
+        """Residuals of a batch, row by row, that are squared and summed."""
         apart = self.error.rows(candidates)
         rows = np.sqrt(self.nats) * apart.rows
         return replace(apart, rows=rows, value=self.nats * apart.value)

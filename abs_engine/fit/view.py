@@ -18,7 +18,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What a term is bound to, besides a face.
+    """Frame and camera that a term is bound to, besides a face.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def name_problem(what: str, name: str) -> str | None:
-    """Why a name cannot be shown in one line, or None: it is empty, or not all printable."""
+    """Reason why a name cannot be shown in one line, or None: it is empty, or not all printable."""
     if not name.strip():
         return f"a {what} has an empty name"
     if not name.isprintable():

@@ -20,7 +20,7 @@ _UNKNOWN = (errno.ENOSYS, errno.EINVAL)  # of the system, of its kind of disk
 
 
 def partial_of(path: Path) -> Path:
-    """Where what is unfinished of an output lies."""
+    """Path of the unfinished part of an output."""
     path = Path(path)
     return path.with_name(f".{path.name}.partial")
 

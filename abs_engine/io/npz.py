@@ -129,7 +129,7 @@ def check_format(
 
 
 def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
-    """What a file says that it is; "unknown" where that is missing, or not a line of text."""
+    """Stated format of a file; "unknown" where that is missing, or not a line of text."""
     named = data.get("format")
     if named is None or named.ndim or named.dtype.kind != "U":
         return "unknown"
@@ -137,7 +137,7 @@ def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
 
 
 def read_kind(path: Path) -> str:
-    """What an `.npz` says that it is, without reading its arrays.
+    """Stated format of an `.npz`, without reading its arrays.
 
     Raises
     ------

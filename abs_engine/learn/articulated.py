@@ -74,7 +74,7 @@ def _marks(speaker: Speaker) -> NDArray[np.int64]:
 
 
 def _still(speaker: Speaker) -> NDArray[np.bool_]:
-    """Which vertices (V,) blinks and brows leave where they are."""
+    """Mask of the vertices (V,) that blinks and brows leave where they are."""
     moved = np.zeros(len(speaker.vertices))
     for unit, offsets in zip(speaker.unit_names, speaker.units, strict=True):
         weight = max((w for name, w in _UPPER.items() if unit.startswith(name)), default=0.0)

@@ -127,7 +127,7 @@ def left_out_errors(
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """How models do on visemes that they were not built of.
+    """Errors of models on visemes that they were not built of.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def direction_of(yaw: float, up: float = 0.0) -> FloatArray:
 
 
 def yaw_name(yaw: float) -> str:
-    """What a camera at a yaw in degrees is called; -0 is 0."""
+    """Name of a camera at a yaw in degrees; -0 is 0."""
     return f"{yaw + 0.0:g}"
 
 
@@ -60,7 +60,7 @@ def rank_yaws(
     have: Iterable[float] = (),
     noise: float | None = None,
 ) -> list[CameraGain]:
-    """Which of several cameras around a head would tell most about its lips; the best first.
+    """Ranking of cameras around a head by what they would reveal of its lips; the best first.
 
     A camera sees the 16 dots of the lips that nothing of the head at rest hides from it, and tells
     their two coordinates across its direction.
@@ -112,7 +112,7 @@ def rank_yaws(
 def camera_results(
     physics: LearnedPhysics, speaker: Speaker, yaws: Iterable[float] = YAWS
 ) -> dict[str, Any]:
-    """What ``results.json`` says of cameras: the mm that remain by yaw, alone and beside a frontal.
+    """Entries of ``results.json`` on cameras: mm that remain by yaw, alone and beside a frontal.
 
     Returns
     -------

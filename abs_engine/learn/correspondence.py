@@ -67,7 +67,7 @@ class Correspondence:
 
     @property
     def how(self) -> str:
-        """Which head was used, in words."""
+        """Description of the head that was used."""
         if self.person:
             return f"the head of {self.person}; mean dots {self.misfit:.2f} mm from rest"
         return (
@@ -90,7 +90,7 @@ class Correspondence:
 
 
 def shell_points(speaker: Speaker, shell: LipShell) -> ShellPoints:
-    """Where the dots of `marks.LIPS16` are on the shell, by the average head."""
+    """Places of the dots of `marks.LIPS16` on the shell, by the average head."""
     at = lips17(speaker)[: len(LIPS16)]
     nodes = shell.nodes(speaker.vertices)
     return nearest_points(nodes, shell.faces[shell.lip], speaker.vertices[at])

@@ -43,7 +43,7 @@ LEAST_FRAMES = 40
 
 @dataclass(frozen=True, eq=False)
 class PostureSpace:
-    """How one speaker's mouth moves.
+    """Posture space of one speaker's mouth.
 
     Parameters
     ----------

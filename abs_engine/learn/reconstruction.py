@@ -24,7 +24,7 @@ _EVERYTHING = slice(None)
 
 @dataclass(frozen=True)
 class Part:
-    """What is measured of the dots.
+    """Measured part of the dots.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def unit_scale(rest: FloatArray) -> FloatArray:
 
 
 def reconstruct_part(training: Training, part: Part, shapes: FloatArray) -> Posterior:
-    """What the modes make of a part of the dots of shapes (..., N, 3), mm."""
+    """Reconstruction by the modes of a part of the dots of shapes (..., N, 3), mm."""
     rows = training.correspondence.points.subset(part.dots).rows(
         len(training.shell), part.coordinates
     )
@@ -143,7 +143,7 @@ def table_1(training: Training, parts: tuple[Part, ...] = TABLE_1) -> list[Row]:
 
 @dataclass(frozen=True)
 class CameraGain:
-    """What a camera would tell.
+    """Gain in knowledge from a camera.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def rank_cameras(
     have: tuple[FloatArray, ...] = (),
     seen: Callable[[FloatArray], NDArray[np.bool_]] | None = None,
 ) -> list[CameraGain]:
-    """Which of several cameras would tell most about the shape; the best comes first.
+    """Ranking of several cameras by what they would reveal of the shape; the best comes first.
 
     Parameters
     ----------

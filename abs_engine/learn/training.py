@@ -182,7 +182,7 @@ def _farthest(away: FloatArray) -> FloatArray:
 
 
 def checksum(speaker: Speaker) -> str:
-    """What tells one speaker's mesh from another's: 16 hexadecimal digits."""
+    """Checksum of a speaker's mesh: 16 hexadecimal digits."""
     digest = hashlib.sha256()
     for part in (speaker.vertices, speaker.faces, speaker.facet_class):
         digest.update(np.ascontiguousarray(part).tobytes())

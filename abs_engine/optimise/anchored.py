@@ -69,7 +69,7 @@ class Held:
         return unit_of(self.objective)
 
     def values(self, vectors: FloatArray) -> FloatArray:
-        """What is minimised, (B,), at parameter vectors (B, n)."""
+        """Objective, (B,), at parameter vectors (B, n)."""
         off = (vectors - self.centre) / self.spec.scale
         pull = self.inertia * self.unit * (off**2).sum(axis=1)
         return np.asarray(self.objective.values(vectors) + pull)

@@ -227,7 +227,7 @@ def _climb(
 
 
 def _parts(spec: ParamSpec) -> Mask:
-    """Which parameters (K, N) go by strides of their own: the pose's, and the shape's."""
+    """Masks (K, N) of the parameters that share a stride: the pose's, and the shape's."""
     shape = np.array([unit == "sd" for unit in spec.units], bool)
     return np.array([part for part in (~shape, shape) if part.any()], bool).reshape(-1, len(spec))
 

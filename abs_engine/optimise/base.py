@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where a solver ended, and how.
+    """End of a solver, and the reason of its stop.
 
     Parameters
     ----------

@@ -158,7 +158,7 @@ def _ahead(
     damping: float,
     spec: ParamSpec,
 ) -> list[FloatArray]:
-    """Where a Newton step from `x` (N,) leads, and shorter ones for where that leads up."""
+    """End of a Newton step from `x` (N,), and of shorter ones where it leads up."""
     _, slope, curve = made
     diagonal = np.diag(curve)
     ridge = damping * diagonal + _RIDGE * diagonal.max()

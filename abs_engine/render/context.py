@@ -30,7 +30,7 @@ MINIMUM_VERSION = 430
 
 
 class NativeContext(Protocol):
-    """What moderngl asks of a context, see `egl.EglContext`."""
+    """Interface that moderngl needs of a context, see `egl.EglContext`."""
 
     def load(self, name: str) -> int:
         """Address of a GL function."""
@@ -51,7 +51,7 @@ class NativeContext(Protocol):
 
 @dataclass(frozen=True)
 class Attempt:
-    """What came of trying one backend.
+    """Outcome of trying one backend.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class CpuRenderer:
 
     @property
     def description(self) -> str:
-        """What draws."""
+        """Description of the renderer."""
         return "cpu: numba rasteriser, no OpenGL"
 
     @property
@@ -123,7 +123,7 @@ class CpuRenderer:
         window: Window,
         clip: NDArray[np.float64],
     ) -> tuple[Any, _Scratch]:
-        """What the compiled functions of `fused` take first, and this thread's scratch arrays."""
+        """First arguments of the functions of `fused`, and this thread's scratch arrays."""
         scratch = self._scratch(window.drawn, scene.faces)
         limit = camera.radius_limit if camera.distorted else 0.0
         weights, motion = weights_of(scene, candidates, index), motion_of(candidates, index)

@@ -27,7 +27,7 @@ PROBE_SECONDS = 60
 
 @dataclass(frozen=True)
 class Timing:
-    """How long one evaluation takes: 1,280 facets, 64x64 pixels, colour error.
+    """Time of one evaluation: 1,280 facets, 64x64 pixels, colour error.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ def measured(mean, modes, weights, motion, lens, limit, clip, faces, order, firs
 @_compiled
 def outlined(mean, modes, weights, motion, lens, limit, clip, faces, order, first, near, far, cull,
              keys, facet, facet_class, shown, depth, bary):  # fmt: skip
-    """What a candidate shows where classes meet; see `kernels.outlines`."""
+    """Borders of a candidate, where classes meet; see `kernels.outlines`."""
     positions = drawn(mean, modes, weights, motion, lens, limit, clip, faces, order, first, near,
                       far, cull, keys, facet)  # fmt: skip
     outlines(positions, faces, facet, facet_class, shown, depth, bary)

@@ -70,7 +70,7 @@ class RawGL:
         self._call["glDeleteTextures"](1, ctypes.byref(c_uint(texture)))
 
     def count_objects(self, limit: int = 4096) -> dict[str, int]:
-        """How many live GL objects of each kind have names below `limit`; to find leaks."""
+        """Number of live GL objects of each kind with names below `limit`; to find leaks."""
         return {
             kind: sum(bool(self._call[f"glIs{kind}"](name)) for name in range(1, limit))
             for kind in KINDS

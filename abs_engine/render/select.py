@@ -82,7 +82,7 @@ def draws_by_software(renderer: Renderer) -> bool:
 
 
 def _why_not(error: OpenGLError) -> str:
-    """Why OpenGL is not used, short; `abs-engine doctor` says more."""
+    """Reason why OpenGL is not used, short; `abs-engine doctor` says more."""
     attempts = error.attempts if isinstance(error, NoOpenGLError) else ()
     if attempts and all(attempt.hidden for attempt in attempts):
         return f"OpenGL is hidden by {HIDE_VARIABLE}"

@@ -186,12 +186,12 @@ class SceneUpload:
 
     @property
     def texture_defines(self) -> tuple[str, ...]:
-        """What shaders that colour this scene are compiled with."""
+        """Definitions with which shaders that colour this scene are compiled."""
         return () if self._alive.texture_modes is None else ("TEXTURE_MODES",)
 
     @cached_property
     def texture_modes(self) -> moderngl.TextureArray:
-        """What each mode adds to the skin, a layer for each."""
+        """Addition of each mode to the skin, a layer for each."""
         modes = self._alive.texture_modes
         if modes is None:
             raise ReferenceError("the texture of this scene does not vary")

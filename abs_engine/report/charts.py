@@ -63,7 +63,7 @@ def error_chart(data: ReportData) -> Figure | None:
 
 
 def sureness_chart(data: ReportData) -> Figure | None:
-    """How sure systems are over time, a row for each quantity; None where they do not say."""
+    """Chart of uncertainty over time, a row for each quantity; None without intervals."""
     return _frame_chart(data, "sureness", data.sureness)
 
 
@@ -84,7 +84,7 @@ def _frame_chart(data: ReportData, part: str, quantities: Sequence[Quantity]) ->
 
 
 def box_chart(data: ReportData) -> Figure | None:
-    """How the errors of the frames spread; None without errors."""
+    """Chart of the spread of the frames' errors; None without errors."""
     rows = [q for q in data.errors if q.unit != SHARE and _given(data.systems, "errors", q.key)]
     if not rows:
         return None

@@ -41,7 +41,7 @@ _ENDS = (1, 2, 4, 6, 8, 10)  # so that quarters are round numbers
 
 @dataclass(frozen=True)
 class Stroke:
-    """How a line is drawn. Lines in the same place are all seen: later ones lie above.
+    """Style of a line. Lines in the same place are all seen: later ones lie above.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def bar_colours() -> NDArray[np.uint8]:
 
 
 def scale_end(maps: Sequence[FloatArray]) -> float:
-    """Where the scale of errors (mm) ends: above 98 % of them, rounded up; 1 without errors."""
+    """End of the scale of errors (mm): above 98 % of them, rounded up; 1 without errors."""
     known = [m[np.isfinite(m)] for m in maps]
     values = np.concatenate([np.zeros(0), *known])
     high = float(np.quantile(values, 0.98)) if values.size else 0.0

@@ -44,7 +44,7 @@ class Series:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """What a chart's row shows.
+    """Quantity in a chart's row.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class System:
 
 @dataclass(frozen=True, eq=False)
 class TrueClip:
-    """What is true of the clip; the same as in `System`, and what is said.
+    """Ground truth of the clip; the same as in `System`, and what is said.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ CLIP, RUN, EVALUATION, PAGE = "clip", "run", "evaluation", "index.html"
 
 @dataclass(frozen=True)
 class DemoOptions:
-    """What the demo films and what the tracker is told.
+    """Options of the demo: its film, and the knowledge given to the tracker.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class DemoOptions:
 
 @dataclass(frozen=True)
 class DemoResult:
-    """What the demo found.
+    """Results of the demo.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def film_clip(
 
 
 def score_rows(scores: dict[str, Any]) -> list[tuple[str, str]]:
-    """What was measured against the truth, and its number with its unit."""
+    """Measures against the truth, each with its number with its unit."""
     aperture, width, closure = scores["aperture"], scores["width"], scores["closure"]
     raw, aligned = scores["lip_rms_head_raw_mm"], scores["lip_rms_head_offset_removed_mm"]
     return [

@@ -16,7 +16,7 @@ _KEY = (
 
 
 def head_given(person: str, person_known: bool) -> str:
-    """Which head the tracker was given, and what that means for the numbers."""
+    """Line about the head that the tracker was given, and its meaning for the numbers."""
     if person_known:
         return (
             f"Head given to the tracker: {person}'s own (speaker-specific tracking); it was not "
@@ -30,7 +30,7 @@ def head_given(person: str, person_known: bool) -> str:
 
 
 def camera_error(along: float, across: float) -> str:
-    """Why lip points are worse in camera coordinates than in head coordinates.
+    """Reason why lip points are worse in camera coordinates than in head coordinates.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def results_page(title: str, heading: str, body: str, results: Mapping[str, Any]
 
 
 def cautioned(results: Mapping[str, Any]) -> str:
-    """Why figures may not be published, as HTML; nothing where they may."""
+    """Reason why figures may not be published, as HTML; nothing where they may."""
     why = caution(results)
     return "" if why is None else f'<p class="warning">{safe(why)}</p>\n'
 

@@ -23,7 +23,7 @@ _MANY_MODES = 16
 
 
 def system_of(estimate: Estimate, camera: Camera, loops: Loops, played: int) -> System:
-    """What a report shows of an estimate, without any truth."""
+    """Report's view of an estimate, without any truth."""
     curves = {}
     for name, values in estimate.curves.items():
         low, high = estimate.intervals.get(name, (None, None))

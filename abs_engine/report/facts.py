@@ -18,7 +18,7 @@ _FIRST = ("engine_version", "commit", "dirty", "renderer")
 
 
 def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
-    """What was filmed, and by which command."""
+    """Facts of the film, and the command that made it."""
     camera = truth.camera
     focal = f"{camera.matrix[0, 0]:.1f} px"
     rows = (
@@ -35,7 +35,7 @@ def truth_facts(truth: Truth, given: Path) -> dict[str, Rows]:
 
 
 def made_facts(command: str, seed: int | None) -> dict[str, Rows]:
-    """What made the report, and on which machine."""
+    """Facts of the making of the report, and its machine."""
     machine = machine_facts()
     computer = {k: machine.pop(k) for k in ("cpu", "cores", "system", "python")}
     packages = {str(k): str(v) for k, v in machine.items()}
@@ -49,7 +49,7 @@ def made_facts(command: str, seed: int | None) -> dict[str, Rows]:
 
 
 def run_facts(path: Path) -> Rows:
-    """What a run says about its making; of another system's file, its name."""
+    """Facts of a run about its making; of another system's file, its name."""
     file = path / SUMMARY
     if not path.is_dir() or not file.is_file():
         return (("results", str(path)),)

@@ -53,7 +53,7 @@ MOST_PLAYED = 1000
 
 @dataclass(frozen=True)
 class ReportOptions:
-    """What is reported, and how.
+    """Options of a report.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def _with_truth(
 def _scored(
     name: str, path: Path, truth: Truth, speaker: Speaker, loops: Loops, seed: int
 ) -> System:
-    """What a report shows of a result, but for pictures."""
+    """Report's view of a result, but for pictures."""
     marks = landmarks_of(truth, speaker)
     estimate = replace(read_result(path, truth, speaker, marks), name=name)
     estimate = with_protrusion(estimate, truth.landmarks)

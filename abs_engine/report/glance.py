@@ -33,7 +33,7 @@ def heading(data: ReportData) -> str:
 
 
 def _views(data: ReportData) -> str:
-    """Which clip and camera is shown, and which others there are."""
+    """Clip and camera that are shown, and the others that exist."""
     if not data.view:
         return ""
     clip, camera = (safe(name) for name in data.view.split("/"))
@@ -56,7 +56,7 @@ def _cards(data: ReportData) -> str:
 
 
 def _notes(notes: Sequence[str]) -> str:
-    """What is to be known about the numbers above, a sentence each."""
+    """Notes about the numbers above, a sentence each."""
     return "".join(f'<p class="warning">{safe(_sentence(note))}</p>' for note in notes)
 
 

@@ -72,7 +72,7 @@ def report_page(data: ReportData) -> str:
 
 
 def page_data(data: ReportData, store: Store) -> dict[str, Any]:
-    """What the page's scripts are told, as JSON values; arrays go to the store."""
+    """Data for the page's scripts, as JSON values; arrays go to the store."""
     area = slice(None) if data.area is None else data.area
     maps = [s.error_map[area] for s in data.systems if s.error_map is not None]
     drawn = {
@@ -134,7 +134,7 @@ def _heads(data: ReportData, store: Store) -> list[dict[str, Any]]:
 
 
 def _moved(head: Head, played: int, store: Store) -> dict[str, Any]:
-    """How a head moves."""
+    """Motion of a head."""
 
     def kept(values: NDArray[Any] | None) -> dict[str, Any] | None:
         return None if values is None else store.add(values[:played].astype(np.float32))

@@ -62,7 +62,7 @@ PRIMARY = (*_LIPS, *_MESH[:1], *_POINTS, *_PICTURE)
 
 
 def sureness_series(run: Mapping[str, NDArray[Any]]) -> dict[str, Series]:
-    """How sure a run is of each frame; see `SURENESS`.
+    """Uncertainty of a run in each frame; see `SURENESS`.
 
     Parameters
     ----------

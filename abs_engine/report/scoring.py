@@ -42,7 +42,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What an evaluation found.
+    """Results of an evaluation.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _scored(
 
 
 def notes_of(path: Path, clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
-    """What is to be known about the scores of a result, one sentence each.
+    """Notes about the scores of a result, one sentence each.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def notes_of(path: Path, clip: ClipScores, scores: Mapping[str, Score]) -> tuple
 
 
 def default_folder(results: Sequence[Path]) -> Path:
-    """Where scores go if nobody says: RUN/evaluation, NAME-evaluation, or ./evaluation."""
+    """Default folder of scores: RUN/evaluation, NAME-evaluation, or ./evaluation."""
     if len(results) > 1:
         return Path("evaluation")
     only = Path(results[0])

@@ -61,7 +61,7 @@ double-click for the whole clip, click to go to a frame.</span></p>
 
 
 def sureness(data: ReportData, charts: Mapping[str, Any]) -> str:
-    """How sure the systems are, frame by frame."""
+    """Section on the systems' uncertainty, frame by frame."""
     if "sureness" not in charts:
         return ""
     return f"""<section><h2>How sure it is</h2><p>Score: how well the drawing explains the picture
@@ -137,7 +137,7 @@ def scores(data: ReportData) -> str:
 
 
 def facts(data: ReportData) -> str:
-    """Where everything comes from."""
+    """Section on where everything comes from."""
     blocks = [_facts(title, rows) for title, rows in data.facts.items() if rows]
     blocks += [_facts(f"System: {s.name}", s.facts) for s in data.systems if s.facts]
     return f"<section><h2>How it was made</h2>{''.join(blocks)}</section>" if blocks else ""
@@ -155,7 +155,7 @@ def contours(data: ReportData) -> list[tuple[str, colours.Stroke, Mapping[str, F
 
 
 def _ends(end: float) -> str:
-    """Where the scale of errors may end."""
+    """Possible ends of the scale of errors."""
     return "".join(
         f'<option value="{k:g}"{" selected" if k == end else ""}>{k:g}</option>'
         for k in sorted({*SCALE_ENDS, end})

@@ -56,7 +56,7 @@ def printed(board: Board, paper: Colour) -> Prop:
 
 
 def _lines(board: Board, squares: int) -> FloatArray:
-    """Where the colour may change along a side, mm from the print's edge, rising."""
+    """Lines along a side at which the colour may change, mm from the print's edge, rising."""
     inner = np.zeros(1)
     if board.kind == "charuco":
         bits = _dictionary(board).markerSize + 2  # a black border of one bit

@@ -83,7 +83,7 @@ def _check_lens(name: str, camera: Camera) -> None:
 def stand(
     entry: CameraEntry, camera: Camera, speaker: Speaker, neutral: NDArray[np.float32]
 ) -> Pose:
-    """Where a camera is: world (or, if it is worn, head) frame to camera frame.
+    """Pose of a camera: world (or, if it is worn, head) frame to camera frame.
 
     Raises
     ------

@@ -103,7 +103,7 @@ class Cast:
 
 
 def person_of(entry: SpeakerEntry, speaker: Speaker) -> Person:
-    """What an entry of a scene file means.
+    """Person of an entry in a scene file.
 
     Raises
     ------

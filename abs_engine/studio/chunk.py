@@ -184,13 +184,13 @@ def _leave(path: Path, arrays: dict[str, Any], seconds: dict[str, float]) -> Non
 
 
 def seconds_of(numbers: dict[str, Any]) -> dict[str, float]:
-    """What a chunk cost, in seconds by part."""
+    """Cost of a chunk, in seconds by part."""
     parts = {k: float(v) for k, v in numbers.items() if k.startswith("seconds_")}
     return {name.removeprefix("seconds_"): value for name, value in parts.items()}
 
 
 def read_numbers(path: Path) -> dict[str, Any]:
-    """What `film_chunk` left of a chunk.
+    """Results that `film_chunk` left of a chunk.
 
     Raises
     ------

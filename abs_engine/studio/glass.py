@@ -18,7 +18,7 @@ _SHINE = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """What the worker drew of a frame.
+    """Buffers that the worker drew of a frame.
 
     Parameters
     ----------

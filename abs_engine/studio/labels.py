@@ -62,7 +62,7 @@ def flat(camera: Camera, drawn: FloatArray) -> FloatArray:
 
 
 class Surface:
-    """What is seen at each pixel of the head.
+    """Surface that is seen at each pixel of the head.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Surface:
         return out
 
     def flow(self, following: Geometry) -> tuple[Floats, NDArray[np.bool_]]:
-        """Where the points seen move to in the next frame, and whether they are known.
+        """Motion of the visible points to the next frame, and whether it is known.
 
         Returns
         -------
@@ -143,7 +143,7 @@ class Skin:
         self._texels_of_facet = _areas(speaker.uv.astype(np.float64) * len(texture), self._faces)
 
     def levels(self, pixels: FloatArray) -> NDArray[np.uint8]:
-        """Which halving each facet (F,) wants, for vertices at pixels (V, 2)."""
+        """Mipmap level that each facet (F,) needs, for vertices at pixels (V, 2)."""
         share = self._texels_of_facet / np.maximum(_areas(pixels, self._faces), 1e-6)
         level = 0.5 * np.log2(np.maximum(share, 1.0))
         return np.clip(np.rint(level), 0, len(self.sides) - 1).astype(np.uint8)
@@ -157,7 +157,7 @@ def _areas(points: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """What may stand before the head: a mesh as an ideal lens must have it.
+    """Object that may stand before the head: a mesh as an ideal lens must have it.
 
     Parameters
     ----------

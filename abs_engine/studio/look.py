@@ -16,7 +16,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LightKey:
-    """What a lamp is like at a moment; what is left out stays as the lamp has it.
+    """State of a lamp at a moment; what is left out stays as the lamp has it.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ FILL = Light((-0.90, -0.10, -0.75), 1.0, (0.88, 0.94, 1.0), "fill")
 
 @dataclass(frozen=True)
 class Look:
-    """How the set is lit and dressed, and what films it.
+    """Light and dress of the set, and its camera.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ class Filmed:
 
 @dataclass(frozen=True)
 class Crew:
-    """How to film.
+    """Settings of the film crew: processes and renderer.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Crew:
 
 @dataclass(frozen=True)
 class Order:
-    """What a data set is called and holds, besides its clips.
+    """Name and content of a data set, besides its clips.
 
     Parameters
     ----------

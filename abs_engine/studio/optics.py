@@ -88,7 +88,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Background:
-    """What is behind the head, far away: a gradient with a soft vignette.
+    """Background far behind the head: a gradient with a soft vignette.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ class Worker:
         )
 
     def _failure(self) -> StudioError:
-        """What to raise once the process does not answer any more."""
+        """Error to raise once the process does not answer any more."""
         code = self._process.wait()
         self._complaints.seek(0)
         lines = self._complaints.read().decode(errors="replace").strip().splitlines()

@@ -153,7 +153,7 @@ class Occluder:
         return self._held(self.turn or (0.0, 0.0, 0.0), self.turns, seconds)
 
     def _held(self, first: Place, keys: Keys, seconds: float) -> NDArray[np.float64]:
-        """What keys give (3,); `first` from when it has come, the last one until it goes."""
+        """Value of the keys (3,); `first` from when it has come, the last one until it goes."""
         come, go = self.start + self.travel, self.end - self.travel
         path = {come: first, **dict(keys)}
         path.setdefault(go, list(path.values())[-1])

@@ -26,7 +26,7 @@ _VISIBLE_HEIGHT = 240.0
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """What a person does in a clip.
+    """Actions of a person in a clip.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def utter(
     rate: float,
     frames: int | None = None,
 ) -> Talk:
-    """What a sentence of visemes is in face units of a person; parameters and errors as `say`.
+    """Face units of a sentence of visemes of a person; parameters and errors as `say`.
 
     In f the lower lip of the person with `neutral` vertices (V, 3), mm, goes to the upper teeth.
     In p, b and m that fall between two frames the lips are closed in the nearest.

@@ -105,7 +105,7 @@ def sample(ids, uv, level, texels, starts, sides, out):
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def hidden(points, vertices, pixels, faces, weld, owner, clearance):
-    """Which points something in front of them hides from the camera.
+    """Mask of the points that something in front of them hides from the camera.
 
     Parameters
     ----------

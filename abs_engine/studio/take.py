@@ -148,7 +148,7 @@ class Take:
             now = following
 
     def _collect(self, frame: int, now: Posed) -> Drawn:
-        """What was drawn of a frame, what the mirror shows laid over it."""
+        """Buffers drawn of a frame, what the mirror shows laid over it."""
         direct = self._answer()
         if self._glass is None:
             return direct
@@ -183,7 +183,7 @@ class Take:
         return setup
 
     def _state(self, frame: int, now: Posed, *, mirrored: bool) -> dict[str, NDArray[Any]]:
-        """What the worker draws; see `worker.Stage.draw`."""
+        """State that the worker draws; see `worker.Stage.draw`."""
         plan, to_camera = self._plan, self._view.pose(frame).rotation
         lights = plan.lights[frame].copy()
         lights[:, :3] = lights[:, :3] @ to_camera.T
@@ -216,7 +216,7 @@ class Take:
         return self._camera.distort(points) if self._camera.distorted else points, normals
 
     def _covers(self, frame: int, *, mirrored: bool) -> tuple[Cover, ...]:
-        """What may hide landmarks; the shirt, below the chin, never does."""
+        """Objects that may hide landmarks; the shirt, below the chin, never does."""
         return tuple(
             Cover(self._placed(prop, frame, mirrored=mirrored)[0], prop.faces)
             for prop in self._plan.props

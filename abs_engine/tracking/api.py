@@ -34,7 +34,7 @@ _PATHS = ("speaker", "colours", "physics", "poses")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run:
-    """What was found in a video of T frames.
+    """Results of tracking a video of T frames.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Run:
 
     @property
     def time(self) -> FloatArray:
-        """When each frame is shown, (T,), seconds."""
+        """Time at which each frame is shown, (T,), seconds."""
         return self["time"]
 
     @property
@@ -149,7 +149,7 @@ class Run:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Why the results may be doubted."""
+        """Reasons to doubt the results."""
         return tuple(self.summary.get("warnings", ()))
 
     def to_pandas(self) -> DataFrame:

@@ -39,7 +39,7 @@ class LipFollower:
 
     @property
     def expected(self) -> LipPrior | None:
-        """Where the lips are expected by the frames so far; None where nothing is known."""
+        """Expected place of the lips, by the frames so far; None where nothing is known."""
         if self._filter is None:
             return None
         centre = np.asarray(self._filter.statePost[:2, 0], np.float64)

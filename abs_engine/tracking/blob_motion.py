@@ -44,7 +44,7 @@ class BlobMotion:
     first: Motion
 
     def follower(self) -> BlobFollower:
-        """What follows the mouth from the first frame on."""
+        """Filter that follows the mouth from the first frame on."""
         return BlobFollower(self)
 
 

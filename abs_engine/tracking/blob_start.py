@@ -93,7 +93,7 @@ def usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | No
 
 
 def learning(known: ColourClasses | None) -> str:
-    """What the preparation does next, in a few words."""
+    """Next step of the preparation, in a few words."""
     return "fitting the mouth" if known else "learning the clip's colours, fitting the mouth"
 
 
@@ -189,7 +189,7 @@ def mouth_model(speaker: Speaker, person: str | None, physics: Path | None = Non
 
 
 def physics_expression(speaker: Speaker, neutral: NDArray[np.float32], path: Path) -> LinearShape:
-    """How a head (V, 3) moves by learned physics."""
+    """Motion of a head (V, 3) by learned physics."""
     # not for every clip: sparse matrices take a while to import
     from abs_engine.face.shape.lip_shell import cut_lip_shell
     from abs_engine.face.shape.modal import load_physics

@@ -29,7 +29,7 @@ _AREA = 0.25  # usual area of lips, in squares of the mouth's width
 
 @dataclass(frozen=True)
 class MouthEvidence:
-    """What the colours say of a mouth.
+    """Evidence of the colours about a mouth.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def mouth_evidence(
 
 @dataclass(frozen=True)
 class UsualMouth:
-    """What is usual in a clip: the medians over some of its frames.
+    """Usual evidence in a clip: the medians over some of its frames.
 
     Parameters
     ----------

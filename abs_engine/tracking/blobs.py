@@ -63,7 +63,7 @@ class FaceBlob:
 
 @dataclass(frozen=True, eq=False)
 class LipPrior:
-    """Where lips are expected: a Gaussian over the picture.
+    """Prior of the lips' place: a Gaussian over the picture.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class LipPrior:
 
     @classmethod
     def in_face(cls, face: FaceBlob) -> LipPrior:
-        """What a skin blob tells of its lips."""
+        """Prior of the lips in a skin blob."""
         origin = np.array([face.centre[0], face.top])
         centre = origin + _EXPECTED * face.width
         return cls(centre, _DEVIATION * face.width, _MOUTH * face.width**2)
@@ -257,7 +257,7 @@ def _clusters(
 
 
 def _evidence(weight: FloatArray) -> FloatArray:
-    """How strongly P(lips) speaks for lips, 0 to 1: by its odds, to the limit of `_CLEAR`.
+    """Strength of the evidence P(lips) for lips, 0 to 1: by its odds, to the limit of `_CLEAR`.
 
     Shade may be lips by a little, over an area larger than a mouth's.
     """

@@ -34,7 +34,7 @@ colours are learned by it."""
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Where the frames' mouths stand: what is looked at, and learned from.
+    """Places of the frames' mouths, from which colours are learned.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Stand:
 
     @cached_property
     def windows(self) -> list[Window]:
-        """What is compared of each frame."""
+        """Windows of the frames that are compared."""
         given = self.camera, self.person, self.more
         return [mouth_window(self.model, pose, *given) for pose in self.poses]
 
@@ -113,7 +113,7 @@ def _places(
     candidate: Candidates,
     turn: int,
 ) -> FloatArray:
-    """Where skin, lips and the mouth's inside are expected, (3, H, W): as drawn, blurred.
+    """Expected places of skin, lips and the mouth's inside, (3, H, W): as drawn, blurred.
 
     At first the posture is not known: several are drawn and averaged. In a larger window, where
     the mouth is looked for, the place is less sure, and the blur grows with it.

@@ -35,7 +35,7 @@ FRAME_SOLVER: Minimiser = SIMPLEX.minimiser()
 
 @dataclass(frozen=True, eq=False)
 class FrameResult:
-    """What was found in one frame.
+    """Results of one frame.
 
     Parameters
     ----------
@@ -143,13 +143,13 @@ class Visibility(Protocol):
     """Whether the mouth can be seen."""
 
     def hidden(self, frame: HeadFrame, pose: Pose) -> str:
-        """Why it cannot; empty where it can."""
+        """Reason why it cannot; empty where it can."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class ClipSetting:
-    """What stays the same over a clip.
+    """Values that stay the same over a clip.
 
     Parameters
     ----------

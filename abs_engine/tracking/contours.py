@@ -50,7 +50,7 @@ class LipDrawing:
 
     @classmethod
     def of(cls, setting: ClipSetting) -> LipDrawing:
-        """What draws the results of a clip."""
+        """Drawer of the results of a clip."""
         face = setting.face
         return cls(setting.camera, face.ring_sizes, face.border)
 

@@ -29,7 +29,7 @@ class GivenMotion:
     given: tuple[Pose | None, ...]
 
     def follower(self) -> GivenFollower:
-        """What gives the poses one after the other."""
+        """Source of the poses, one after the other."""
         return GivenFollower(self.given)
 
     def seen(self, camera: Camera, point: FloatArray) -> GivenMotion:
@@ -77,7 +77,7 @@ class GivenFollower:
 
 
 def other_count(given: int, frames: str) -> ParameterError:
-    """What is said of poses that are too many or too few."""
+    """Message about too many or too few poses."""
     return ParameterError(
         f"there are {given} poses for {frames} frames",
         "give one for each frame of the video, empty or NaN where it is not known",

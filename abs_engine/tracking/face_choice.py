@@ -30,7 +30,7 @@ _PATIENCE = 50  # frames without the face that is followed, after which any face
 
 @dataclass(frozen=True)
 class FaceChoice:
-    """Which face a user means.
+    """Face that a user means.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def by_size(faces: Sequence[Face]) -> list[Face]:
 
 
 def face_lines(faces: Sequence[Face], chosen: int) -> str:
-    """What is said of several faces: where each is, and which one is followed."""
+    """Lines about several faces: where each is, and which one is followed."""
     where = "; ".join(
         f"{k} at {f.centre[0]:.0f} {f.centre[1]:.0f}, {f.size:.0f} pixels"
         for k, f in enumerate(faces, 1)

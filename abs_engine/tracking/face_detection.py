@@ -204,7 +204,7 @@ def _overlap(one: Face, other: Face) -> float:
 
 @cache
 def _anchors() -> FloatArray:
-    """Where each guess (N, 2) counts from, pixels."""
+    """Origin of each guess (N, 2), pixels."""
     cells = []
     for n, guesses in _GRIDS:
         at = (np.arange(n) + 0.5) * _SIDE / n

@@ -58,7 +58,7 @@ class FaceBinder:
     pose_held: bool = False
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
-        """What is minimised in a frame whose head is about a pose, and where it is started.
+        """Objective of a frame whose head is about a pose, and the start of its search.
 
         A posture is likely to be near that of the frame before.
         """

@@ -79,7 +79,7 @@ class Drawn:
 
     @property
     def near(self) -> NDArray[np.bool_]:
-        """What lies in patches about what is wanted, (H, W)."""
+        """Mask of the patches about the wanted points, (H, W)."""
         side = 2 * self.half + 3
         return cv2.dilate(self.wanted.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
 
@@ -129,7 +129,7 @@ def match(drawn: Drawn, seen: Gray, reach: float) -> Matches:
 
 
 def _peak(like: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Where a correlation is highest (column, row), and the root of that place's information.
+    """Place (column, row) of a correlation's peak, and the root of its information.
 
     None where it is low, at the border, or no peak. By the paraboloid through its neighbours.
     """

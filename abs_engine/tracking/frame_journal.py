@@ -99,7 +99,7 @@ class FrameJournal:
 
 
 def _read(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """What the whole lines of a file say, and the number of bytes that they take."""
+    """Content of the whole lines of a file, and the number of bytes that they take."""
     lines: list[dict[str, Any]] = []
     end = 0
     if not path.is_file():
@@ -115,7 +115,7 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], int]:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON has no word for: arrays, NumPy's numbers, values of several fields."""
+    """Conversion of arrays, NumPy's numbers and values of several fields for JSON."""
     if isinstance(value, np.ndarray):
         text = b64encode(np.ascontiguousarray(value).tobytes()).decode()
         return {"dtype": value.dtype.str, "shape": value.shape, "base64": text}

@@ -57,13 +57,13 @@ class HeadFrame(NamedTuple):
 
     @property
     def in_usual_light(self) -> Image:
-        """What its colours are taken from."""
+        """Picture from which its colours are taken."""
         return self.image if self.balanced is None else self.balanced
 
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """What is carried from frame to frame.
+    """State that is carried from frame to frame.
 
     Parameters
     ----------
@@ -83,13 +83,13 @@ class Memory:
     values: tuple[float, ...] = field(default=())
 
     def after(self, pose: Pose, vector: FloatArray, move: FloatArray, value: float) -> Memory:
-        """What is carried on from a frame that was fitted."""
+        """State after a frame that was fitted."""
         return replace(
             self, vector=vector, pose=pose, move=move, values=(*self.values, value)[-RECENT:]
         )
 
     def lost(self) -> Memory:
-        """What is carried on from a frame without a fit."""
+        """State after a frame without a fit."""
         return replace(self, vector=None, move=None)
 
 
@@ -112,8 +112,8 @@ class Follower(Protocol):
 
 
 class Motion(Protocol):
-    """How the head moves through a clip; a value, that can be followed any number of times."""
+    """Motion of the head through a clip; a value, that can be followed any number of times."""
 
     def follower(self) -> Follower:
-        """What follows the head from the first frame on."""
+        """Follower of the head from the first frame on."""
         ...

@@ -38,7 +38,7 @@ class Equations(NamedTuple):
     gradient: FloatArray
 
     def plus(self, other: Equations) -> Equations:
-        """What both say."""
+        """Sum of both."""
         return Equations(self.information + other.information, self.gradient + other.gradient)
 
     def step(self) -> FloatArray:
@@ -54,7 +54,7 @@ class Equations(NamedTuple):
 
 
 class HeadGuess(NamedTuple):
-    """Where a frame's head is taken to be, and who it is.
+    """Assumed pose of a frame's head, and its identity.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def landmark_equations(
 
 
 def _reach(shape: LandmarkShape, seen: SeenRays) -> float:
-    """How far a face would be that is as high as the average one, mm.
+    """Distance of a face that is as high as the average one, mm.
 
     The network's errors are a share of the face that it sees. Measured at the fitted head they
     would shrink with it, and a smaller head would always be more probable.
@@ -131,7 +131,7 @@ def pupil_equations(
     pose: Pose,
     axes: FloatArray,
 ) -> Equations:  # fmt: skip
-    """What the pupils (2, 2), px, say of pose (6) and identity (K).
+    """Equations of the pupils (2, 2), px, for pose (6) and identity (K).
 
     Parameters
     ----------

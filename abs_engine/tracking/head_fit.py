@@ -158,7 +158,7 @@ class AverageHead:
 
 
 def seen_in(image: NDArray[np.uint8], landmarks: Landmarks) -> HeadFrameSeen:
-    """What a frame (H, W, 3) shows of the head that has these landmarks."""
+    """Observations that a frame (H, W, 3) gives of the head that has these landmarks."""
     return HeadFrameSeen(gray_of(image), landmarks, pupils_of(image, landmarks))
 
 

@@ -85,11 +85,11 @@ class HeadBinder:
 
     @property
     def person(self) -> FloatArray:
-        """What was fitted of the person, (Q,)."""
+        """Fitted parameters of the person, (Q,)."""
         return self.face.identity
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
-        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        """Objective of a frame whose head is about a pose, and the start of its search."""
         model, last = self.model, memory.vector
         base, marks = PoseFrame(pose, model.pivot), self.landmarks
         window = mouth_window(model, base.base, self.camera, self.person)
@@ -133,7 +133,7 @@ class HeadBinder:
 
     @cached_property
     def _seal(self) -> Seal | None:
-        """How often the lips of a known speaker touch."""
+        """Frequency with which the lips of a known speaker touch."""
         if self.seen is None:
             return None
         scene, points = self.face.scene, self.face.rings["points"]
@@ -143,17 +143,17 @@ class HeadBinder:
 
 
 def step_deviation(rate: float) -> float:
-    """How far a parameter of a posture moves from frame to frame, standard deviations."""
+    """Deviation of a posture's parameter from frame to frame, in standard deviations."""
     return float(STEP_DEVIATION * np.sqrt(25.0 / rate))
 
 
 def mobility_of(modes: int) -> FloatArray:
-    """How far each parameter (6 + P,) gives way to a force: by its variance beforehand."""
+    """Mobility of each parameter (6 + P,) under a force: its prior variance."""
     return np.asarray(joined(POSE_DEVIATION, np.ones(modes)) ** 2)
 
 
 def explained(terms: Mapping[str, Term], value: Evaluation) -> float:
-    """How much of the picture is explained, 0 to 1: by the first term that can say."""
+    """Share of the picture that is explained, 0 to 1: by the first term that can say."""
     for name, term in terms.items():
         if isinstance(term, FacetLikelihood) and term.observations:
             return float(np.exp(-value.terms[name] / term.observations))

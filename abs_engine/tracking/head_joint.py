@@ -43,7 +43,7 @@ _SCALE_MM = 0.5  # how sharply the pupils' distance is held; in a clip nothing e
 
 @dataclass(frozen=True, eq=False)
 class HeadFrameSeen:
-    """What a frame shows of a head.
+    """Observations that a frame gives of a head.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class HeadFrameSeen:
 
 @dataclass(frozen=True, eq=False)
 class JointHead:
-    """Who somebody is, and where the head was in each frame.
+    """Identity of a person, and the head's pose in each frame.
 
     Parameters
     ----------
@@ -76,13 +76,13 @@ class JointHead:
     postures: FloatArray
 
     def guess(self, k: int) -> HeadGuess:
-        """What it says of a frame."""
+        """Estimate for a frame."""
         return HeadGuess(self.poses[k], self.identity, self.error, self.postures[k])
 
 
 @dataclass(frozen=True, eq=False)
 class HeadProblem:
-    """What is fitted.
+    """Parameters and observations of the fit.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ class _System:
         return cls(problem, head, information, gradient)
 
     def _at(self, frame: int) -> NDArray[np.int_]:
-        """Where a frame's pose and posture are."""
+        """Indices of a frame's pose and posture."""
         k, q, m = self.problem.sizes
         return k + q + frame * (6 + m) + np.arange(6 + m)
 
@@ -222,7 +222,7 @@ class _System:
     def told_by(
         self, frame: int, seen: Sequence[SeenRays], frames: Sequence[HeadFrameSeen]
     ) -> tuple[Equations, Equations | None]:
-        """What a frame's landmarks say, and its pupils."""
+        """Equations of a frame's landmarks and pupils."""
         p, guess, pupils = self.problem, self.head.guess(frame), frames[frame].pupils
         by_landmarks = landmark_equations(p.shape, p.noise, seen[frame], guess)
         if pupils is None:
@@ -233,7 +233,7 @@ class _System:
         return by_landmarks, told
 
     def add_frame(self, frame: int, by_landmarks: Equations, by_pupils: Equations | None) -> None:
-        """What a frame says, see `told_by`."""
+        """Add the equations of a frame, see `told_by`."""
         (k, q, _), at = self.problem.sizes, self._at(frame)
         self._add(np.r_[at[:6], np.arange(k + q), at[6:]], *by_landmarks)
         if by_pupils is not None:
@@ -242,7 +242,7 @@ class _System:
     def add_matches(
         self, first: int, second: int, matches: Matches, views: Sequence[HeadView]
     ) -> None:
-        """What two frames show of the same skin."""
+        """Add matches of the same skin in two frames."""
         p, k = self.problem, self.problem.sizes[0]
         e = linearised(p.body, matches, views[first], views[second], p.camera)
         slope = np.concatenate([e.first, e.second[:6], e.identity])

@@ -122,7 +122,7 @@ def placed_fit(
     landmarks: Landmarks,
     last: FrameLandmarks | None = None,
 ) -> FrameLandmarks | None:
-    """What landmarks and texture say of a frame; None where the landmarks are no face's.
+    """Pose of a frame by landmarks and texture; None where the landmarks are no face's.
 
     Parameters
     ----------

@@ -193,7 +193,7 @@ def match(
 
 
 def _pixels_a_mm(pose: Pose, camera: Camera) -> float:
-    """How large a camera shows a head."""
+    """Size at which a camera shows a head."""
     return float(camera.matrix[0, 0] / pose.translation[2])
 
 
@@ -279,7 +279,7 @@ def linearised(
     slide *= np.minimum(1.0, _SLIDE_MM / far)
 
     def sunk(moves: FloatArray) -> FloatArray:
-        """How far along the ray (..., N, 3) a move of the surface takes what is seen of it."""
+        """Distance along the ray (..., N, 3) by which a move of the surface takes its points."""
         return np.asarray(ray * (moves * normal).sum(axis=-1, keepdims=True) / steep)
 
     point = found.of(second.vertices) + slide
@@ -308,5 +308,5 @@ def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
 
 
 def _moves(pose: Pose, points: FloatArray, pivot: FloatArray) -> FloatArray:
-    """How points (N, 3) of the head move, camera frame, for a step of the pose, (6, N, 3)."""
+    """Motion of points (N, 3) of the head, camera frame, for a step of the pose, (6, N, 3)."""
     return pose_moves(pose.apply(points) - pose.apply(pivot))

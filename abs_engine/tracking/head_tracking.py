@@ -80,7 +80,7 @@ class HeadMotion:
         return True
 
     def follower(self) -> HeadFollower:
-        """What follows the head from the first frame on."""
+        """Follower of the head from the first frame on."""
         return HeadFollower(self)
 
     def again(
@@ -132,7 +132,7 @@ class HeadMotion:
         return self.error(image, pose) < min(WORSE * error, max(plain, ALIKE * error))
 
     def error(self, image: Image, pose: Pose) -> float:
-        """How badly a known head's texture explains the image."""
+        """Error with which a known head's texture explains the image."""
         return 0.0 if self._known is None else self._known.error(image, pose)
 
     def found(

@@ -191,7 +191,7 @@ def head_setting(
 
 
 def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:
-    """Where the landmarks lie on a speaker's head: beside its file, or by drawing it and looking.
+    """Places of the landmarks on a speaker's head: beside its file, or by drawing it and looking.
 
     Raises
     ------

@@ -44,7 +44,7 @@ POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What is held for the rest of the clip.
+    """Calibration that is held for the rest of the clip.
 
     Parameters
     ----------

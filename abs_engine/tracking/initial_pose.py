@@ -43,7 +43,7 @@ class FaceBox:
 
     @property
     def mouth(self) -> tuple[float, float]:
-        """Where the mouth's centre is expected, pixels."""
+        """Expected centre of the mouth, pixels."""
         return self.x + 0.5 * self.size, self.y + MOUTH_HEIGHT * self.size
 
     @property
@@ -84,7 +84,7 @@ def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose
 
 
 def face_marks(model: MouthModel) -> FloatArray:
-    """Where the detector would see eyes, tip of the nose and mouth of a head, (4, 3) mm.
+    """Points at which the detector would see eyes, tip of the nose and mouth of a head, (4, 3) mm.
 
     Those of a person who is not known are somewhat farther apart than the average head's.
     """

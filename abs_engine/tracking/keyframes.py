@@ -58,7 +58,7 @@ class Keyframes:
 
     @property
     def pose(self) -> Pose | None:
-        """Where the head was last; None before it was found."""
+        """Last pose of the head; None before it was found."""
         if self._state is not None:
             return self._state.pose
         return None if self.first is None else self.first.pose

@@ -240,7 +240,7 @@ def _apertures(model: MouthModel, person: FloatArray, vectors: FloatArray) -> Fl
 
 @dataclass(frozen=True, eq=False)
 class _Stand:
-    """Where the frames' mouths stand."""
+    """Places of the frames' mouths."""
 
     model: MouthModel
     placed: Sequence[PlacedFrame]
@@ -264,7 +264,7 @@ class _Stand:
         return learn_placed([sampled(w, i) for w, i in zip(windows, images, strict=True)], places)
 
     def _places(self, k: int, window: Window, vector: FloatArray, blur: float) -> FloatArray:
-        """How probably each of `PLACES` is seen at each drawn pixel, (4, H, W)."""
+        """Probability that each of `PLACES` is seen at each drawn pixel, (4, H, W)."""
         model, base = self.model, self.base(k)
         weights = np.r_[parted(vector)[1], self.person][None]
         candidate = base.candidates(parted(vector[None])[0], weights)
@@ -320,7 +320,7 @@ class _Stand:
 
 
 def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -> FloatArray:
-    """How near each drawn pixel (H, W) is to where the lips meet or part, 0 to 1."""
+    """Nearness of each drawn pixel (H, W) to where the lips meet or part, 0 to 1."""
     upper, lower, inside = (
         cv2.GaussianBlur(
             np.isin(classes, [names.index(n) for n in shown if n in names]).astype(np.float64),
@@ -334,7 +334,7 @@ def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -
 
 
 def in_picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Which drawn pixels (H, W) of a window lie in the picture."""
+    """Mask of the drawn pixels (H, W) of a window that lie in the picture."""
     width, height = window.drawn
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)
     x, y = np.moveaxis(window.to_image(grid.astype(np.float64)), -1, 0)

@@ -197,7 +197,7 @@ def _shapes(sightings: Sequence[Sighting]) -> list[FloatArray]:
 
 
 def _triangulated(shape: FloatArray, sightings: Sequence[Sighting], speaker: Speaker) -> FloatArray:
-    """Where each landmark (468, 3) lies on the speaker's own vertices, by a shape's sightings."""
+    """Place of each landmark (468, 3) on the speaker's own vertices, by a shape's sightings."""
     matrix, sums = np.zeros((COUNT, 3, 3)), np.zeros((COUNT, 3))
     for s in (s for s in sightings if s.vertices is shape):
         k = s.camera.matrix
@@ -216,7 +216,7 @@ def _triangulated(shape: FloatArray, sightings: Sequence[Sighting], speaker: Spe
 
 
 def _nearest(points: NDArray[np.floating], places: FloatArray) -> NDArray[np.int_]:
-    """Which point (N, 3) is nearest to each place (M, 3), (M,)."""
+    """Index of the point (N, 3) that is nearest to each place (M, 3), (M,)."""
     from scipy.spatial import cKDTree  # not for every clip: it takes a while to import
 
     return np.asarray(cKDTree(points).query(places)[1], np.int_)
@@ -259,7 +259,7 @@ class _View:
 def _best(
     views: Sequence[_View], corners: NDArray[np.int32], weights: FloatArray, landmark: int
 ) -> tuple[int, FloatArray]:
-    """Which point explains a landmark best, and the standard deviation (3,), mm, that it leaves."""
+    """Point that explains a landmark best, and the standard deviation (3,), mm, that it leaves."""
     seen = [view.away(corners, weights, landmark) for view in views]
     off, shown = np.stack([s[0] for s in seen]), np.stack([s[1] for s in seen])
     squared = np.minimum((off[..., :2] ** 2).sum(axis=2), _STRAY_MM**2)

@@ -40,7 +40,7 @@ _DAMPING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class FrameLandmarks:
-    """What the landmarks of one frame say.
+    """Evidence of the landmarks of one frame.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class FrameLandmarks:
         return bool(np.isfinite(self.misfit) and self.misfit < MOST_MISFIT and not near)
 
     def evidence(self, modes: int) -> InformationPrior:
-        """What the landmarks alone say of pose (about `pose`) and the first `modes` of posture.
+        """Evidence of landmarks alone on the pose (about `pose`) and the first `modes` of posture.
 
         The rest of the posture is integrated out, with its prior.
 
@@ -229,7 +229,7 @@ def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatA
 
 
 def shown(shape: LandmarkShape, pose: Pose, there: FloatArray) -> FloatArray:
-    """How well each landmark (468,) shows, by which way its surface faces; `there` (468, 3)."""
+    """Visibility of each landmark (468,), by which way its surface faces; `there` (468, 3)."""
     sight = there / np.linalg.norm(there, axis=1, keepdims=True)
     facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
     return np.asarray(np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0))

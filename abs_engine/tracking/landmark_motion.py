@@ -46,7 +46,7 @@ class LandmarkMotion:
         return True
 
     def follower(self) -> LandmarkFollower:
-        """What follows the head from the first frame on."""
+        """Follower of the head from the first frame on."""
         return LandmarkFollower(self)
 
 

@@ -120,7 +120,7 @@ def _looked_at(
     left: FloatArray,
     both: bool,
 ) -> Landmarks | None:
-    """What the network sees in an upright square about a face; black lies around the picture.
+    """The network's upright square about a face; black lies around the picture.
 
     In `both` the square and its mirror image it errs in different ways: the mean errs less.
     """
@@ -156,7 +156,7 @@ def _seen(patch: Image) -> tuple[FloatArray, float]:
 
 @cache
 def mirrored() -> NDArray[np.int_]:
-    """Which landmark (468,) each one is in a mirror image (`assets/make_landmarks.py`)."""
+    """Counterpart of each landmark (468,) in a mirror image (`assets/make_landmarks.py`)."""
     return np.array(json.loads(shipped("detector/landmark_mirror.json").read_text()), np.int_)
 
 

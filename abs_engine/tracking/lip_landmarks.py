@@ -74,7 +74,7 @@ class LipLandmarks:
 
 @dataclass(frozen=True, eq=False)
 class LipOutline:
-    """What the landmarks of a frame's lips say, as evidence over pose and weights.
+    """Landmarks of a frame's lips as evidence over pose and weights.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class LipOutline:
         return self.rows(candidates).value
 
     def rows(self, candidates: Candidates) -> Rows:
-        """What is squared and summed: how far each point is seen off."""
+        """Residuals that are squared and summed: how far each point is seen off."""
         off = self.lips.off(self.seen, candidates).reshape(len(candidates), -1)
         size = self.strength / self.lips.deviation.size
         rows = np.sqrt(size) * off / self.lips.deviation.ravel()

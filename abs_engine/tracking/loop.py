@@ -121,7 +121,7 @@ def _step(
 
 
 def _accepted(setting: ClipSetting, work: Work) -> Found | None:
-    """Where the search ended, over all parameters; None where it leads to no mouth.
+    """End of the search, over all parameters; None where it leads to no mouth.
 
     A fit that lies off the landmarks is begun once more from them, then held to them.
     """
@@ -170,12 +170,12 @@ def _whole(problem: Problem, found: Found) -> Found:
 
 
 def _off(work: Work, found: Found) -> float:
-    """How far the lips lie off the landmarks, in standard deviations."""
+    """Distance of the lips from the landmarks, in standard deviations."""
     return _apart(work, found.x)[1]
 
 
 def _apart(work: Work, x: FloatArray) -> tuple[float, float]:
-    """How far they lie off at all parameters (6 + P,), in mm and standard deviations.
+    """Distance of the lips from the landmarks at (6 + P,), in mm and standard deviations.
 
     NaN and 0 where there are none.
     """
@@ -213,6 +213,6 @@ def lost(face: Face, index: int) -> FrameResult:
 
 
 def at_rest(pose: Pose, posture: FloatArray) -> Memory:
-    """What is carried into a first frame whose pose and posture are known."""
+    """State carried into a first frame whose pose and posture are known."""
     vector = at_base(posture)
     return Memory(vector, pose, np.zeros(len(vector)))

@@ -102,7 +102,7 @@ def _of_posture(face: Face, posture: FloatArray) -> list[float]:
 
 
 def jaw_opening(face: Face, vertices: FloatArray) -> float:
-    """How far the lower teeth of vertices (V, 3) lie below their place at rest, mm, or NaN."""
+    """Distance of the lower teeth of vertices (V, 3) below their place at rest, mm, or NaN."""
     jaw = face.rings.get("jaw")
     if jaw is None or not len(jaw):
         return float("nan")
@@ -162,7 +162,7 @@ def closures(aperture: FloatArray, time: FloatArray) -> list[Closure]:
 
 
 def _crossing(aperture: FloatArray, time: FloatArray, before: int) -> float:
-    """When the aperture crosses the limit between a frame and the next, s; NaN where unknown."""
+    """Time at which the aperture crosses the limit between two frames, s; NaN where unknown."""
     if before < 0 or before + 1 >= len(aperture):
         return float("nan")
     one, other = aperture[before], aperture[before + 1]

@@ -31,7 +31,7 @@ def log_evidence(
     camera: Camera,
     renderer: Renderer,
 ) -> FloatArray:
-    """How probable each calibration makes the colours about all of their mouths.
+    """Log probability under each calibration of the colours about all of their mouths.
 
     The probability of a class given a colour (eq. 6) compares the classes of one calibration, and
     classes that were learned from the wrong places may explain these well: a smile's teeth as skin

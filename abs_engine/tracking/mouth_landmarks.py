@@ -23,7 +23,7 @@ BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
 
 @dataclass(frozen=True, eq=False)
 class Landmarked:
-    """What landmarks say of a frame that is fitted.
+    """Evidence of landmarks in a frame that is fitted.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Landmarked:
 
 @dataclass(frozen=True, eq=False)
 class MouthLandmarks:
-    """How landmarks count in each frame; without a network's face in it, not at all.
+    """Evidence of the mouth's landmarks in each frame; without a network's face in it, not at all.
 
     Parameters
     ----------
@@ -65,17 +65,17 @@ class MouthLandmarks:
     evidence: str = BOTH
 
     def told(self, frame: HeadFrame) -> FloatArray | None:
-        """Where they put the mouth, (6 + P,)."""
+        """Mouth according to the landmarks, (6 + P,)."""
         return None if frame.face is None else at_base(frame.face.fit.posture[: self.modes])
 
     def beside(self, frame: HeadFrame, factor: float) -> tuple[InformationPrior, ...]:
-        """What they say beside what is drawn, their noise in the posture times `factor`."""
+        """Landmarks' evidence beside what is drawn, its noise in the posture times `factor`."""
         if frame.face is None or self.evidence == RENDERING:
             return ()
         return (_less_sure(frame.face.fit.evidence(self.modes), factor),)
 
     def marked(self, frame: HeadFrame, undrawn: Problem) -> Landmarked | None:
-        """What the loop asks of them.
+        """Evidence in the form that the loop needs.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class MouthLandmarks:
 
 
 def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:
-    """What landmarks say, their noise in the posture this many times as large."""
+    """Evidence of landmarks, their noise in the posture this many times as large."""
     scale = at_base(np.full(len(told.mean), 1 / factor))[: len(told.mean)]
     scale[: len(POSE_DEVIATION)] = 1.0
     return replace(told, information=told.information * np.outer(scale, scale))

@@ -29,7 +29,7 @@ def mouth_place(
     person: FloatArray,
     vector: FloatArray,
 ) -> MouthPlace:
-    """Where a mouth with this pose and posture (6 + P,) lies in a window.
+    """Place of a mouth with this pose and posture (6 + P,) in a window.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _where_lips_meet(model: MouthModel, vertices: FloatArray) -> FloatArray:
 
 
 def _upper_share(window: Window, line: FloatArray) -> FloatArray:
-    """How probably a lip that is seen at each drawn pixel (H, W) is the upper one.
+    """Probability that a lip seen at each drawn pixel (H, W) is the upper one.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def moved(
 def shift_of_faces(
     model: MouthModel, frames: Sequence[CalibrationFrame], camera: Camera
 ) -> FloatArray | None:
-    """Where several frames' faces are found, less where the first one's was followed to.
+    """Places of several frames' faces, less where the first one's was followed to.
 
     The median of several wanders less than one. Other faces, far from where the head was followed
     to, do not count.

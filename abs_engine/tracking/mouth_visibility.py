@@ -30,7 +30,7 @@ _LEAST_SEEN = 0.7  # of a mouth's outline that lies in the picture
 
 @dataclass(frozen=True)
 class MouthLook:
-    """What the colours about a mouth are.
+    """Colours about a mouth.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _filled(
 
 @dataclass(frozen=True)
 class UsualLook:
-    """What the mouth usually looks like in a clip: medians over some frames."""
+    """Usual look of the mouth in a clip: medians over some frames."""
 
     inside: float
     around: float

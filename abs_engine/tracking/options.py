@@ -30,7 +30,7 @@ LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
 
 @dataclass(frozen=True)
 class TrackOptions:
-    """What a user may choose.
+    """Options that a user may choose.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ class Prepare(Protocol):
 
 @dataclass(frozen=True)
 class Model:
-    """What can be tracked: an entry of `core.registry.MODELS`.
+    """Model that can be tracked: an entry of `core.registry.MODELS`.
 
     Parameters
     ----------

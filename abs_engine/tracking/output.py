@@ -27,7 +27,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class RunFacts:
-    """What a run says about its making, besides its results.
+    """Facts of a run about its making, besides its results.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class RunFacts:
 
 
 def _parts(spent: Mapping[str, float], busy: float) -> dict[str, float]:
-    """What seconds of all threads were spent on, of so many in all."""
+    """Parts on which the seconds of all threads were spent, of so many in all."""
     return {**spent, "other": max(busy - sum(spent.values()), 0.0)}
 
 

@@ -48,7 +48,7 @@ _PIXELS_APART = 0.5
 
 @dataclass(frozen=True, eq=False)
 class GivenPoses:
-    """What a file says.
+    """Poses of a file.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _real(*arrays: NDArray[Any]) -> bool:
 def _marks(
     path: Path, arrays: dict[str, NDArray[Any]], name: str, frames: int, *, missing: bool
 ) -> NDArray[np.bool_]:
-    """What an array says of each frame (T,), bool; `missing` in all of them where it is not there.
+    """Flag of each frame in an array (T,), bool; `missing` in all of them where it is not there.
 
     Raises
     ------

@@ -74,7 +74,7 @@ class Recorder:
         self._results.append(result)
 
     def arrays(self) -> dict[str, Any]:
-        """What ``results.npz`` holds, T frames.
+        """Content of ``results.npz``, T frames.
 
         Rows of lost frames are NaN; so are those of covered frames, but for the head's pose.
 
@@ -130,7 +130,7 @@ class Recorder:
         }
 
     def _score_of(self) -> dict[str, str]:
-        """Whose scores they are, where results say what they are made of: a head's colours'."""
+        """Name of the scores' source, where results state it: a head's colours'."""
         first = next((r for r in self._results if r.terms), None)
         if first is None:
             return {}
@@ -138,7 +138,7 @@ class Recorder:
         return {"score_of": name if model == "head" else f"{model}: {name}"}
 
     def _terms(self) -> dict[str, Any]:
-        """What each value is the sum of, `term_values` (T, K) by `term_names` (K,)."""
+        """Parts of each value, `term_values` (T, K) by `term_names` (K,)."""
         names = list(dict.fromkeys(name for r in self._results for name in r.terms))
         values = [[r.terms.get(name, np.nan) for name in names] for r in self._results]
         return {
@@ -171,7 +171,7 @@ class Recorder:
         return table_of(self._setting, self._results, self._times(), self._measured())
 
     def _times(self) -> NDArray[np.float64]:
-        """When each frame is shown, (T,), seconds: as the video says, or by its rate."""
+        """Time at which each frame is shown, (T,), seconds: as the video says, or by its rate."""
         count, setting = len(self._results), self._setting
         if len(setting.times) == count:
             return np.array(setting.times, np.float64)
@@ -213,7 +213,7 @@ class Recorder:
         }
 
     def _by_landmarks(self, tracked: Sequence[FrameResult]) -> dict[str, Any]:
-        """What landmarks and colours say of each other, where landmarks were asked."""
+        """Agreement of landmarks and colours, where landmarks were asked."""
         asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
         if not asked or "colour" not in self._setting.face.appearance:
             return {}

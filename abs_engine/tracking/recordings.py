@@ -58,7 +58,7 @@ class Recording:
 
     @classmethod
     def of(cls, video: Path, recorder: Recorder) -> Recording:
-        """What was just tracked."""
+        """Recording of the clip that was just tracked."""
         mesh = recorder.mesh()
         return cls(video, recorder.arrays(), mesh.mean, mesh.weights)
 

@@ -76,7 +76,7 @@ def _harmonics(normals: FloatArray) -> FloatArray:
 
 
 def _lobes(normals: FloatArray) -> FloatArray:
-    """How near each normal (N, 3) is to directions spread over what faces the camera, (N, L)."""
+    """Nearness of each normal (N, 3) to directions spread over what faces the camera, (N, L)."""
     k = np.arange(2 * LOBES) + 0.5  # a spiral of golden angles (Vogel 1979) round the sphere
     away, turn = k / LOBES - 1, np.pi * (1 + np.sqrt(5)) * k
     radius = np.sqrt(1 - away**2)

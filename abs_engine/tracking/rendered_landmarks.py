@@ -27,7 +27,7 @@ _SIDE, _DEPTH = 400, 700.0  # pixels of a drawing, mm from the camera
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """How a drawing is lit.
+    """Light of a drawing.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ USUAL_LIGHT = Light(np.array([0.3, -0.5, -1.0]))
 def sightings_of(
     speaker: Speaker, vertices: FloatArray, texture: Image, renderer: Renderer
 ) -> Iterator[Sighting]:
-    """What the network sees of a head from several sides; sides on which it sees none are left out.
+    """Sightings by the network of a head from those sides on which it sees one.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def sighting_of(
     light: Light = USUAL_LIGHT,
     coarse: float = 1.0,
 ) -> Sighting | None:
-    """What the network sees of a head in a drawing; None where it sees no face.
+    """Sighting by the network of a head in a drawing; None where it sees no face.
 
     `coarse` pixels of the drawing are blurred into one.
     """

@@ -44,7 +44,7 @@ class RigidReference:
 
 @dataclass(frozen=True, eq=False)
 class RigidState:
-    """Where the points are now.
+    """Current places of the points.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def flow(
     guess: NDArray[np.float32],
     levels: int = 3,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Where `pixels` (N, 2) of one image lie in another, near `guess`; and which were found."""
+    """Places of one image's `pixels` (N, 2) in another, near `guess`; and a mask of those found."""
     there, found, _ = cv2.calcOpticalFlowPyrLK(
         before,
         after,

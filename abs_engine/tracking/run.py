@@ -284,7 +284,7 @@ def _check_taken(model: Model, options: TrackOptions, name: str) -> None:
 
 
 def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
-    """What was asked for, as JSON values."""
+    """Requested options, as JSON values."""
     return {
         "video": tracker.video.name,
         "video_sha256": digest(tracker.video),

@@ -99,7 +99,7 @@ def believed(result: FrameResult, name: str, size: tuple[int, ...]) -> NDArray[n
 
 
 def contradicted_frames(results: Sequence[FrameResult]) -> NDArray[np.bool_]:
-    """Which frames' apertures landmarks contradict, (T,)."""
+    """Mask of the frames whose apertures landmarks contradict, (T,)."""
     own = [believed(r, "aperture_sd", ()) for r in results]
     by = [(r.aperture, r.landmark_aperture) for r in results]
     aperture, told = np.array(by, np.float64).reshape(-1, 2).T

@@ -32,7 +32,7 @@ _FEWEST = 10  # frames, for any of it
 def contradicted(
     aperture: FloatArray, deviation: FloatArray, by_landmarks: FloatArray
 ) -> NDArray[np.bool_]:
-    """Where an aperture and that of the landmarks contradict each other, (T,).
+    """Mask (T,) of the frames in which an aperture and that of the landmarks disagree.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def doubts(
     agreement: float = 1.0,
     chromatic: bool = True,
 ) -> list[str]:
-    """What a user should know of a run before believing it, a line each.
+    """Doubts that a user should know before believing a run, a line each.
 
     Parameters
     ----------

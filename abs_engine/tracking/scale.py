@@ -25,7 +25,7 @@ _LEAST_PUPILS, _MOST_PUPILS = 30.0, 90.0  # mm; no human's lie outside
 
 @dataclass(frozen=True)
 class Scale:
-    """What millimetres rest on.
+    """Source of the scale in millimetres.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def known_scale(pupils: float, person: bool, poses: bool) -> Scale:
 
 
 def scale_line(told: Mapping[str, Any]) -> str:
-    """What a run's millimetres rest on, in a line, by its `Scale` as a mapping."""
+    """Line about the source of a run's millimetres, by its `Scale` as a mapping."""
     spread = f", ± {told['uncertainty']:.0%}" if told["uncertainty"] else ""
     return f"scale: {told['source']}, pupils {told['pupils']:.1f} mm apart{spread}"
 

@@ -66,7 +66,7 @@ class ShellBinder:
     judged: bool = True
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
-        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        """Objective of a frame whose head is about a pose, and the start of its search."""
         marks = self.landmarks
         last = None if self.alone else memory.vector
         postures = self.face.starts if last is None else parted(last)[1][None]
@@ -106,7 +106,7 @@ class ShellBinder:
         return pose, joined(shifts, postures)
 
     def _doubt(self, problem: Problem, x: FloatArray, score: float) -> str:
-        """Why this is no mouth; empty where half of it lies in the picture and it is explained."""
+        """Reason why this is no mouth; empty if half of it is in the picture and explained."""
         window = shell_window(self.setting, problem.frame.base)
         if _share_inside(window, self.setting.camera.size) < 0.5:
             return OUTSIDE

@@ -36,7 +36,7 @@ class ShiftedMotion:
         return bool(getattr(self.motion, "alone", False))
 
     def follower(self) -> ShiftedFollower:
-        """What follows the head from the first frame on."""
+        """Follower of the head from the first frame on."""
         return ShiftedFollower(self, self.motion.follower())
 
 

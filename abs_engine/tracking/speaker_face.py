@@ -95,7 +95,7 @@ class SpeakerFace:
 
     @classmethod
     def of(cls, fitted: FittedPerson, scale: Scale, head: str) -> SpeakerFace:
-        """What was fitted to frames, the mouth made part of the head."""
+        """Head fitted to frames, the mouth made part of the head."""
         model, textured, shape = fitted.model, fitted.textured, fitted.shape
         moved = np.tensordot(fitted.person, model.person_modes, 1)
         mean = model.whole(fitted.person)

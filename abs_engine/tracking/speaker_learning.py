@@ -72,7 +72,7 @@ class Learned:
     kept: int
 
     def lines(self) -> list[str]:
-        """What a user should know, a line each."""
+        """Lines that a user should know."""
         shares = ", ".join(
             f"{name} {share:.1%}"
             for name, share in zip(
@@ -89,7 +89,7 @@ class Learned:
 
 @dataclass(frozen=True, eq=False)
 class Learner:
-    """What stays the same while a speaker's face is learned.
+    """Values that stay the same while a speaker's face is learned.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class Learner:
         return face, space, again, float(np.mean(np.concatenate(scores)))
 
     def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
-        """How much of the picture a face explains in each frame that was left out; 0 if lost."""
+        """Share of the picture that a face explains in each frame that was left out; 0 if lost."""
         recorder = self.followed(recording.video, face, recording.first_left_out)
         return np.nan_to_num(np.asarray(recorder.arrays()["score"], np.float64))
 

@@ -55,7 +55,7 @@ USUAL = 0.3  # standard deviation of the weight of a face unit
 
 @dataclass(frozen=True, eq=False)
 class _Guess:
-    """Where a head may be, its expression, and how well its details agreed before the last step."""
+    """Guess of a head's pose and expression, and its details' agreement before the last step."""
 
     pose: Pose
     weights: FloatArray
@@ -151,7 +151,7 @@ class KnownHead:
         return bool(pose.apply(self.face.mean.astype(np.float64))[:, 2].min() >= NEAREST)
 
     def error(self, image: Image, pose: Pose) -> float:
-        """How badly the head at `pose` explains an image: in units of the colour's noise."""
+        """Error with which the head at `pose` explains an image: in units of the colour's noise."""
         if not self._before(pose):
             return 1e9
         window = _face_window(self.face, pose, self.camera, DRAWN_FACE, 1.0)
@@ -210,7 +210,7 @@ class KnownHead:
         return _Guess(pose, weights, found.agreement)
 
     def _drawn(self, buffers: Buffers, seen: Gray, pose: Pose, window: Window) -> Drawn:
-        """What was drawn as the picture's light shows it."""
+        """Drawing under the picture's light."""
         covered = buffers.covered
         wanted = covered & self.rigid[np.maximum(buffers.facet_id - 1, 0)]
         wanted &= _inside(window, self.camera)
@@ -226,7 +226,7 @@ class KnownHead:
 
 
 def face_motions(speaker: Speaker, rigid: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """What moves the nearly rigid facets of a face: principal components of its units there.
+    """Motions of the nearly rigid facets of a face: principal components of its units there.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def _face_window(scene: Scene, pose: Pose, camera: Camera, width: float, finest:
 
 
 def _inside(window: Window, camera: Camera) -> NDArray[np.bool_]:
-    """Which drawn pixels of a window lie in the picture, (H, W)."""
+    """Mask of the drawn pixels of a window that lie in the picture, (H, W)."""
     width, height = window.drawn
     x = window.to_image(np.stack([np.arange(width), np.zeros(width)], axis=1))[:, 0]
     y = window.to_image(np.stack([np.zeros(height), np.arange(height)], axis=1))[:, 1]

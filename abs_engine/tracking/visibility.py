@@ -38,7 +38,7 @@ class ByLook:
     usual: UsualLook
 
     def hidden(self, frame: HeadFrame, _pose: Pose) -> str:
-        """Why the mouth cannot be seen; empty where it can."""
+        """Reason why the mouth cannot be seen; empty where it can."""
         if frame.face is None:
             return ""
         look = MouthLook.of(self.classes, frame.in_usual_light, frame.face.landmarks)
@@ -68,7 +68,7 @@ class ByBlob:
     usual: UsualMouth | None = None
 
     def hidden(self, frame: HeadFrame, pose: Pose) -> str:
-        """Why the mouth cannot be seen; empty where it can."""
+        """Reason why the mouth cannot be seen; empty where it can."""
         if self.usual is None:
             return ""
         now = self.evidence(frame.image, pose)

@@ -108,7 +108,7 @@ def render(chosen: Chosen) -> Done:
 
 
 def request_of(chosen: Chosen) -> Request:
-    """What was typed, as a request; a wrong name is refused before anything is opened."""
+    """The typed options as a request; a wrong name is refused before anything is opened."""
     from abs_engine.report.inspect.body import check_person
     from abs_engine.report.inspect.request import Request
 

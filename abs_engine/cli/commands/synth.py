@@ -23,7 +23,7 @@ _NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be filmed.
+    """Clip that is to be filmed.
 
     Parameters
     ----------

@@ -146,7 +146,7 @@ def _check_files(options: TrackOptions) -> None:
 
 
 def track_options(chosen: Chosen) -> TrackOptions:
-    """What was chosen on the command line, as the tracker takes it.
+    """Options of the command line, as the tracker takes them.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def train(chosen: Chosen) -> Done:
 
 
 def report_lines(done: Training) -> list[str]:
-    """What was learned from, what the modes hold, and table 1 if there are test frames."""
+    """Summary of the training data and of the modes, and table 1 if there are test frames."""
     from abs_engine.learn.reconstruction import table_1
 
     physics = done.physics
@@ -88,7 +88,7 @@ def report_lines(done: Training) -> list[str]:
 
 
 def _named(frames: NDArray[Any], why: str) -> str:
-    """Why, and which frames, the first of them if they are many; nothing if there are none."""
+    """Reason and frames, the first of them if they are many; nothing if there are none."""
     if len(frames) == 0:
         return ""
     more = ", ..." if len(frames) > _MOST_NAMED else ""

@@ -101,7 +101,7 @@ def chosen(total: int, wanted: int | None) -> list[int]:
 
 
 def _clip_findings(dataset: Dataset, entry: ClipEntry, frames: int | None) -> Iterator[Finding]:
-    """What is wrong with a clip, whichever camera looks."""
+    """Faults of a clip, whichever camera looks."""
     clip = load_clip(dataset.folder / entry.name)
     name = f"{entry.name}/{codec.TRUTH}"
     wrong = list(motion.shape_findings(clip, entry, name))
@@ -121,7 +121,7 @@ def _clip_findings(dataset: Dataset, entry: ClipEntry, frames: int | None) -> It
 def _view_findings(
     dataset: Dataset, entry: ClipEntry, camera: str, frames: int | None, count: _Count
 ) -> Iterator[Finding]:
-    """What is wrong with a clip as a camera saw it."""
+    """Faults of a clip as a camera saw it."""
     clip, name = load_clip(dataset.folder / entry.name), f"{entry.name}/{camera}"
     folder = dataset.folder / entry.name / camera
     size = load_camera(folder / codec.CAMERA).size
@@ -154,7 +154,7 @@ class _Looker:
         self._renderer, self._classes = CpuRenderer(), marks.mark_classes(truth)
 
     def findings(self, frame: int) -> Iterator[Finding]:
-        """What is wrong with the pictures of a frame."""
+        """Faults in the pictures of a frame."""
         truth, folder, points = self._truth, self._name, f"{self._name}/{codec.POINTS}"
         sight = look(truth, frame)
         yield from ids.id_findings(truth, sight, f"{folder}/ids")

@@ -64,7 +64,7 @@ def _areas(clip: Clip) -> dict[str, tuple[FloatArray, FloatArray]]:
 
 
 def _relations(areas: dict[str, tuple[FloatArray, FloatArray]]) -> Iterator[tuple[str, bool]]:
-    """What must hold of the places and sizes of the classes, and whether it does."""
+    """Conditions on the places and sizes of the classes, and whether they hold."""
     at = {label: mean for label, (mean, _) in areas.items()}
     half = {label: size for label, (_, size) in areas.items()}
     if "eyes" in at:

@@ -116,7 +116,7 @@ def time_findings(
 
 
 def features(truth: Truth, sight: Sight) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """What a picture should be made of, (N, K), and the pixels (H, W) that it is about."""
+    """Features that a picture should consist of, (N, K), and the pixels (H, W) concerned."""
     seen = sight.ids > 0
     disc = np.ones((7, 7), np.uint8)
     near = cv2.dilate(seen.astype(np.uint8), disc).astype(np.bool_)

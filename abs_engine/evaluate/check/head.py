@@ -38,7 +38,7 @@ _ABOVE = (
 
 
 def head_findings(clip: Clip, name: str) -> Iterator[Finding]:
-    """What is wrong with the person at rest."""
+    """Faults of the person at rest."""
     points = clip.neutral.astype(np.float64)
     yield from size_findings(points, clip.landmarks["landmark_68"], name)
     yield from frame_findings(points, clip, name)

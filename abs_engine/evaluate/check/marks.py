@@ -80,7 +80,7 @@ def _projected(
 
 
 def mark_classes(truth: Truth) -> NDArray[np.bool_]:
-    """Which classes the facets at each of the 68 landmarks have, (68, C)."""
+    """Classes of the facets at each of the 68 landmarks, (68, C)."""
     marks, corners = truth.weld[truth.landmarks["landmark_68"]], truth.weld[truth.faces]
     found = [np.isin(marks, corners[truth.facet_class == k]) for k in range(len(truth.class_names))]
     return np.stack(found, axis=1)
@@ -133,7 +133,7 @@ def _seen(
 def certain(
     truth: Truth, sight: Sight, classes: NDArray[np.bool_], mirror: Reflection | None = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which of the 68 landmarks are seen for certain, and which are hidden for certain.
+    """Masks of the landmarks (68,) that are certainly seen, and of those that are certainly hidden.
 
     What is seen shows a facet of its own, with nothing around it that is clearly nearer or of
     another class: where lips touch, each lies before the other by less than this can tell. What
@@ -170,7 +170,7 @@ def certain(
 def _looks(
     truth: Truth, mirror: Reflection | None, rows: slice, columns: slice
 ) -> NDArray[np.bool_]:
-    """Which pixels look into the mirror; all of them where none is asked for."""
+    """Mask of the pixels that look into the mirror; all of them where none is asked for."""
     y, x = np.mgrid[rows, columns].reshape(2, -1)
     return np.ones(len(x), np.bool_) if mirror is None else in_mirror(truth, x, y)
 

@@ -47,7 +47,7 @@ class Reflection:
         return np.asarray(vectors - 2 * (vectors @ self.normal)[..., None] * self.normal)
 
     def seen_through(self, rays: FloatArray) -> BoolArray:
-        """Which lines of sight (N, 3) from the camera's centre meet the rectangle."""
+        """Mask of the lines of sight (N, 3) from the camera's centre that meet the rectangle."""
         across, up = self.corners[1] - self.corners[0], self.corners[3] - self.corners[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = (self.normal @ self.corners[0]) / (rays @ self.normal)
@@ -134,7 +134,7 @@ def reflection(truth: Truth) -> Reflection | None:
 
 
 def in_mirror(truth: Truth, x: NDArray[np.integer], y: NDArray[np.integer]) -> BoolArray:
-    """Which pixels (N,) look into the mirror."""
+    """Mask (N,) of the pixels that look into the mirror."""
     mirror = reflection(truth)
     if mirror is None:
         return np.zeros(len(x), np.bool_)

@@ -15,7 +15,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Detection:
-    """What was found against what is there.
+    """Counts of what was found against what is there.
 
     Parameters
     ----------

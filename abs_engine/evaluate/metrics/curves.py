@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CurveError:
-    """How a curve differs from its truth.
+    """Difference of a curve from its truth.
 
     Parameters
     ----------

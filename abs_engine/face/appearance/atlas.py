@@ -26,7 +26,7 @@ SIZES = 64, 1024
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """Where each texel lies on the mesh.
+    """Place of each texel on the mesh.
 
     Parameters
     ----------

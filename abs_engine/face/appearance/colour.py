@@ -67,7 +67,7 @@ def luminance(pixels: NDArray[np.generic]) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class MouthPlace:
-    """What is known of a mouth's place, for each pixel of a patch, (H, W) float64 each, 0 to 1.
+    """Knowledge of a mouth's place, for each pixel of a patch, (H, W) float64 each, 0 to 1.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class ColourClasses:
 
     @property
     def weight(self) -> float:
-        """What these colours are worth as evidence, 0 to 1.
+        """Weight of these colours as evidence, 0 to 1.
 
         Less where they hardly tell lips from skin, or take what shows in an open mouth for lips.
         """

@@ -56,7 +56,7 @@ def with_shade(lips: Mixture) -> Mixture:
 
 
 def lit_share(lips: Mixture, samples: FloatArray) -> FloatArray:
-    """How probably lips (N,), of `with_shade`, are not in their own shade."""
+    """Probability that lips (N,), of `with_shade`, are not in their own shade."""
     parts = lips.densities(samples)
     return np.asarray(1 - parts[:, -1] / np.maximum(parts.sum(axis=1), 1e-300))
 

@@ -172,7 +172,7 @@ def _joined(mixtures: Sequence[Mixture]) -> Mixture:
 def _told_apart(
     samples: FloatArray, prior: FloatArray, place: int, skin: Mixture, lip: Mixture
 ) -> float:
-    """How probably a pixel of skin or of this lip is told right by its colour: 0.5 to 1."""
+    """Probability that a pixel of skin or of this lip is classified correctly: 0.5 to 1."""
     densities = np.stack([skin.density(samples), lip.density(samples)])
     right = densities / np.maximum(densities.sum(axis=0), 1e-300)
     surely = [prior[k] * _core(prior[k]) for k in (0, place)]

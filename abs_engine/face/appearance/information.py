@@ -36,7 +36,7 @@ def information(
     moved: Moved,
     scale: float = 1.0,
 ) -> FloatArray:
-    """What each point's descriptor says of n parameters: J' J, the mean over the frames.
+    """Information of each point's descriptor about n parameters: J' J, the mean over the frames.
 
     Parameters
     ----------

@@ -292,7 +292,7 @@ def sighted(
     window: Window,
     renderer: Renderer,
 ) -> tuple[FloatArray, FloatArray]:
-    """How squarely a frame shows points (N,), 0 where not; drawn pixels (K, 2) of the patches."""
+    """Visibility (N,) of points, 0 where unseen, by the drawn pixels (K, 2) of their patches."""
     depth = depth_of(sighting, scene, camera, renderer)
     moved = sighting.pose.apply(np.asarray(sighting.vertices[patches.kept], np.float64))
     points, normals = patches.surface(moved)

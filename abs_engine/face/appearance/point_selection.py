@@ -70,7 +70,7 @@ def choose_points(
 
 
 def usable_points(model: LocalModel) -> NDArray[np.bool_]:
-    """Which points (N,) are seen in a share `OFTEN` of the frames, and `SQUARELY`.
+    """Mask (N,) of the points that are seen in a share `OFTEN` of the frames, and `SQUARELY`.
 
     Raises
     ------

@@ -68,7 +68,7 @@ class Frames:
     parameters: FloatArray
 
     def left_out(self, ridge: float) -> FloatArray:
-        """What each frame is off the fit of all others, (T, K, C); 0 where it shows no item.
+        """Residual of each frame from the fit of all others, (T, K, C); 0 where it shows no item.
 
         The residuals over one minus the leverage, which for a ridge is the same as to fit again
         without the frame. A frame that alone decides about an item has a leverage of nearly 1,

@@ -102,7 +102,7 @@ def in_sight(
     window: Window,
     margin: bool = False,
 ) -> FloatArray:
-    """How squarely points of the surface are seen.
+    """Weight of how squarely points of the surface are seen.
 
     Parameters
     ----------

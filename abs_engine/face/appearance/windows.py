@@ -24,7 +24,7 @@ REACH = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """How the descriptors of N points are read from maps.
+    """Windows by which the descriptors of N points are read from maps.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Windows:
 
     @cached_property
     def at_rest(self) -> NDArray[np.int64]:
-        """Which of `scales` is nearest to each point's, (N,)."""
+        """Index of the one of `scales` that is nearest to each point's, (N,)."""
         distance = np.abs(np.log(self.scales / self.sigma[:, None]))
         return np.asarray(distance.argmin(axis=1), np.int64)
 

@@ -74,7 +74,7 @@ class GuidedPCA:
         self.missing = missing
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """What the constructor was given, by name; `deep` is without effect."""
+        """Arguments of the constructor, by name; `deep` is without effect."""
         return {k: getattr(self, k) for k in ("names", "groups", "predictors", "missing")}
 
     def set_params(self, **params: Any) -> GuidedPCA:
@@ -219,7 +219,7 @@ class GuidedPCA:
 
 @dataclass(frozen=True, eq=False)
 class _Steps:
-    """What the steps of the analysis found: flat arrays, D coordinates."""
+    """Results of the steps of the analysis: flat arrays, D coordinates."""
 
     mean: FloatArray
     modes: FloatArray

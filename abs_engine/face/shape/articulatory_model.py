@@ -131,7 +131,7 @@ class ArticulatoryModel:
         return self.points(X)
 
     def errors(self, points: FloatArray) -> FloatArray:
-        """What the direct inversion misses at each point, (..., N), mm; NaN where it is missing."""
+        """Residual of the direct inversion at each point, (..., N), mm; NaN where it is missing."""
         missed = np.asarray(points, np.float64) - self.points(self.invert(points))
         return np.asarray(np.linalg.norm(missed, axis=-1), np.float64)
 

@@ -91,7 +91,7 @@ def points_at_nodes(nodes: NDArray[np.integer]) -> ShellPoints:
 def nearest_points(
     nodes: FloatArray, faces: NDArray[np.integer], points: NDArray[np.floating]
 ) -> ShellPoints:
-    """Where a shell is nearest to points in space.
+    """Points of a shell that are nearest to points in space.
 
     Parameters
     ----------

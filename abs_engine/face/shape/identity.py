@@ -61,7 +61,7 @@ def identity_shape(speaker: Speaker) -> IdentityShape:
 
 
 def head_modes(speaker: Speaker) -> NDArray[np.float32]:
-    """How heads differ: by the speaker's targets, and smoothly where these leave something over.
+    """Modes by which heads differ: the speaker's targets, and smooth ones for what these leave.
 
     Returns
     -------

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 
 def lip_edge(speaker: Speaker, lip: str) -> FloatArray:
-    """Where a lip ends inside of the mouth, on the average head.
+    """Edge of a lip inside of the mouth, on the average head.
 
     Parameters
     ----------

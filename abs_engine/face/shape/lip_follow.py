@@ -18,7 +18,7 @@ _FACING = (-np.arange(COLUMNS)) % COLUMNS  # the column of the other lip that ea
 
 
 def leaders(nodes: FloatArray) -> FloatArray:
-    """What the rings follow: (..., 4, 34, 3) of shell nodes (..., N, 3).
+    """Leading points of the rings: (..., 4, 34, 3) of shell nodes (..., N, 3).
 
     The shell's rings of the lips from the inner to the outer one, and the inner one of the lip
     that faces them.

@@ -57,7 +57,7 @@ class LipPoints:
 
 @dataclass(frozen=True, eq=False)
 class LipShell(LipPoints):
-    """Where the nodes of a shell lie on a head, and how they are joined. Adds to `LipPoints`.
+    """Places of the nodes of a shell on a head, and their facets. Adds to `LipPoints`.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def reconstruct(
 def expected_posterior(
     physics: LearnedPhysics, rows: Rows, noise: float | None = None
 ) -> Posterior:
-    """How sure the shape will be once some coordinates are observed; coefficients are 0.
+    """Posterior of the shape once some coordinates are observed; coefficients are 0.
 
     Raises
     ------

@@ -21,7 +21,7 @@ _LONGEST_TAIL = 1000  # packets; with rarer key frames only `read_frames` judges
 
 @dataclass(frozen=True)
 class VideoInfo:
-    """What a video is.
+    """Properties of a video.
 
     Parameters
     ----------

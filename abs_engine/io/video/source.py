@@ -77,7 +77,7 @@ def _moving(container: av.container.InputContainer) -> list[av.VideoStream]:
 
 
 def _unusable(container: av.container.InputContainer) -> str:
-    """Why nothing can be read, empty where it can."""
+    """Reason why nothing can be read, empty where it can."""
     if container.format.name in _NOT_VIDEO:
         return "is not a video"
     streams = _moving(container)

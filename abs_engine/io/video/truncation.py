@@ -51,7 +51,7 @@ def is_torn(path: Path) -> bool:
 
 
 def _segment_end(head: bytes) -> int:
-    """Where Matroska's one segment ends; 0 where its length is not stated (a live recording)."""
+    """End of Matroska's one segment; 0 where its length is not stated (a live recording)."""
     length, start = _ebml_length(head, 4)
     at = start + length
     if head[at : at + 4] != _SEGMENT:
@@ -70,7 +70,7 @@ def _ebml_length(data: bytes, at: int) -> tuple[int, int]:
 
 
 def _boxes_end(file: BinaryIO, size: int) -> int:
-    """Where the last top-level box ends; `size` where the boxes make no sense."""
+    """End of the last top-level box; `size` where the boxes make no sense."""
     at = 0
     while at + 8 <= size:
         file.seek(at)

@@ -28,7 +28,7 @@ BEST = "simplex"
 
 @dataclass
 class Report:
-    """What is collected on the way.
+    """Results collected on the way.
 
     Parameters
     ----------

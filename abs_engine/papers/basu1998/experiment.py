@@ -62,7 +62,7 @@ class TrainedLips:
     def setting(
         self, camera: Camera, renderer: Renderer, pose_deviation: FloatArray | None = None
     ) -> ShellSetting:
-        """What a fit needs."""
+        """Setting of a fit."""
         scene = self.model.scene()
         seen = seen_shapes(self.model.physics, self.training.displacements)
         return ShellSetting(
@@ -88,7 +88,7 @@ def learn_lips(
 
 @dataclass(frozen=True, eq=False)
 class FrameError:
-    """How one fit came out.
+    """Errors of one fit.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class FrameError:
     def of(
         cls, lips: TrainedLips, camera: str, driver: str, fit: ShellFit, view: Truth
     ) -> FrameError:
-        """How a fit of a view's frame came out, by the view's truth."""
+        """Errors of a fit to a view's frame, by the view's truth."""
         truth = lips.model.shell.nodes(view.vertices(fit.frame))
         rms, highest = (lip_error(nodes, truth) for nodes in (fit.nodes, fit.highest))
         return cls(lips.person, camera, driver, fit.frame, rms, highest, fit)

@@ -45,7 +45,7 @@ _KEYS = (
 
 @dataclass(frozen=True)
 class Amount:
-    """How much is filmed.
+    """Amount of film.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ UNROUNDED = ("a p a", "i: b i:", "E t E", "A: m A:", "s I s", "e d e")
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """How a person's face moves, T frames.
+    """Motion of a person's face, T frames.
 
     Parameters
     ----------

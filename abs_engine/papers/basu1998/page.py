@@ -96,7 +96,7 @@ def reproduction_page(
 
 
 def _made(results: Results) -> str:
-    """How the results were made."""
+    """Making of the results."""
     people = results.get("people")
     seconds = number(results, "seconds")
     rows = [
@@ -145,7 +145,7 @@ def _table_1(results: Results) -> str:
 
 
 def _cameras(results: Results) -> str:
-    """What is expected to remain with a camera at each yaw, alone and beside a frontal one."""
+    """Expected remaining errors with a camera at each yaw, alone and beside a frontal one."""
     given: Any = results.get("cameras")
     yaws = given.get("yaw") if isinstance(given, Mapping) else None
     if not isinstance(yaws, Mapping) or not yaws:
@@ -169,7 +169,7 @@ def _cameras(results: Results) -> str:
 
 
 def _remaining(value: float | None, best: bool) -> str:
-    """What remains with three digits, as cameras differ by little, and which is the best."""
+    """Remaining errors with three digits, as cameras differ by little, and the best one."""
     if value is None:
         return MISSING
     return f"{value:.3f} mm{' (best)' * best}"

@@ -32,7 +32,7 @@ class BlobPlaces:
     classes: ColourClasses
 
     def follower(self) -> BlobPlacer:
-        """What finds the blobs."""
+        """Filter that finds the blobs."""
         return BlobPlacer(self)
 
 
@@ -69,7 +69,7 @@ class Clock:
         self._own, self.begun = own, 0.0
 
     def follower(self) -> Clock:
-        """What follows: this."""
+        """Follower of the blobs, which is this value itself."""
         return self
 
     def step(self, image: Image, memory: Memory) -> HeadFrame:

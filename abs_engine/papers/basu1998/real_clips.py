@@ -27,7 +27,7 @@ FOLDER = "grid"
 
 @dataclass(frozen=True, eq=False)
 class ClosureLabels:
-    """When lips are closed in a clip, as seen by eye.
+    """Intervals of closed lips in a clip, as seen by eye.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def _labels(entry: dict[str, Any]) -> ClosureLabels:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How a run agrees with the labels, in frames that could be told.
+    """Agreement of a run with the labels, in frames that could be told.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _values(agreement: Agreement) -> tuple[int, ...]:
 
 
 def agreement(labels: ClosureLabels, run: dict[str, Any]) -> Agreement:
-    """How the arrays of a run agree with labels."""
+    """Agreement of the arrays of a run with labels."""
     found, sure = np.asarray(run["closed"], bool), labels.sure
     met = sum(bool(found[first : last + 1].any()) for first, last in labels.runs)
     return Agreement(

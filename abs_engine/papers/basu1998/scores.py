@@ -46,11 +46,11 @@ class Goal:
     paper: bool = False
 
     def told(self, results: Results) -> str:
-        """What was measured, with its unit."""
+        """Measured value, with its unit."""
         return told(number(results, self.key), self.unit)
 
     def aim(self) -> str:
-        """What was aimed at."""
+        """Aim of the measurement."""
         if self.bound is None:
             return "none"
         sign, source = "≥" if self.least else "≤", " (paper)" if self.paper else ""

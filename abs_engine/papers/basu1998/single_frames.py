@@ -56,7 +56,7 @@ _EVERY: dict[str, Minimiser] = {**DRIVERS, AS_PRINTED: FixedStep(limit=ITERATION
 
 @dataclass(frozen=True, eq=False)
 class ShellFit:
-    """What was found in a frame: the mean of several maxima by their probability.
+    """Fit of a frame: the mean of several maxima by their probability.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def _clip(
     rule: PullRule,
     judged: bool,
 ) -> ClipSetting:
-    """What stays the same over frames that are fitted each by itself."""
+    """Values that stay the same over frames that are fitted each by itself."""
 
     def colours(_face: Face, view: View) -> FacetLikelihood:
         return shell_colours(setting, view.image, view.frame.base, rule)

@@ -58,7 +58,7 @@ class CloseUp:
         return np.repeat(grey[..., None], 3, axis=2)
 
     def pixels(self, points: FloatArray) -> FloatArray:
-        """Where points (..., 3), mm, camera frame, are seen in the tile, (..., 2)."""
+        """Places in the tile of points (..., 3), mm, camera frame, (..., 2)."""
         return self.window.to_drawn(self.camera.project(points))
 
     def wired(

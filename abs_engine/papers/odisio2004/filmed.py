@@ -122,7 +122,7 @@ def film_visemes(
 
 
 def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:
-    """What `film_visemes` filmed.
+    """Visemes filmed by `film_visemes`.
 
     Raises
     ------

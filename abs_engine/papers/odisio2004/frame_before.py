@@ -54,7 +54,7 @@ class TalkBinder:
     least: float = 0.0
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
-        """What is minimised in a frame whose head is about a pose, and where it is started."""
+        """Objective of a frame whose head is about a pose, and the start of its search."""
         posture = self.neutral if memory.vector is None else parted(memory.vector)[1]
         made = self.problem(frame.image, pose, posture)
         last, starts = at_base(posture), at_base(posture)[None]
@@ -85,7 +85,7 @@ class FrameBefore:
     finding: Motion | None = None
 
     def follower(self) -> FrameBeforeFollower:
-        """What follows the head from the first frame on."""
+        """Follower of the head from the first frame on."""
         return FrameBeforeFollower(None if self.finding is None else self.finding.follower())
 
 

@@ -18,7 +18,7 @@ STAGES = "stages"
 
 @dataclass(frozen=True)
 class Amount:
-    """How much is done.
+    """Amount of work.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=24)
 
 @dataclass
 class Report:
-    """What is collected on the way; the parts that come later add to it.
+    """Results collected on the way; the parts that come later add to it.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Report:
 
     @property
     def command(self) -> str:
-        """What is typed to make it."""
+        """Command that makes it."""
         usual = QUICK if self.quick else FULL
         words = ["abs-engine reproduce 001", *(["--quick"] if self.quick else [])]
         words += [f"--seed {self.seed}", f"--person {self.person}"]

@@ -116,7 +116,7 @@ def number(results: Results, key: str) -> float | None:
 
 
 def goal_rows(results: Results) -> list[tuple[str, str, str, str]]:
-    """What was aimed at: name, measured, bound, and by how much it is met or missed, and why."""
+    """Goals: name, measured, bound, and by how much it is met or missed, and why."""
     rows = []
     for goal in GOALS:
         value = goal.measured(results)

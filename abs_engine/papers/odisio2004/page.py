@@ -94,7 +94,7 @@ work.</p>
 
 
 def _face(results: Results) -> str:
-    """Where the learned face is."""
+    """Path of the learned face."""
     if "face" not in results:
         return ""
     name = html.escape(str(results["face"]))
@@ -170,7 +170,7 @@ def _one(found: Mapping[str, float] | None) -> str:
 
 
 def _missing(row: Mapping[str, Any]) -> str:
-    """Which models miss how many closures, or find some that are none."""
+    """Models that miss closures, or find some that are none, with their number."""
     told = []
     for model in MODELS:
         own = row.get(model)

@@ -57,7 +57,7 @@ class Kept:
         return self.folder / f"{name}-{model}-{digest}.npz"
 
     def load(self, name: str, model: str, settings: Settings) -> Tracked | None:
-        """What was kept; None where nothing was, or the file is not whole."""
+        """Stored value; None where nothing was, or the file is not whole."""
         try:
             data = read_npz(self.path(name, model, settings), FORMAT, VERSION)
             poses = zip(data["rotations"], data["translations"], strict=True)

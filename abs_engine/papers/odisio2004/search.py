@@ -94,7 +94,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class SearchRow:
-    """How a solver fared within so many evaluations of each fit.
+    """Result of a solver within so many evaluations of each fit.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def _row(speech: Speech, name: str, model: str, budget: int, runs: dict[int, Wat
 
 @dataclass(frozen=True)
 class StopRow:
-    """What a stopping rule costs and gives.
+    """Cost and gain of a stopping rule.
 
     Parameters
     ----------

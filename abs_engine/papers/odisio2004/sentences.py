@@ -82,7 +82,7 @@ class Sentences:
 
     @property
     def seconds(self) -> float:
-        """What tracking took, all models and processes together."""
+        """Time of tracking, all models and processes together."""
         return sum(own.seconds for run in self.runs for own in run.tracked.values())
 
 

@@ -60,7 +60,7 @@ def curves_figure(shape: FaceShape, filmed: Filmed, of: Mapping[str, Curves]) ->
 
 
 def _labels(axes: Axes, filmed: Filmed) -> None:
-    """What is said, IPA, with the closures of the lips shaded."""
+    """Phonemes, IPA, with the closures of the lips shaded."""
     for segment in filmed.utterance.segments:
         if segment.phoneme.manner == "pause" or segment.middle > len(filmed) / RATE:
             continue

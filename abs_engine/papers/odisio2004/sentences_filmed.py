@@ -119,7 +119,7 @@ def with_beads(speaker: Speaker, plan: ClipPlan, beads: int) -> ClipPlan:
 def truth_of(
     speaker: Speaker, plan: ClipPlan, sentence: Sentence, vertices: NDArray[np.integer]
 ) -> Filmed:
-    """What is true of each frame of a plan, with black pictures of a pixel; nothing is drawn."""
+    """Ground truth of each frame of a plan, with black pictures of a pixel; nothing is drawn."""
     heads = [plan.neutral + deform(speaker, row).astype(np.float32) for row in plan.weights]
     view = plan.views[0]
     return Filmed(

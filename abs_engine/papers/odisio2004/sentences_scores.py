@@ -25,7 +25,7 @@ BILABIALS = ("p", "b", "m")
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """What figure 8 shows of a sentence, T frames.
+    """Curves of figure 8 for a sentence, T frames.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ _OF_POINTS = Settings(limit=280, coarse=1e-5, tolerance=1e-3, inertia=1e-5, unus
 
 
 def settings_of(model: str) -> Settings:
-    """How frames are searched with an appearance model; chosen on `french.PRACTICE`."""
+    """Settings of the search with an appearance model; chosen on `french.PRACTICE`."""
     return _OF_POINTS if model in LOCALS else _OF_TEXTURES
 
 
@@ -98,12 +98,12 @@ class Work:
     settings: Settings | None = None
 
     def how(self, model: str) -> Settings:
-        """How frames are searched with a model."""
+        """Settings of the search with a model."""
         return self.settings or settings_of(model)
 
     @cached_property
     def kept(self) -> Kept:
-        """Where results are, with what they depend on."""
+        """Path of stored results, with what they depend on."""
         basis = {
             "person": self.person, "beads": self.beads, "seed": self.seed, "frames": self.frames,
             "renderer": self.renderer, "code": code_digest(),
@@ -118,7 +118,7 @@ class Work:
         return cut(plan, self.frames)
 
     def truth(self, speaker: Speaker, sentence: Sentence) -> Filmed:
-        """What is true of a sentence's frames, without pictures."""
+        """Ground truth of a sentence's frames, without pictures."""
         plan = self.plan(speaker, sentence)
         return truth_of(speaker, plan, sentence, self.face.shape.vertices)
 
@@ -127,7 +127,7 @@ class Work:
         return self.kept.load(sentence.name, model, self.how(model))
 
     def left(self, jobs: Sequence[Job]) -> list[Job]:
-        """What of some jobs is not kept yet."""
+        """Jobs that are not stored yet."""
         rest = [
             Job(job.sentence, tuple(m for m in job.models if self.load(job.sentence, m) is None))
             for job in jobs

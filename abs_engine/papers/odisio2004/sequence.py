@@ -31,7 +31,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Settings:
-    """How a frame is searched.
+    """Settings of the search in a frame.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def clip_setting(
     postures: FloatArray | None = None,
     rate: float = 25.0,
 ) -> ClipSetting:
-    """What stays the same over a sequence; parameters as of `track`."""
+    """Values that stay the same over a sequence; parameters as of `track`."""
 
     def problem(image: Image, there: Pose, alpha: FloatArray) -> Problem:
         given = image, camera, there, alpha, renderer

@@ -58,7 +58,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Teleconference:
-    """What was tracked.
+    """Tracked sequences.
 
     Parameters
     ----------

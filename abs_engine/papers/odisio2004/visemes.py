@@ -91,7 +91,7 @@ class Speech:
         return _rms(away), _rms(away[self.shape.lips])
 
     def distances(self, alpha: FloatArray, which: int) -> FloatArray:
-        """How far each of the model's points (N,) is from where it was filmed, mm."""
+        """Distance of each of the model's points (N,) from its filmed place, mm."""
         true = self.pictures.vertices[which][self.shape.vertices]
         return np.asarray(np.linalg.norm(self.shape.points(alpha) - true, axis=1), np.float64)
 
@@ -145,7 +145,7 @@ def film_speech(
 
 @dataclass(frozen=True, eq=False)
 class VisemeError:
-    """How a viseme came out.
+    """Errors of a viseme.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class Analysis:
         return {n: k for n, k in shown.items() if k < len(self.built.model.parameters)}
 
     def as_json(self) -> dict[str, Any]:
-        """What results.json says: see `tables.results`; names of what was kept out or imputed."""
+        """Content of results.json: see `tables.results`; names of what was kept out or imputed."""
         built = self.built
         errors = zip(built.corpus.visemes, built.viseme_errors, strict=True)
         return results(built, self.unseen.errors) | {

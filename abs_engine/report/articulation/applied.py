@@ -42,7 +42,7 @@ class Applied:
 
     @property
     def found(self) -> NDArray[np.bool_]:
-        """Which frames (T,) have parameters."""
+        """Mask (T,) of the frames that have parameters."""
         return np.asarray(np.isfinite(self.error), np.bool_)
 
     def as_csv(self) -> str:

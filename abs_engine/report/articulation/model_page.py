@@ -20,7 +20,7 @@ _FAR = 4.0
 
 
 def corpus_lines(done: Analysis) -> list[str]:
-    """What was read, kept out and filled in, by name."""
+    """Names of what was read, kept out and filled in, by name."""
     built = done.built
     span = np.nanmax(built.corpus.points, axis=(0, 1)) - np.nanmin(built.corpus.points, axis=(0, 1))
     size = " x ".join(f"{extent:.0f}" for extent in span)
@@ -50,7 +50,7 @@ def corpus_lines(done: Analysis) -> list[str]:
 
 
 def error_lines(done: Analysis) -> list[str]:
-    """What the direct inversion misses, and what visemes are missed that were not learned."""
+    """Residual of the direct inversion, and what visemes are missed that were not learned."""
     built = done.built
     errors = built.viseme_errors
     worst = int(errors.argmax())
@@ -95,7 +95,7 @@ def variance_lines(done: Analysis) -> list[str]:
 
 
 def applied_lines(done: Applied) -> list[str]:
-    """How many frames have parameters, how well they hold the points, and which points lack."""
+    """Frames with parameters, their error at the points, and the points that lack."""
     error = done.error[done.found]
     lines = [
         f"{len(done.found)} frames, {int((~done.found).sum())} without parameters; error, RMS over "

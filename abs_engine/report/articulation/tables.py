@@ -112,7 +112,7 @@ def _box(viseme: str, names: Sequence[str], errors: FloatArray) -> Box:
 
 
 def results(built: Build, left_out: FloatArray | None = None) -> dict[str, Any]:
-    """What results.json says of the model: fractions and mm.
+    """Entries of results.json about the model: fractions and mm.
 
     Parameters
     ----------

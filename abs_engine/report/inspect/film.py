@@ -43,7 +43,7 @@ def presented(
     painted: Callable[[list[int]], Iterator[Image]],
     progress: Progress | None,
 ) -> Image | Film:
-    """What is asked for: one frame, a film of all frames, or a sheet of evenly spread ones.
+    """Requested pictures: one frame, a film of all frames, or a sheet of evenly spread ones.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ DEPTH_COLOURS = colours_of("viridis_r")
 
 @dataclass(frozen=True, eq=False)
 class LabelFrame:
-    """What is known of each pixel of one picture.
+    """Labels of each pixel of one picture.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class LabelPainter:
         return np.where(seen[..., None], values.astype(np.uint8), np.uint8(255))
 
     def legend(self, height: int) -> Image | None:
-        """What the colours mean, (height, W, 3) uint8 RGB; None where nothing needs to be said."""
+        """Legend of the colours, (height, W, 3) uint8 RGB; None where nothing needs to be said."""
         if self.kind == "classes":
             names = self.speaker.class_names[1:]
             return legend.swatches(names, CLASS_COLOURS[1 : len(names) + 1], height)

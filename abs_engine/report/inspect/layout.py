@@ -112,7 +112,7 @@ def _padded(picture: Image, height: int) -> Image:
 
 
 def columns_of(count: int, size: tuple[int, int], shape: float = 1.6) -> int:
-    """How many columns bring `count` tiles of a size near to a page `shape` times as wide."""
+    """Number of columns that bring `count` tiles of a size near to a page `shape` times as wide."""
     return max(1, min(count, round(float(np.sqrt(shape * count * size[1] / size[0])))))
 
 

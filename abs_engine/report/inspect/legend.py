@@ -43,7 +43,7 @@ def swatches(names: Sequence[str], colours: Image, height: int, width: int = 136
 
 
 def normals_ball(height: int, side: int = 96) -> Image:
-    """What the colours of normals mean: a ball seen from the front, (height, W, 3) uint8 RGB."""
+    """Legend of the colours of normals: a ball seen from the front, (height, W, 3) uint8 RGB."""
     x, y = np.meshgrid(*[np.linspace(-1.02, 1.02, side)] * 2)
     inside = x * x + y * y <= 1
     z = -np.sqrt(np.where(inside, 1 - x * x - y * y, 0))
@@ -54,7 +54,7 @@ def normals_ball(height: int, side: int = 96) -> Image:
 
 
 def flow_wheel(largest: float, height: int, side: int = 96) -> Image:
-    """What the colours of flow mean: a wheel whose rim is `largest` pixels a frame."""
+    """Legend of the colours of flow: a wheel whose rim is `largest` pixels a frame."""
     x, y = np.meshgrid(*[np.linspace(-1.02, 1.02, side)] * 2)
     inside = x * x + y * y <= 1
     wheel = paint_flow(np.stack([x, y], axis=-1) * largest, largest, inside)

@@ -142,7 +142,7 @@ class OverlayPainter:
 
 
 def _pixels(body: Body, view: View) -> FloatArray:
-    """Where the vertices lie in the image, (V, 2)."""
+    """Places of the vertices in the image, (V, 2)."""
     return view.camera.project(view.pose.apply(body.vertices))
 
 

@@ -136,7 +136,7 @@ class Request:
 
     @property
     def shown(self) -> str:
-        """What is shown: head or mouth."""
+        """Part that is shown: head or mouth."""
         of_modes = self.kind == "nomogram" and (self.modes is not None or self.run is not None)
         return self.crop or ("mouth" if of_modes else "head")
 

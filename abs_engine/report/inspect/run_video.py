@@ -85,7 +85,7 @@ def _named(folder: Path) -> tuple[Path, str]:
 
 
 def _summary(folder: Path) -> dict[str, Any]:
-    """What ``run.json`` holds; nothing where there is none that can be read."""
+    """Content of ``run.json``; nothing where there is none that can be read."""
     try:
         told = parse_json((folder / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError):

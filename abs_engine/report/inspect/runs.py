@@ -71,7 +71,7 @@ class RunHead:
         return Body(self.speaker, self.mesh.vertices(frame))
 
     def view(self, frame: int, scale: float = 1.0) -> View:
-        """What the run's camera saw, drawn `scale` times as large."""
+        """Picture of the run's camera, drawn `scale` times as large."""
         pose = Pose.from_vectors(self.arrays["rotation"][frame], self.arrays["translation"][frame])
         return View(self.camera, pose, Window(0, 0, *self.camera.size, scale))
 

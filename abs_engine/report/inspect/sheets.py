@@ -27,7 +27,7 @@ HEADED = 12
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How heads are drawn on a page.
+    """Style of heads on a page.
 
     Parameters
     ----------

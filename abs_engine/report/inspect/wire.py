@@ -15,7 +15,7 @@ from abs_engine.core.geometry import FloatArray
 def quad_edges(
     vertices: FloatArray, faces: NDArray[np.integer], weld: NDArray[np.integer]
 ) -> NDArray[np.bool_]:
-    """Which edges are worth drawing: all but the diagonals of quads that were cut in two.
+    """Edges that are worth drawing: all but the diagonals of quads that were cut in two.
 
     An edge that is the longest of both of its facets is taken for such a diagonal.
 
@@ -50,7 +50,7 @@ def line_cover(
     drawn: NDArray[np.bool_],
     width: float,
 ) -> NDArray[np.bool_]:
-    """Where lines are.
+    """Cover of lines.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ they are the 17 other consonants between i, a and u, and p between e and o.
 
 
 def spelled(viseme: str) -> tuple[str, int]:
-    """What is uttered, as `parse_phonemes` reads it, and the place of the viseme in it.
+    """Phonemes as `parse_phonemes` reads them, and the place of the viseme in it.
 
     Raises
     ------

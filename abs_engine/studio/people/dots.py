@@ -89,7 +89,7 @@ def add_dots(colour: Floats, speaker: Speaker, chart: Chart, person: Person) -> 
 
 
 class _Facets:
-    """Which facets lie near a vertex along the surface, so that no dot leaps from lip to lip."""
+    """Facets near a vertex along the surface, so that no dot leaps from lip to lip."""
 
     def __init__(self, speaker: Speaker, rest: Floats) -> None:
         self._corners, self._rest = speaker.weld[speaker.faces], rest

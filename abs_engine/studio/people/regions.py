@@ -32,7 +32,7 @@ def bump(place: Floats, centre: tuple[float, float, float], radius: float) -> Fl
 
 
 def is_class(speaker: Speaker, chart: Chart, *names: str) -> NDArray[np.bool_]:
-    """Which texels (T,) belong to facets of some classes."""
+    """Mask of the texels (T,) that belong to facets of some classes."""
     return np.isin(chart.kind, [speaker.class_id(n) for n in names])
 
 
@@ -71,7 +71,7 @@ def lip_sample(speaker: Speaker, chart: Chart) -> NDArray[np.bool_]:
 
 
 def hair(speaker: Speaker, chart: Chart, colour: Floats) -> tuple[Floats, Floats]:
-    """How much of each texel is hair, seen from its colour, and the hair's median colour.
+    """Share of hair in each texel, seen from its colour, and the hair's median colour.
 
     On the skull a texel lies between the colours of skin and of hair; in the brows and on the lid
     margins, hair is what is much darker than skin.

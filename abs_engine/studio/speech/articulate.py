@@ -38,7 +38,7 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Speech:
-    """What the face does while something is said, T frames.
+    """Motion of the face during speech, T frames.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ TOUCH = 0.1
 
 @dataclass(frozen=True)
 class Use:
-    """How a face unit may help to make contact.
+    """Use of a face unit that may help to make contact.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ def _reach(
     index: int,
     step: int,
 ) -> float:
-    """Where the movement away has to be over: the neighbour's hold, or the middle of its time."""
+    """End of the movement away: the neighbour's hold, or the middle of its time."""
     other = index + step
     if not 0 <= other < len(segments):
         return -np.inf if step < 0 else np.inf

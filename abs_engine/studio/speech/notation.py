@@ -73,7 +73,7 @@ _MARKS: tuple[tuple[str, tuple[str, ...], _Change], ...] = (
 
 @dataclass(frozen=True)
 class _Script:
-    """How an alphabet spells: sounds, marks after them, ties, stress, pauses, and what is void."""
+    """Spelling of an alphabet: sounds, marks after them, ties, stress, pauses, and what is void."""
 
     sounds: Mapping[str, Phoneme]
     marks: Mapping[str, tuple[str, _Change]]

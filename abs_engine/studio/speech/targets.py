@@ -26,7 +26,7 @@ _ROUNDING = ("pucker", "funnel", "smile", "stretch")
 
 @dataclass(frozen=True)
 class Goal:
-    """What a phoneme asks of an articulator.
+    """Target that a phoneme sets for an articulator.
 
     Parameters
     ----------
