@@ -16,11 +16,21 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.core.geometry import Pose
+from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.inputs import name_problem, parse_json
 from abs_engine.io.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.corpus", 1
+_LAYOUT: Layout = {
+    "points": real("V", "N", 3, gaps=True),
+    "names": text("N"),
+    "visemes": text("V"),
+    "groups": text(),
+    "rotation": real(3, 3),
+    "translation": real(3),
+    "source": text(),
+}
 _NO_MOTION = Pose(np.eye(3), np.zeros(3))
 
 
@@ -177,12 +187,12 @@ def load_corpus(path: Path) -> Corpus:
     ModelFormatError
         If it has another format or version, or does not hold a whole corpus.
     """
-    data = read_npz(Path(path), FORMAT, VERSION)
+    data = read_npz(Path(path), FORMAT, VERSION, _LAYOUT)
     try:
         groups = {g: tuple(map(str, n)) for g, n in parse_json(str(data["groups"])).items()}
-        frame = Pose(*(np.asarray(data[n], np.float64) for n in ("rotation", "translation")))
+        frame = Pose(data["rotation"], data["translation"])
         return Corpus(
-            np.asarray(data["points"], np.float64), tuple(map(str, data["names"])),
+            data["points"], tuple(map(str, data["names"])),
             tuple(map(str, data["visemes"])), groups, frame, str(data["source"]),
         )  # fmt: skip
     except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, TooFewPointsError
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import MOST, parse_json, to_number
 
 FloatArray = NDArray[np.float64]
 
@@ -195,7 +195,8 @@ def _csv_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
 
 
 def _mark(path: Path, line: str, row: Mapping[str, object]) -> Mark:
-    point = str(row.get("point") or "").strip()
+    named = row.get("point")
+    point = named.strip() if isinstance(named, str) else ""
     try:
         frame, view = (
             int(str(row.get(k) if row.get(k) not in (None, "") else d))
@@ -203,9 +204,9 @@ def _mark(path: Path, line: str, row: Mapping[str, object]) -> Mark:
         )
         values = [str("" if row.get(k) is None else row[k]).strip().lower() for k in ("x", "y")]
         empty = [v in _EMPTY for v in values]
-        place = None if all(empty) else (float(values[0]), float(values[1]))
+        place = None if all(empty) else (to_number(values[0]), to_number(values[1]))
     except ValueError as error:
         raise InputFileError(f"{path}, {line}: {error}", _REMEDY) from error
-    if not point or frame < 0 or (place and not np.isfinite(place).all()):
+    if not point or not 0 <= frame <= MOST:
         raise InputFileError(f"{path}, {line} names no point, frame or place", _REMEDY)
     return Mark(frame, view - 1, point, place)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.headframe import HeadMotion
 from abs_engine.core.errors import InputFileError
+from abs_engine.io.inputs import to_number
 
 FloatArray = NDArray[np.float64]
 
@@ -77,7 +78,7 @@ def _table(path: Path, numbers: Sequence[str], text: str | None = None) -> list[
     out: list[dict[str, Any]] = []
     for row in reader:
         try:
-            told: dict[str, Any] = {n: float(row[n] or "nan") for n in numbers}
+            told: dict[str, Any] = {n: to_number(row[n] or "", gaps=True) for n in numbers}
         except ValueError as error:
             raise InputFileError(
                 f"{path}, line {reader.line_num}: {error}", "give numbers"

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.io.inputs import check_file
+from abs_engine.io.inputs import MOST, check_file, to_number
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """Millimetres of each unit."""
 
 _BROKEN = (ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError,
-           EOFError, OverflowError, struct.error, OSError)  # fmt: skip
+           EOFError, ArithmeticError, NameError, MemoryError, struct.error, OSError)  # fmt: skip
 """What the C3D library raises on files that are none, or are cut."""
 _UNEVEN = 1.5
 
@@ -97,16 +97,16 @@ def read_markers(path: Path, rate: float | None = None, unit: str | None = None)
     markers = read(path, rate, unit)
     if not markers.names or not len(markers.points):
         raise InputFileError(f"{path} holds no markers", "check the file")
-    refuse_infinite(path, markers.names, markers.points)
+    refuse_infinite(path, markers.names, np.dstack([markers.points, markers.residual]))
     return markers
 
 
 def refuse_infinite(path: Path, names: tuple[str, ...], points: FloatArray) -> None:
     """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap."""
-    frames, which = np.nonzero(np.isinf(points).any(axis=2))
+    frames, which = np.nonzero((np.abs(points) > MOST).any(axis=2))
     if len(frames):
         raise InputFileError(
-            f"{path}: '{names[which[0]]}' is infinite in frame {frames[0]}",
+            f"{path}: '{names[which[0]]}' is infinite, or as good as that, in frame {frames[0]}",
             "leave its place empty where a point is missing",
         )
 
@@ -194,7 +194,7 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
                 "check the file",
             )
         try:
-            table[k] = [float(cell) if cell.strip() else np.nan for cell in row]
+            table[k] = [to_number(cell, gaps=True) for cell in row]
         except ValueError as error:
             raise InputFileError(f"{path}, frame {k + 1}: {error}", "give numbers") from error
     return header, table
@@ -217,7 +217,7 @@ def _widened(
     frames: dict[float, dict[str, list[str]]] = {}
     for number, row in enumerate(rows, start=2):
         try:
-            when, name = float(row[at[key]]), row[at["point"]].strip()
+            when, name = to_number(row[at[key]]), row[at["point"]].strip()
             here = frames.setdefault(when, {})
             if name in here:
                 raise ValueError(f"'{name}' is given twice")
@@ -245,7 +245,7 @@ def _rate_of(path: Path, time: FloatArray | None) -> float:
 
 
 def _rate(path: Path, rate: float | None) -> float:
-    if not rate or not np.isfinite(rate) or rate <= 0:
+    if not rate or not 0 < rate <= MOST:
         raise InputFileError(f"{path} does not state its frame rate", "give --rate")
     return rate
 

@@ -10,11 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.io.arrays import Layout, plain, real, text, truth
 from abs_engine.io.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 
 FORMAT, VERSION = "abs_engine.observations", 1
+_LAYOUT: Layout = {
+    "points": real("T", "N", 3, gaps=True),
+    "names": text("N"),
+    **dict.fromkeys(("found", "uncertain"), truth("T", "N")),
+    **dict.fromkeys(("error", "score"), real("T", "N", gaps=True)),
+    "rate": real(low=1e-9),
+    **dict.fromkeys(("rotations", "translations"), real("T", 3, gaps=True)),
+    "rigid_error": real("T", gaps=True),
+    "pixels": real("views*", "frames*", "points*", 2, gaps=True),
+    "source": text(),
+}
 
 
 def _empty() -> FloatArray:
@@ -150,22 +162,15 @@ def read_observations(path: Path) -> Observations:
     ModelFormatError
         If format or version differ, an array is missing, or they do not fit together.
     """
-    data = read_npz(Path(path), FORMAT, VERSION)
+    data = plain(read_npz(Path(path), FORMAT, VERSION, _LAYOUT, "observe again"))
+    shape = data["points"].shape[:2]
     try:
-        floats = {
-            name: np.asarray(data[name], np.float64)
-            for name in ("points", "error", "score", "rotations", "translations", "rigid_error",
-                         "pixels")
-        }  # fmt: skip
-        return Observations(
-            names=tuple(str(n) for n in data["names"]),
-            rate=float(data["rate"]),
-            source=str(data["source"]),
-            found=np.asarray(data["found"], np.bool_),
-            uncertain=np.asarray(data["uncertain"], np.bool_),
-            **floats,
-        )
-    except (KeyError, ValueError, TypeError, ParameterError) as error:
+        if data["pixels"].size and data["pixels"].shape[1:3] != shape:
+            raise ParameterError(
+                f"the pixels are of shape {data['pixels'].shape}", "give those of all points"
+            )
+        return Observations(**data)
+    except ParameterError as error:
         raise ModelFormatError(
             f"{path} is not a whole observation file ({error})", "observe again"
         ) from error

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
+WIDEST_SIDE = 1 << 15
+"""px: no picture is wider or higher."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +38,8 @@ class Camera:
     Raises
     ------
     ParameterError
-        If a value is not finite, a focal length or the size is not positive, or the distortion
-        has more than eight coefficients.
+        If a value is not finite, a focal length or the size is not positive, the picture is wider
+        than any, the depths are no range, or the distortion has more than eight coefficients.
     """
 
     matrix: FloatArray
@@ -58,9 +60,17 @@ class Camera:
         distortion[: min(8, given.size)] = given[:8]
         if not np.isfinite(matrix).all() or not np.isfinite(distortion).all():
             raise ParameterError("the camera holds NaN or infinity", "calibrate it again")
-        if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or min(self.size) <= 0 or self.near <= 0:
+        if not 0 < min(self.size) <= max(self.size) <= WIDEST_SIDE:
             raise ParameterError(
-                "focal lengths, image size and near distance must be positive",
+                f"the image size is {self.size[0]}x{self.size[1]}", "check the calibration file"
+            )
+        if not 0 < self.near < self.far < np.inf:
+            raise ParameterError(
+                "the near distance must be positive, and far beyond it", "give both in mm"
+            )
+        if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
+            raise ParameterError(
+                "focal lengths must be positive",
                 "check the calibration file",
             )
         object.__setattr__(self, "matrix", matrix)

@@ -15,12 +15,17 @@ class AbsEngineError(Exception):
     """
 
     def __init__(self, problem: str, remedy: str) -> None:
-        super().__init__(problem, remedy)
-        self.problem = problem
-        self.remedy = remedy
+        self.problem, self.remedy = _one_line(problem), _one_line(remedy)
+        super().__init__(self.problem, self.remedy)
 
     def __str__(self) -> str:
         return f"{self.problem}; {self.remedy}"
+
+
+def _one_line(text: str) -> str:
+    """Text in one line that a terminal can show: it may quote a file that means harm."""
+    line = " ".join(text.split())
+    return line if line.isprintable() else "".join(c if c.isprintable() else "?" for c in line)
 
 
 class InputFileError(AbsEngineError):

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.core.camera import Camera
+from abs_engine.core.camera import WIDEST_SIDE, Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CAMERA_FORMAT, VERSION
+from abs_engine.io.arrays import Layout, check_arrays, of_json, real, whole
 from abs_engine.io.inputs import check_file, parse_json
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +24,16 @@ MEND = (
     "(a list), near and far (mm), as `abs-engine synth` writes it for each camera"
 )
 """What to do about a bad file, whoever wrote it."""
+
+_DEPTHS = ("near", "far")
+_LAYOUT: Layout = {
+    "size": whole(2, low=1, high=WIDEST_SIDE),
+    "matrix": real(3, 3),
+    "distortion": real("K*"),
+    **dict.fromkeys(_DEPTHS, real()),
+    **dict.fromkeys(("rotations", "translations"), real("N", 3, optional=True)),
+    "rectangle": real(4, 3, optional=True),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,20 +136,19 @@ def _parse(path: Path, fields: dict[str, Any]) -> PlacedCamera:
         raise ModelFormatError(
             f"{path} is {kind[0]} version {kind[1]}, wanted {CAMERA_FORMAT} {VERSION}", MEND
         )
-    width, height = (int(n) for n in fields["size"])
-    matrix, distortion = (np.array(fields[k], np.float64) for k in ("matrix", "distortion"))
+    if "mirror" in fields:
+        fields = {"rectangle": fields["mirror"]["rectangle"], **fields}
+    given = {name: of_json(value) for name, value in fields.items() if name in _LAYOUT}
+    data = check_arrays(path, given, _LAYOUT, MEND)
+    width, height = data["size"].tolist()
     camera = Camera(
-        matrix, (width, height), distortion, float(fields["near"]), float(fields["far"])
+        data["matrix"], (width, height), data["distortion"], *(data[k].item() for k in _DEPTHS)
     )
-    rotations, translations = (
-        np.array(fields.get(k, [[0, 0, 0]]), np.float64).reshape(-1, 3)
-        for k in ("rotations", "translations")
-    )
-    if len(rotations) != len(translations) or not len(rotations):
+    if ("rotations" in data) != ("translations" in data):
         raise ModelFormatError(
-            f"{path} has rotations without translations: {len(rotations)} and {len(translations)}",
+            f"{path} has rotations or translations without the others",
             "give as many of both, one where the camera stands still, or leave both out",
         )
-    mirror = fields.get("mirror")
-    corners = None if mirror is None else np.array(mirror["rectangle"], np.float64).reshape(4, 3)
-    return PlacedCamera(camera, rotations, translations, corners)
+    still = np.zeros((1, 3))
+    rotations, translations = (data.get(k, still) for k in ("rotations", "translations"))
+    return PlacedCamera(camera, rotations, translations, data.get("rectangle"))

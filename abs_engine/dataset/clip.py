@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import FORMAT, TRUTH, VERSION
 from abs_engine.dataset.offsets import Offsets, StoredOffsets
 from abs_engine.dataset.picture import AGAIN
+from abs_engine.io.arrays import Layout, index, plain, real, text, truth, whole
 from abs_engine.io.npz import read_npz
 
 FloatArray = NDArray[np.float64]
@@ -134,13 +134,29 @@ class Clip:
         return np.asarray(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1))
 
 
-_FIELDS: dict[str, Callable[[Any], Any]] = {
-    "rate": float,
-    "seed": int,
-    **dict.fromkeys(("person", "sentence", "command"), str),
-    **dict.fromkeys(("unit_names", "class_names", "phonemes"), lambda a: tuple(map(str, a))),
-    **dict.fromkeys(("unit_weights", "identity_weights", "neutral", "uv"), np.asarray),
-    **dict.fromkeys(("faces", "facet_class", "closed", "gap"), np.asarray),
+_LAYOUT: Layout = {
+    "rate": real(low=1e-9),
+    "seed": whole(),
+    **dict.fromkeys(("person", "sentence", "command"), text()),
+    "unit_names": text("U"),
+    "unit_weights": real("T", "U"),
+    "identity_weights": real("K*", dtype=np.float32),
+    "neutral": real("V", 3, dtype=np.float32),
+    "faces": index("V", "F", 3),
+    "facet_class": index("C", "F", dtype=np.uint8),
+    "class_names": text("C"),
+    "uv": real("V", 2, dtype=np.float32),
+    **dict.fromkeys(("rotations", "translations"), real("T", 3)),
+    "phonemes": text("T"),
+    "phoneme_label": text("I*"),
+    **dict.fromkeys(("phoneme_start", "phoneme_end"), real("I*")),
+    "closed": truth("T"),
+    "gap": real("T"),
+    "outer_lip": index("V", "outer"),
+    "outer_lip_20": index("V", "lips"),
+    "inner_lip_8": index("V", 8),
+    "mouth_corners": index("V", 2),
+    "landmark_68": index("V", 68),
 }
 
 
@@ -155,20 +171,16 @@ def load_clip(folder: Path) -> Clip:
         If it has another format or version, or lacks an array.
     """
     path = folder / TRUTH
-    data: Mapping[str, Any] = read_npz(path, FORMAT, VERSION)
-    try:
-        fields = {name: convert(data[name]) for name, convert in _FIELDS.items()}
-        spoken = (data[f"phoneme_{n}"].tolist() for n in ("label", "start", "end"))
-        return Clip(
-            name=folder.name,
-            world_rotations=data["rotations"],
-            world_translations=data["translations"],
-            intervals=tuple(Phoneme(*row) for row in zip(*spoken, strict=True)),
-            landmarks={name: data[name] for name in LANDMARKS},
-            offsets=StoredOffsets(folder, len(data["rotations"]), len(data["neutral"])),
-            **fields,
-        )
-    except KeyError as error:
-        raise ModelFormatError(f"{path} lacks {error}", AGAIN) from error
-    except (ValueError, TypeError) as error:
-        raise ModelFormatError(f"{path} has arrays of wrong kinds ({error})", AGAIN) from error
+    data = plain(read_npz(path, FORMAT, VERSION, _LAYOUT, AGAIN))
+    labels = data.pop("phoneme_label")
+    times = (data.pop(f"phoneme_{n}").tolist() for n in ("start", "end"))
+    rotations = data.pop("rotations")
+    return Clip(
+        name=folder.name,
+        world_rotations=rotations,
+        world_translations=data.pop("translations"),
+        intervals=tuple(Phoneme(*row) for row in zip(labels, *times, strict=True)),
+        landmarks={name: data.pop(name) for name in LANDMARKS},
+        offsets=StoredOffsets(folder, len(rotations), len(data["neutral"])),
+        **data,
+    )

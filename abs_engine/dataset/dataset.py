@@ -13,7 +13,22 @@ from abs_engine.dataset.clip import Clip, load_clip
 from abs_engine.dataset.picture import AGAIN
 from abs_engine.dataset.sums import check_sums, read_sums
 from abs_engine.dataset.view import Truth, load_view
+from abs_engine.io.arrays import Layout, check_arrays, of_json, plain, real, text, whole
 from abs_engine.io.inputs import parse_json
+
+LONGEST = 10_000_000
+"""Frames of a clip: no clip has more."""
+_LAYOUT: Layout = {
+    **dict.fromkeys(("command", "engine"), text()),
+    "seed": whole(),
+    "labels": text("L*"),
+}
+_ENTRY: Layout = {
+    **dict.fromkeys(("name", "person", "sentence"), text()),
+    "frames": whole(low=0, high=LONGEST),
+    "rate": real(low=1e-9),
+    "cameras": text("C*"),
+}
 
 
 @dataclass(frozen=True)
@@ -174,25 +189,27 @@ def read_record(folder: Path) -> Dataset:
                 f"version {codec.VERSION}",
                 AGAIN,
             )
-        clips = tuple(_entry(item) for item in record["clips"])
-        labels = tuple(map(str, record["labels"]))
-        command, engine, seed = str(record["command"]), str(record["engine"]), int(record["seed"])
+        given = {name: of_json(record[name]) for name in _LAYOUT if name in record}
+        own = plain(check_arrays(path, given, _LAYOUT, AGAIN))
+        clips = tuple(_entry(path, item) for item in record["clips"])
+        if not isinstance(record["clips"], list) or set(own["labels"]) - set(codec.LABELS):
+            raise TypeError("clips or labels")
     except (KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ModelFormatError(
             f"{path} lacks a field or has a wrong one ({error})", AGAIN
         ) from error
     except ValueError as error:
         raise InputFileError(f"{path} is not a list of clips", AGAIN) from error
-    return Dataset(folder, command, engine, seed, clips, labels, record)
+    return Dataset(folder=folder, clips=clips, record=record, **own)
 
 
-def _entry(item: dict[str, Any]) -> ClipEntry:
-    name, person, sentence = (str(item[key]) for key in ("name", "person", "sentence"))
-    cameras = tuple(map(str, item["cameras"]))
-    for part in (name, *cameras):
+def _entry(path: Path, item: dict[str, Any]) -> ClipEntry:
+    given = {name: of_json(item[name]) for name in _ENTRY if name in item}
+    entry = ClipEntry(**plain(check_arrays(path, given, _ENTRY, AGAIN)))
+    for part in (entry.name, *entry.cameras):
         if part in ("", ".", "..") or set(part) & set("/\\\0"):
             raise TypeError(f"{part!r} names no folder within it")
-    return ClipEntry(name, person, sentence, int(item["frames"]), float(item["rate"]), cameras)
+    return entry
 
 
 def load_truth(path: Path, *, verify: bool = False) -> Truth:

@@ -9,9 +9,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.codec import CHUNK, OFFSETS_FORMAT, VERSION, VERTICES, chunk_name
 from abs_engine.dataset.picture import AGAIN
+from abs_engine.io.arrays import real
 from abs_engine.io.npz import read_npz
 
 Offset = NDArray[np.float16]
@@ -72,13 +73,9 @@ class StoredOffsets:
 
     def _read(self, name: str, first: int) -> Offset:
         path = self._folder / name
-        offsets = read_npz(path, OFFSETS_FORMAT, VERSION).get("offsets", np.zeros(0))
-        shape = min(CHUNK, self._frames - first), self._vertices, 3
-        if offsets.shape != shape or offsets.dtype != np.float16:
-            raise ModelFormatError(
-                f"{path} holds {offsets.shape} {offsets.dtype}, wanted {shape} float16", AGAIN
-            )
-        return np.asarray(offsets)
+        frames = min(CHUNK, self._frames - first)
+        layout = {"offsets": real(frames, self._vertices, 3, dtype=np.float16)}
+        return read_npz(path, OFFSETS_FORMAT, VERSION, layout, AGAIN)["offsets"]
 
 
 def check_frame(frame: int, frames: int) -> None:

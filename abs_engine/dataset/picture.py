@@ -53,7 +53,9 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
         If it has another size, depth or number of channels.
     """
     dtype, channels = PICTURES[kind]
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if path.is_file() else None
+    if picture_header(path)[:2] != size:  # before memory is taken for it
+        raise ModelFormatError(f"{path} is not {size[0]}x{size[1]}", AGAIN)
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if image is None:
         raise InputFileError(f"{path} is missing or no picture", AGAIN)
     shape = (size[1], size[0]) if channels == 1 else (size[1], size[0], channels)

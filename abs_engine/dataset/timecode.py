@@ -15,7 +15,7 @@ BASES = (24, 25, 30, 48, 50, 60, 120)
 """Frames that timecodes usually count in a second."""
 
 _DAY = 86400.0
-_CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*")
+_CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
 
 def seconds_since_first(

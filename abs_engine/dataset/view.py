@@ -19,9 +19,18 @@ from abs_engine.dataset.camera_file import PlacedCamera, load_placed_camera
 from abs_engine.dataset.clip import Clip, FloatArray
 from abs_engine.dataset.offsets import check_frame
 from abs_engine.dataset.picture import AGAIN, read_picture
+from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.assets import LIPS_OF_68
 from abs_engine.io.npz import read_npz
 from abs_engine.io.video import read_frames
+
+_POINTS: Layout = {
+    "landmark_pixels": real("T", 68, 2),
+    "landmark_visible": truth("T", 68),
+    "mirror_landmark_pixels": real("T", 68, 2, gaps=True, optional=True),
+    "mirror_landmark_visible": truth("T", 68, optional=True),
+    "in_picture": truth("T"),
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -168,11 +177,7 @@ class Truth(Clip):
     @cached_property
     def _points(self) -> dict[str, NDArray[Any]]:
         path = self.folder / codec.POINTS
-        data: dict[str, NDArray[Any]] = read_npz(path, codec.POINTS_FORMAT, codec.VERSION)
-        lacking = {"landmark_pixels", "landmark_visible", "in_picture"} - set(data)
-        if lacking:
-            raise ModelFormatError(f"{path} lacks {', '.join(sorted(lacking))}", AGAIN)
-        return data
+        return read_npz(path, codec.POINTS_FORMAT, codec.VERSION, _POINTS, AGAIN, T=len(self))
 
     def _picture(self, kind: str, frame: int) -> NDArray[Any]:
         check_frame(frame, len(self))

@@ -10,10 +10,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image as Pillow
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.arrays import Layout, check_arrays, index, of_json, real, text
+from abs_engine.io.inputs import MOST_PIXELS, parse_json
 from abs_engine.io.npz import read_npz
 
 FORMAT, VERSION = "abs_engine.speaker", 1
@@ -118,17 +120,33 @@ class Speaker:
         return np.asarray(self.landmarks["outer_lip"])
 
 
-_LANDMARKS = (
-    "outer_lip",
-    "inner_lip_upper",
-    "inner_lip_lower",
-    "outer_lip_20",
-    "inner_lip_8",
-    "mouth_corners",
-    "nose_tip",
-    "chin",
-    "eye_corners",
-)
+_LANDMARKS: Layout = {
+    **{name: index("V", name) for name in ("outer_lip", "inner_lip_upper", "inner_lip_lower")},
+    "outer_lip_20": index("V", 12),
+    "inner_lip_8": index("V", 8),
+    "mouth_corners": index("V", 2),
+    "nose_tip": index("V", 1),
+    "chin": index("V", 1),
+    "eye_corners": index("V", 4),
+}
+
+
+_AGAIN = "make it again with assets/make_speaker.py"
+_LAYOUT: Layout = {
+    "vertices": real("V", 3, dtype=np.float32),
+    "faces": index("V", "F", 3),
+    "uv": real("V", 2, dtype=np.float32),
+    "weld": index("V", "V"),
+    "facet_class": index("C", "F", dtype=np.uint8),
+    "class_names": text("C"),
+    "unit_names": text("U"),
+    "units": real("U", "V", 3, dtype=np.float16),
+    "identity_names": text("K*"),
+    "identity": real("K*", "V", 3, dtype=np.float16),
+    "people_names": text("P*"),
+    "people": real("P*", "K*", dtype=np.float32),
+    **_LANDMARKS,
+}
 
 
 def _known(name: str, names: Container[str]) -> str:
@@ -172,29 +190,21 @@ def load_speaker(path: Path | None = None) -> Speaker:
         If the mesh cannot be drawn.
     """
     path = shipped("speaker/head.npz") if path is None else Path(path)
-    data = read_npz(path, FORMAT, VERSION)
-    try:
-        people = np.asarray(data["people"], np.float32)
-        speaker = Speaker(
-            vertices=np.asarray(data["vertices"], np.float32),
-            faces=np.asarray(data["faces"], np.int32),
-            uv=np.asarray(data["uv"], np.float32),
-            weld=np.asarray(data["weld"], np.int32),
-            facet_class=np.asarray(data["facet_class"], np.uint8),
-            class_names=tuple(map(str, data["class_names"])),
-            unit_names=tuple(map(str, data["unit_names"])),
-            units=np.asarray(data["units"], np.float16),
-            identity_names=tuple(map(str, data["identity_names"])),
-            identity=np.asarray(data["identity"], np.float16),
-            people=dict(zip(map(str, data["people_names"]), people, strict=True)),
-            landmarks={k: np.atleast_1d(np.asarray(data[k], np.int32)) for k in _LANDMARKS},
-            folder=path.parent,
-            points=load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"])),
-        )
-    except KeyError as error:
-        raise ModelFormatError(
-            f"{path} lacks {error}", "make it again with assets/make_speaker.py"
-        ) from error
+    given = read_npz(path, FORMAT, VERSION)
+    given |= {k: np.atleast_1d(given[k]) for k in _LANDMARKS if k in given}
+    data = check_arrays(path, given, _LAYOUT, _AGAIN)
+    points = load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"]))
+    speaker = Speaker(
+        class_names=tuple(map(str, data["class_names"])),
+        unit_names=tuple(map(str, data["unit_names"])),
+        identity_names=tuple(map(str, data["identity_names"])),
+        people=dict(zip(map(str, data["people_names"]), data["people"], strict=True)),
+        landmarks={k: data[k] for k in _LANDMARKS},
+        folder=path.parent,
+        points=points,
+        **{k: data[k] for k in ("vertices", "faces", "uv", "weld", "facet_class")},
+        **{k: data[k] for k in ("units", "identity")},
+    )
     check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
     return speaker
 
@@ -216,22 +226,17 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
     """
     if not path.is_file():
         return {}
+    again = "make it again with assets/speaker_points.py"
     try:
         told = parse_json(path.read_text(encoding="utf-8"))
         kind, version = (told["format"], told["vertices"], told["faces"]), told["version"]
-        lists = {k: np.asarray(v["vertices"], np.int32) for k, v in told["lists"].items()}
+        lists = {k: of_json(v["vertices"]) for k, v in told["lists"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputFileError(
-            f"{path} is not a list of points", "make it again with assets/speaker_points.py"
-        ) from error
-    inside = all(v.size and v.min() >= 0 and v.max() < vertices for v in lists.values())
-    known = kind == (POINTS_FORMAT, vertices, faces) and version in POINTS_VERSIONS
-    if not (known and inside):
-        raise ModelFormatError(
-            f"{path} has another format or belongs to another mesh",
-            "make it again with assets/speaker_points.py",
-        )
-    return lists
+        raise InputFileError(f"{path} is not a list of points", again) from error
+    known = all(type(told[k]) is int for k in ("vertices", "faces", "version"))
+    if not known or kind != (POINTS_FORMAT, vertices, faces) or version not in POINTS_VERSIONS:
+        raise ModelFormatError(f"{path} has another format or belongs to another mesh", again)
+    return check_arrays(path, lists, {k: index("V", k) for k in lists}, again, V=vertices)
 
 
 def read_image(path: Path) -> NDArray[np.uint8]:
@@ -240,9 +245,19 @@ def read_image(path: Path) -> NDArray[np.uint8]:
     Raises
     ------
     InputFileError
-        If it is missing or no picture.
+        If it is missing, no picture, or larger than `MOST_PIXELS`.
     """
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    try:
+        with Pillow.open(path) as picture:
+            pixels = picture.width * picture.height
+        image = cv2.imread(str(path), cv2.IMREAD_COLOR) if pixels <= MOST_PIXELS else None
+    except (OSError, ValueError, Pillow.DecompressionBombError) as error:
+        raise InputFileError(
+            f"{path} is not a readable picture", "give a PNG or JPEG file"
+        ) from error
     if image is None:
-        raise InputFileError(f"{path} is not a readable picture", "give a PNG or JPEG file")
+        raise InputFileError(
+            f"{path} is not a readable picture of at most {MOST_PIXELS / 1e6:.0f} megapixels",
+            "give a PNG or JPEG file",
+        )
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.io.inputs import to_number
 
 FloatArray = NDArray[np.float64]
 EVALUATE_HELP = "see 'abs-engine evaluate --help'"
@@ -56,15 +57,13 @@ class Table:
 
     def _number(self, cell: str, line: int, name: str) -> float:
         try:
-            number = float(cell)
-        except ValueError:
-            number = np.nan
-        if not np.isfinite(number):
+            return to_number(cell)
+        except ValueError as error:
+            shown = " ".join(cell.split())[:60]
             raise InputFileError(
-                f"{self.path}, line {line + 2}: '{cell}' in column {name} is not a number",
+                f"{self.path}, line {line + 2}: '{shown}' in column {name} is not a number",
                 "leave the cells of lost frames empty",
-            )
-        return number
+            ) from error
 
     def require(self, names: Iterable[str], remedy: str = EVALUATE_HELP) -> None:
         """Raise `InputFileError` for columns that are missing, with the nearest name there is."""

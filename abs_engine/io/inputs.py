@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from abs_engine.core.errors import InputFileError
 
+T = TypeVar("T")
+MOST = 1e12
+"""No number in a file that is read is larger: no length, angle, rate or worth."""
+MOST_PIXELS = 1 << 26
+"""Of a picture, or of a frame of a video."""
+DEEPEST = 40
+"""Lists and tables of a text file that may lie in each other."""
+_NESTED = (dict, list)
 _TOO_DEEP = "lists or tables lie in each other too deep"
 
 
@@ -20,18 +29,29 @@ def check_file(path: Path, remedy: str = "check the path") -> None:
         raise InputFileError(f"{path} {what}", remedy)
 
 
-def parse_json(text: str) -> Any:
+def parse_json(text: str, *, gaps: bool = False) -> Any:
     """Values of a JSON text.
+
+    Parameters
+    ----------
+    text : str
+    gaps : bool
+        Whether it may hold NaN and infinity, which JSON has not but Python writes.
 
     Raises
     ------
     ValueError
-        If it is no JSON, nested too deep, or gives a key twice, of which one would be lost.
+        If it is no JSON, nested too deep, gives a key twice, of which one would be lost, or holds
+        a number that is not finite.
     """
+    number = float if gaps else _finite
     try:
-        return json.loads(text, object_pairs_hook=_distinct)
+        value = json.loads(
+            text, object_pairs_hook=_distinct, parse_constant=number, parse_float=number
+        )
     except RecursionError as error:
         raise ValueError(_TOO_DEEP) from error
+    return _shallow(value)
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -43,9 +63,25 @@ def parse_toml(text: str) -> dict[str, Any]:
         If it is no TOML (`tomllib.TOMLDecodeError`), or nested too deep.
     """
     try:
-        return tomllib.loads(text)
+        value = tomllib.loads(text)
     except RecursionError as error:
         raise ValueError(_TOO_DEEP) from error
+    return _shallow(value)
+
+
+def to_number(cell: str, *, gaps: bool = False) -> float:
+    """The number that a cell of a table holds; with `gaps` NaN where it is empty or says so.
+
+    Raises
+    ------
+    ValueError
+        If it holds something else, or what is not finite or larger than `MOST`.
+    """
+    number = float(cell if cell.strip() or not gaps else "nan")
+    within = abs(number) <= MOST or (gaps and math.isnan(number))
+    if not within or "_" in cell or not cell.isascii():  # both are numbers to Python
+        raise ValueError(f"{cell!r} is not a number that can be used")
+    return number
 
 
 def name_problem(what: str, name: str) -> str | None:
@@ -64,3 +100,21 @@ def _distinct(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
         twice = next(name for k, name in enumerate(names) if name in names[:k])
         raise ValueError(f"{twice!r} is given twice")
     return out
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text} is not a number")
+    return number
+
+
+def _shallow(value: T) -> T:
+    """The value itself; `ValueError` if more than `DEEPEST` lists or tables lie in each other."""
+    level: list[Any] = [value]
+    for _ in range(DEEPEST):
+        inner = [v.values() if isinstance(v, dict) else v for v in level if isinstance(v, _NESTED)]
+        level = [one for values in inner for one in values]
+        if not level:
+            return value
+    raise ValueError(_TOO_DEEP)

@@ -7,7 +7,8 @@ import lzma
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.io.arrays import Layout, check_arrays
 from abs_engine.io.files import write_new
 from abs_engine.io.inputs import check_file
 
@@ -24,32 +26,58 @@ BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError,
           tokenize.TokenError)  # fmt: skip
 """What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
 encrypted, packed in another way, holds pickles, or claims more numbers than any memory holds."""
-LARGEST = 1 << 30
+LARGEST = 1 << 29
 """Bytes of all arrays of a file together, once unpacked."""
+MOST_ARRAYS = 1 << 12
+"""Arrays in a file."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
 """What the file says itself, and arguments of `numpy.savez_compressed`."""
 
 
-def read_npz(path: Path, kind: str, version: int) -> dict[str, NDArray[np.generic]]:
+def read_npz(
+    path: Path,
+    kind: str,
+    version: int,
+    layout: Layout | None = None,
+    remedy: str = "make it again",
+    **lengths: int,
+) -> dict[str, NDArray[Any]]:
     """Read an `.npz` that names its `format` and `version`.
+
+    Parameters
+    ----------
+    path : Path
+    kind : str
+    version : int
+    layout : mapping of str to Array, optional
+        What it must hold; only these arrays are given back. By default all, as they are.
+    remedy : str
+        What to do if they are not as they must be.
+    **lengths : int
+        Those that are known already.
 
     Raises
     ------
     InputFileError
         If the file is missing or no NPZ archive.
     ModelFormatError
-        If format or version differ, or it holds complex numbers.
+        If format or version differ, it holds complex numbers, or not what it must.
     """
     data = read_arrays(path)
     check_format(path, data, kind, version)
     for name, values in data.items():
         if np.iscomplexobj(values):  # NumPy would drop the imaginary parts
             raise ModelFormatError(f"{name!r} in {path} is complex", "give real numbers")
-    return data
+    return data if layout is None else check_arrays(path, data, layout, remedy, **lengths)
 
 
 def read_model(
-    path: Path, kind: str, version: int, make: Callable[[Mapping[str, Any]], T], name: str
+    path: Path,
+    kind: str,
+    version: int,
+    make: Callable[[Mapping[str, Any]], T],
+    name: str,
+    layout: Layout | None = None,
 ) -> T:
     """Read an `.npz` as `read_npz` does and make a model of its arrays.
 
@@ -63,6 +91,8 @@ def read_model(
         file's fault.
     name : str
         What it should be.
+    layout : mapping of str to Array, optional
+        As in `read_npz`.
 
     Raises
     ------
@@ -71,10 +101,10 @@ def read_model(
     ModelFormatError
         If it has another format or version, or its arrays make no such model.
     """
-    data = read_npz(Path(path), kind, version)
+    data = read_npz(Path(path), kind, version, layout, "learn it again")
     try:
         return make(data)
-    except (KeyError, TypeError, ValueError, ParameterError) as error:
+    except (LookupError, TypeError, ValueError, ArithmeticError, ParameterError) as error:
         raise ModelFormatError(
             f"{path} does not hold a complete {name}", "learn it again"
         ) from error
@@ -144,9 +174,8 @@ def read_kind(path: Path) -> str:
     InputFileError
         If the file is missing or no NPZ archive.
     """
-    check_file(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with _archive(path) as archive:
             named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
     except BROKEN as error:
         raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
@@ -169,17 +198,28 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     InputFileError
         If the file is missing, no NPZ archive, or unpacks to more than `LARGEST`.
     """
-    check_file(path)
     try:
-        with zipfile.ZipFile(path) as directory:
-            size = sum(entry.file_size for entry in directory.infolist())
-        if size > LARGEST:
-            raise InputFileError(
-                f"{path} unpacks to {size / 1e9:.1f} GB, more than is read",
-                "check where it is from",
-            )
-        with np.load(path, allow_pickle=False) as archive:
+        with _archive(path) as archive:
             # what is no array within the archive comes as bytes
-            return {name: np.asarray(archive[name]) for name in archive.files}
+            data = {name: np.asarray(archive[name]) for name in archive.files}
     except BROKEN as error:
         raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+    endless = [name for name, values in data.items() if values.size > LARGEST]  # of no bytes each
+    if endless:
+        raise InputFileError(f"{endless[0]!r} of {path} has no end", "check where it is from")
+    return data
+
+
+@contextmanager
+def _archive(path: Path) -> Iterator[np.lib.npyio.NpzFile]:
+    """An archive to read from; its size is taken from its own directory, before any memory is."""
+    check_file(path)
+    with zipfile.ZipFile(path) as directory:
+        sizes = [entry.file_size for entry in directory.infolist()]
+    if sum(sizes) > LARGEST or len(sizes) > MOST_ARRAYS:
+        raise InputFileError(
+            f"{path} unpacks to {sum(sizes) / 1e9:.1f} GB in {len(sizes)} arrays: too much",
+            "check where it is from",
+        )
+    with np.load(path, allow_pickle=False) as archive:
+        yield archive

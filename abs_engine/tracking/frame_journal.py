@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from abs_engine.core.errors import AbsEngineError
 from abs_engine.core.geometry import Pose
 from abs_engine.fit.belief import Belief
 from abs_engine.tracking.clip_setting import FrameResult
@@ -53,7 +54,10 @@ class FrameJournal:
         known, end = _read(path)
         self._kept: deque[Found] = deque()
         if known and known[0] == heading:
-            self._kept.extend(_found(line) for line in known[1:])
+            try:
+                self._kept.extend(_found(line) for line in known[1:])
+            except (LookupError, TypeError, ValueError, AttributeError, AbsEngineError):
+                known, self._kept = [], deque()  # begun anew, as with another heading
         self.resumed = len(self._kept)
         self._file = path.open("ab", buffering=0)
         self._synced = time.monotonic()
@@ -109,7 +113,10 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], int]:
             checksum, _, text = line.rstrip(b"\n").partition(b" ")
             if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text):
                 break
-            lines.append(json.loads(text, object_hook=_whole))
+            try:
+                lines.append(json.loads(text, object_hook=_whole))
+            except (ValueError, TypeError, RecursionError):
+                break
             end += len(line)
     return lines, end
 

@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError, ModelFormatError
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.io.arrays import Layout, index, real
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_npz
+from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
 from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise, seen_off
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, Landmarks
@@ -35,6 +37,12 @@ _STRAY_MM = 6.0  # a sighting that is farther off counts as this far
 _TURNED = 0.15  # least cosine between the surface and the line of sight; beyond, it is hidden
 _SEEN = ("skin", "upper_lip", "lower_lip", "eyes")  # facet classes that landmarks lie on
 LEAST_SIGHTINGS = 3
+_LAYOUT: Layout = {
+    "corners": index("V", COUNT, 3),
+    "weights": real(COUNT, 3),
+    "deviation": real(COUNT, 3, low=1e-9),
+    **NOISE,
+}
 _AGAIN = "make it again with assets/make_landmarks.py"
 USUAL_DEVIATION = np.array([1.7, 1.6, 4.4])
 """Median deviations, mm, over the six bundled people in five postures: one head alone, whose own
@@ -88,20 +96,10 @@ def load_correspondence(speaker: Speaker) -> Correspondence | None:
     path = speaker.folder / FILE
     if not path.is_file():
         return None
-    data = read_npz(path, FORMAT, VERSION)
-    try:
-        corners = np.asarray(data["corners"], np.int32)
-        weights, deviation = (np.asarray(data[k], np.float64) for k in ("weights", "deviation"))
-        noise = LandmarkNoise.of_arrays(data)
-    except KeyError as error:
-        raise ModelFormatError(f"{path} lacks {error}", _AGAIN) from error
-    except ValueError as error:
-        raise ModelFormatError(f"{path}: {error}", _AGAIN) from error
-    shapes = {a.shape for a in (corners, weights, deviation)} == {(COUNT, 3)}
-    whole = shapes and bool(np.isfinite(weights).all() and (deviation > 0).all())
-    if not (whole and corners.min() >= 0 and corners.max() < len(speaker.vertices)):
-        raise ModelFormatError(f"{path} belongs to another mesh", _AGAIN)
-    return Correspondence(corners, weights, deviation, noise)
+    vertices = len(speaker.vertices)
+    data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
+    noise = LandmarkNoise.of_arrays(data)
+    return Correspondence(data["corners"], data["weights"], data["deviation"], noise)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,12 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.io.arrays import Layout, real
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT
 
 FloatArray = NDArray[np.float64]
 
 BETWEEN, WITHIN = 25, 40  # factors
+LAYOUT: Layout = {
+    "noise_bias": real(COUNT, 3),
+    "noise_between": real("Q*", COUNT, 3),
+    "noise_within": real("R*", COUNT, 3),
+    "noise_deviation": real(COUNT, 3, low=1e-9),
+    "noise_person_deviation": real(COUNT, 3, low=0.0),
+}
+"""Its arrays in a file."""
 _LEAST = 1.5
 """mm, of what no factor explains, of a frame and of a person: the drawn people are too few to know
 in which directions the network hardly errs, and a fit would trust these most."""
@@ -72,17 +81,8 @@ class LandmarkNoise:
 
     @classmethod
     def of_arrays(cls, data: Mapping[str, Any]) -> LandmarkNoise:
-        """From a file's arrays. Raises `KeyError` or `ValueError` where they do not fit."""
-        found = {k: np.asarray(data[f"noise_{k}"], np.float64) for k in _names()}
-        factors = ("between", "within")
-        shaped = all(
-            a.shape[-2:] == (COUNT, 3) and a.ndim == (3 if k in factors else 2)
-            for k, a in found.items()
-        )
-        sound = shaped and all(np.isfinite(a).all() for a in found.values())
-        if not (sound and (found["deviation"] > 0).all()):
-            raise ValueError("the noise is not of 468 landmarks")
-        return cls(**found)
+        """From a file's arrays, which are as `LAYOUT` says."""
+        return cls(**{k: data[f"noise_{k}"] for k in _names()})
 
 
 def _names() -> list[str]:

@@ -30,6 +30,7 @@ from abs_engine.core.geometry import Pose, rotations
 from abs_engine.dataset import load_truth
 from abs_engine.dataset.codec import FORMAT as TRUTH_FORMAT
 from abs_engine.io.csv_table import read_table
+from abs_engine.io.inputs import MOST
 from abs_engine.io.npz import check_format, format_of, read_arrays
 from abs_engine.tracking.external_poses import other_count
 from abs_engine.tracking.record import FORMAT, RESULTS, VERSION
@@ -246,7 +247,7 @@ def _poses(path: Path, turns: FloatArray, shifts: FloatArray) -> tuple[Pose | No
         raise InputFileError(f"{path} has no frames", "give a pose for each frame of the video")
     numbers = np.hstack([np.reshape(turns, (len(turns), -1)), shifts]).astype(np.float64)
     lost = np.asarray(np.isnan(numbers).all(axis=1))
-    bad = np.flatnonzero(~np.isfinite(numbers).all(axis=1) & ~lost)
+    bad = np.flatnonzero(~(np.abs(numbers) <= MOST).all(axis=1) & ~lost)
     if len(bad):
         raise ParameterError(
             f"the pose of frame {bad[0]} in {path} is not complete, or not finite",

@@ -11,20 +11,23 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.camera import WIDEST_SIDE
+from abs_engine.core.errors import InputFileError
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.measures import Closure, closures, measures
+from abs_engine.tracking.measures import NAMES, Closure, closures, measures
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_table import (
     BELIEVED,
@@ -46,10 +49,41 @@ RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
 CLOSURES = "closures.csv"
 
 _MEASURES = ("width", "aperture", "value", "score", "evaluations")
-_FOR_EACH_FRAME = (
-    *("index", "time", "found", "parameters", "rotation", "translation", "lip_points"),
-    *("closed", "status", *_MEASURES),
-)
+_OF_FRAME = real("T", gaps=True)
+_MORE = replace(_OF_FRAME, optional=True)
+_PLACE_SD = real("T", 3, gaps=True, optional=True)
+_LAYOUT: Layout = {
+    "format": text(),
+    "version": whole(),
+    "index": whole("T", low=0),
+    "time": real("T"),
+    "found": truth("T"),
+    "parameters": real("T", "P*", gaps=True),
+    "parameter_names": text("P*", optional=True),
+    **dict.fromkeys(("rotation", "translation"), real("T", 3, gaps=True)),
+    "lip_points": real("T", "N", 3, gaps=True),
+    "lip_vertex": whole("N", dtype=np.int32, low=0),
+    "closed": truth("T"),
+    **dict.fromkeys(("covered", "contradicted"), truth("T", optional=True)),
+    **dict.fromkeys(_MEASURES, _OF_FRAME),
+    "status": text("T"),
+    "protrusion": _MORE,
+    **dict.fromkeys((*LANDMARK_MEASURES, *NAMES, "closed_probability"), _MORE),
+    **dict.fromkeys([f"{name}_sd" for name in BELIEVED], _MORE),
+    **dict.fromkeys(("rotation_sd", "translation_sd"), _PLACE_SD),
+    "lip_points_sd": real("T", "N", 3, gaps=True, optional=True),
+    "term_names": text("K*", optional=True),
+    "term_values": real("T", "K*", gaps=True, optional=True),
+    "value_unit": _MORE,
+    "closure_frames": whole("C*", 2, low=0, optional=True),
+    "closure_times": real("C*", 2, gaps=True, optional=True),
+    "person_weights": real("Q*", optional=True),
+    "camera_matrix": real(3, 3, optional=True),
+    "camera_distortion": real(8, optional=True),
+    "camera_size": whole(2, low=1, high=WIDEST_SIDE, optional=True),
+    "rate": real(low=1e-9, optional=True),
+    **dict.fromkeys(("renderer", "engine_version"), text(optional=True)),
+}
 
 
 class Recorder:
@@ -286,10 +320,4 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
         raise InputFileError(
             f"{folder} is not a run: {RESULTS} is missing", "give the folder that 'track -o' made"
         )
-    arrays: dict[str, NDArray[Any]] = read_npz(path, FORMAT, VERSION)
-    missing = [name for name in (*_FOR_EACH_FRAME, "lip_vertex") if name not in arrays]
-    if missing:
-        raise ModelFormatError(f"{path} lacks {', '.join(missing)}", "track the video again")
-    if len({len(arrays[name]) for name in _FOR_EACH_FRAME}) != 1:
-        raise ModelFormatError(f"{path} has arrays of different lengths", "track the video again")
-    return arrays
+    return read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again")

@@ -8,10 +8,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError
+from abs_engine.io.arrays import Layout, index, real
 from abs_engine.io.npz import read_npz
 
 MESH, FORMAT, VERSION = "mesh.npz", "abs_engine.run_mesh", 1
+_LAYOUT: Layout = {
+    "mean": real("V", 3, dtype=np.float32),
+    "modes": real("P*", "V", 3, dtype=np.float32),
+    "weights": real("T*", "P*", gaps=True),
+    "faces": index("V", "F", 3),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,18 +66,9 @@ def load_mesh(folder: Path) -> RunMesh:
     InputFileError
         If the folder holds no ``mesh.npz``, or one that cannot be read.
     ModelFormatError
-        If it has another format or version, or lacks an array.
+        If it has another format or version, or its arrays are not those of a mesh.
     """
     path = Path(folder) / MESH
     if not path.is_file():
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
-    arrays = read_npz(path, FORMAT, VERSION)
-    try:
-        return RunMesh(
-            np.asarray(arrays["mean"], np.float32),
-            np.asarray(arrays["modes"], np.float32),
-            np.asarray(arrays["weights"], np.float64),
-            np.asarray(arrays["faces"], np.int32),
-        )
-    except KeyError as error:
-        raise ModelFormatError(f"{path} lacks {error}", "track the video again") from error
+    return RunMesh(**read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again"))

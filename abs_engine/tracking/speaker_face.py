@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.camera import Camera
+from abs_engine.core.camera import WIDEST_SIDE, Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import LAYOUT as COLOURS
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import build_mouth_model
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.upper_face import upper_face_modes
+from abs_engine.io.arrays import Layout, real, text, whole
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
 from abs_engine.learn.posture_space import STEP, PostureSpace
@@ -27,7 +29,9 @@ from abs_engine.tracking.head_frame import STEP_DEVIATION
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView
 from abs_engine.tracking.landmark_correspondence import Correspondence
+from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
 from abs_engine.tracking.landmark_noise import LandmarkNoise
+from abs_engine.tracking.landmarks import COUNT
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import UsualLook
 from abs_engine.tracking.person_fit import FittedPerson
@@ -38,6 +42,37 @@ FORMAT, VERSION = "abs_engine.speaker_face", 1
 MOST_VIEWS = 12
 """Frames that are kept to place the head by, those that face most differently."""
 _SHAPE = ("mean", "modes", "mixing", "offset", "variance")
+_LAYOUT: Layout = {
+    "head": text(),
+    "neutral": real("V", 3, dtype=np.float32),
+    "names": text("P"),
+    "lower": real("P"),
+    "upper": real("P"),
+    "steps": real("P", low=0.0),
+    "seen": real("K*", "P"),
+    "bias": real(COUNT, 2),
+    "deviation": real(COUNT, 3, low=1e-9),
+    "shift": real(6),
+    "camera_matrix": real(3, 3),
+    "camera_distortion": real(8),
+    "camera_size": whole(2, low=1, high=WIDEST_SIDE),
+    "cheeks": real("cheeks", 3, gaps=True),
+    "look": real("L*"),
+    "view_gray": whole("W", "height", "width", dtype=np.uint8),
+    "view_vertices": real("W", "V", 3),
+    "view_rotation": real("W", 3, 3),
+    "view_translation": real("W", 3),
+    "expression_mean": real("V", 3, dtype=np.float32),
+    "expression_modes": real("P", "V", 3, dtype=np.float32),
+    "expression_mixing": real("P", "M"),
+    "expression_offset": real("M"),
+    "expression_variance": real("P"),
+    "scale_source": text(),
+    "scale_pupils": real(low=1e-9),
+    "scale_uncertainty": real(low=0.0),
+    **NOISE,
+    **{f"colours_{name}": array for name, array in COLOURS.items()},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,25 +243,20 @@ def load_speaker_face(path: Path, speaker: Speaker) -> SpeakerFace:
     def made(data: Mapping[str, Any]) -> SpeakerFace:
         return _of_arrays(data, speaker)
 
-    return read_model(path, FORMAT, VERSION, made, "face of a speaker")
+    return read_model(path, FORMAT, VERSION, made, "face of a speaker", _LAYOUT)
 
 
 def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     """The face that arrays hold; `KeyError` or `ValueError` where they do not fit together."""
-    for name, values in data.items():
-        if values.dtype.kind == "f" and name != "cheeks" and not np.isfinite(values).all():
-            raise ValueError(f"{name} holds what is not finite")
     size = tuple(int(side) for side in data["camera_size"])
     camera = Camera(data["camera_matrix"], (size[0], size[1]), data["camera_distortion"])
     poses = zip(data["view_rotation"], data["view_translation"], strict=True)
-    seen = zip(data["view_gray"], poses, data["view_vertices"].astype(np.float64), strict=True)
+    seen = zip(data["view_gray"], poses, data["view_vertices"], strict=True)
     faces = speaker.faces
     views = tuple(HeadView.of(gray, Pose(*pose), at, faces) for gray, pose, at in seen)
-    expression = LinearShape(*(np.asarray(data[f"expression_{name}"]) for name in _SHAPE))
+    expression = LinearShape(*(data[f"expression_{name}"] for name in _SHAPE))
     names = tuple(str(name) for name in data["names"])
-    vertices = speaker.vertices.shape
-    shapes = {expression.mean.shape, data["neutral"].shape, *(v.vertices.shape for v in views)}
-    if shapes != {vertices} or expression.modes.shape != (len(names), *vertices) or not names:
+    if data["neutral"].shape != speaker.vertices.shape or data["view_gray"].shape[1:] != size[::-1]:
         raise ValueError("its shapes do not fit together")
     scale = Scale(
         str(data["scale_source"]), float(data["scale_pupils"]), float(data["scale_uncertainty"])
@@ -236,7 +266,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     first = np.full(len(names), STEP)
     spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(
-        str(data["head"]), scale, np.asarray(data["neutral"], np.float32), expression,
+        str(data["head"]), scale, data["neutral"], expression,
         spec, data["steps"], data["seen"],
         data["bias"], data["deviation"], LandmarkNoise.of_arrays(data), views, data["shift"],
         camera, ColourClasses.of_arrays(own), SkinLight(data["cheeks"]), look,

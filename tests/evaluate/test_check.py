@@ -348,9 +348,9 @@ FAULTS = {
         coco(lambda a: a.update(keypoints=[v + (i % 3 < 2) for i, v in enumerate(a["keypoints"])])),
         "keypoints are not those",
     ),
-    "too few arrays": (arrays(lambda d: d.pop("gap")), "lacks 'gap'"),
-    "arrays of other frames": (arrays(lambda d: d.update(gap=d["gap"][1:])), "gap has a wrong"),
-    "NaN": (arrays(lambda d: d["rotations"].__setitem__((2, 1), np.nan)), "NaN or infinity"),
+    "too few arrays": (arrays(lambda d: d.pop("gap")), "lacks gap"),
+    "arrays of other frames": (arrays(lambda d: d.update(gap=d["gap"][1:])), "'gap' of"),
+    "NaN": (arrays(lambda d: d["rotations"].__setitem__((2, 1), np.nan)), "not finite"),
     "a frame missing": (remove("talk/front/ids/000003.png"), "ids: frame 3: a picture is missing"),
     "a card missing": (remove("README.md"), "README.md: the file is missing"),
     "a video missing": (remove("talk/side/video.mp4"), "talk/side/video.mp4: the file is missing"),
@@ -396,7 +396,7 @@ def test_landmarks_that_the_mirror_shows_are_held_against_the_ids(tmp_path):
         "all": (lambda seen: np.ones_like(seen), "mirror_landmark_visible does not agree"),
         "none": (lambda seen: np.zeros_like(seen), "mirror_landmark_visible does not agree"),
         "other": (lambda seen: ~seen, "mirror_landmark_visible does not agree"),
-        "short": (lambda seen: seen[:-1], "mirror_landmark_visible is missing"),
+        "short": (lambda seen: seen[:-1], "'mirror_landmark_visible' of"),
     }
     for fault, (change, words) in faults.items():
         broken = tmp_path / fault

@@ -252,5 +252,5 @@ def test_saved_and_loaded(model, tmp_path):
     with pytest.raises(ParameterError, match="parameters for a model of 3"):
         model.at([1.0])
     np.savez(tmp_path / "u.npz", format="abs_engine.local", version=2, base=model.base)
-    with pytest.raises(ModelFormatError, match="complete local"):
+    with pytest.raises(ModelFormatError, match="lacks"):
         LocalModel.load(tmp_path / "u.npz")

@@ -104,7 +104,7 @@ def _clip_findings(dataset: Dataset, entry: ClipEntry, frames: int | None) -> It
     """Faults of a clip, whichever camera looks."""
     clip = load_clip(dataset.folder / entry.name)
     name = f"{entry.name}/{codec.TRUTH}"
-    wrong = list(motion.shape_findings(clip, entry, name))
+    wrong = list(motion.length_findings(clip, entry, name))
     yield from wrong
     if wrong:
         return

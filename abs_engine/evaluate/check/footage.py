@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.dataset import Truth
+from abs_engine.dataset.codec import FRAMES
+from abs_engine.dataset.picture import read_picture
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.surface import smooth_normals
 from abs_engine.evaluate.check.visibility import Head, Sight
@@ -80,10 +82,13 @@ def _loss_findings(
     truth: Truth, frame: int, shown: NDArray[np.uint8], name: str
 ) -> Iterator[Finding]:
     path = truth.frame_path(frame)
-    exact = None if path is None else cv2.imread(str(path))
-    if exact is None or exact.shape != shown.shape:
+    if path is None:
         return
-    loss = float(np.abs(exact[..., ::-1].astype(np.float64) - shown).mean())
+    try:
+        exact = read_picture(path, FRAMES, truth.camera.size)
+    except AbsEngineError:  # `files` has said so
+        return
+    loss = float(np.abs(exact.astype(np.float64) - shown).mean())
     if loss > LOSS:
         yield Finding(name, "differs from the frames before compression", f"{loss:.1f}", frame)
 

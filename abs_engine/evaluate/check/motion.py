@@ -1,4 +1,4 @@
-"""Arrays of a clip: shapes, and motion that a head can make."""
+"""Motion of a clip: as long as it is said to be, and one that a head can make."""
 
 from __future__ import annotations
 
@@ -26,35 +26,10 @@ NEAREST = 60.0
 """No camera is nearer to the middle of the head than this, mm."""
 
 
-def shape_findings(clip: Clip, entry: ClipEntry, name: str) -> Iterator[Finding]:
-    """Arrays that are not of the clip's frames or not of its mesh, or are not finite."""
-    frames, vertices = entry.frames, len(clip.neutral)
-    shapes: dict[str, tuple[NDArray[np.generic], tuple[int | None, ...]]] = {
-        "unit_weights": (clip.unit_weights, (frames, len(clip.unit_names))),
-        "neutral": (clip.neutral, (None, 3)),
-        "faces": (clip.faces, (None, 3)),
-        "uv": (clip.uv, (vertices, 2)),
-        "rotations": (clip.world_rotations, (frames, 3)),
-        "translations": (clip.world_translations, (frames, 3)),
-        "closed": (clip.closed, (frames,)),
-        "gap": (clip.gap, (frames,)),
-        "phonemes": (np.array(clip.phonemes), (frames,)),
-    }
-    for label, (array, wanted) in shapes.items():
-        fits = array.ndim == len(wanted) and all(
-            w in (None, n) for n, w in zip(array.shape, wanted, strict=True)
-        )
-        if not fits:
-            yield Finding(name, f"{label} has a wrong shape", f"{array.shape}, not {wanted}")
-        elif array.dtype.kind == "f" and not np.isfinite(array).all():
-            yield Finding(name, f"{label} holds NaN or infinity")
-    if clip.faces.size and (clip.faces.min() < 0 or clip.faces.max() >= vertices):
-        yield Finding(name, "faces name vertices that do not exist", f"{clip.faces.max()}")
-    for label, indices in clip.landmarks.items():
-        if not indices.size or indices.min() < 0 or indices.max() >= vertices:
-            yield Finding(name, f"{label} names vertices that do not exist")
-    if clip.landmarks["landmark_68"].shape != (68,):
-        yield Finding(name, "landmark_68 does not have 68 points")
+def length_findings(clip: Clip, entry: ClipEntry, name: str) -> Iterator[Finding]:
+    """Frames or a rate that are not those of the list of clips."""
+    if len(clip) != entry.frames:
+        yield Finding(name, "holds another number of frames", f"{len(clip)}, not {entry.frames}")
     if entry.rate != clip.rate or not 1 <= clip.rate <= 1000:
         yield Finding(name, "the rate makes no sense", f"{clip.rate:g} and {entry.rate:g} a second")
 

@@ -8,7 +8,7 @@ luminance; so all classes live in (r, g, y), y the logarithm of luminance relati
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +18,31 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.npz import read_npz
 
 FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "teeth", "dark")
 EACH_LIP = ("upper_lip", "lower_lip")
 FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
+_PARTS: Layout = {
+    "weights": real("K", low=0.0),
+    "means": real("K", 3),
+    "covariances": real("K", 3, 3),
+}
+LAYOUT: Layout = {
+    "priors": real(len(CLASSES), low=0.0), "reference": real(low=0.0, high=255.0),
+    "agreement": real(optional=True), "chromatic": truth(optional=True),
+    **{f"{name}_separability": real(optional=True) for name in EACH_LIP},
+    **{
+        f"{name}_{part}": replace(
+            kind, shape=(f"{name} components", *kind.shape[1:]), optional=name in EACH_LIP
+        )
+        for name in (*CLASSES, *EACH_LIP)
+        for part, kind in _PARTS.items()
+    },
+}  # fmt: skip
+"""Their arrays in a file."""
 _LUMA = np.array([0.299, 0.587, 0.114])
 _WORTHLESS, _PLAIN, _LEAST_WEIGHT = 0.6, 0.9, 0.2
 """Separability at which colours say nothing of lips, from which on they say all that they can, and
@@ -232,50 +251,35 @@ class ColourClasses:
         ModelFormatError
             If it has another format or version, or its arrays do not fit together.
         """
-        data = read_npz(Path(path), FORMAT, VERSION)
+        again = "take the colours.npz of another run"
+        data = read_npz(Path(path), FORMAT, VERSION, LAYOUT, again)
         try:
             return cls.of_arrays(data)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, ValueError) as error:
             raise ModelFormatError(
-                f"{path} does not hold a complete set of colour classes",
-                "take the colours.npz of another run",
+                f"{path} does not hold a complete set of colour classes", again
             ) from error
 
     @classmethod
-    def of_arrays(cls, data: Mapping[str, NDArray[np.generic]]) -> ColourClasses:
-        """From a file's arrays; raises `KeyError` or `ValueError` where they do not fit."""
+    def of_arrays(cls, data: Mapping[str, NDArray[Any]]) -> ColourClasses:
+        """From arrays as `LAYOUT` says; raises `KeyError` or `ValueError` where they do not fit."""
         names = (*CLASSES, *(n for n in EACH_LIP if f"{n}_weights" in data))
-        mixtures = {c: Mixture(*(_array(data, c, part) for part in _PARTS)) for c in names}
+        mixtures = {c: Mixture(*(data[f"{c}_{part}"] for part in _PARTS)) for c in names}
         told = {n: float(data[k]) for n in EACH_LIP if (k := f"{n}_separability") in data}
-        priors, reference = np.asarray(data["priors"], np.float64), float(data["reference"])
+        priors, reference = data["priors"], float(data["reference"])
         agreement = float(data.get("agreement", np.array(1.0)))
         chromatic = bool(data.get("chromatic", np.array(True)))
-        found = cls(mixtures, priors, reference, told, agreement, chromatic)
-        sound = found.priors.shape == (len(CLASSES),) and bool((found.priors >= 0).all())
-        sound = sound and bool(np.isfinite([agreement, *told.values()]).all())
-        if not (sound and found.reference >= 0 and all(_sound(m) for m in mixtures.values())):
+        if not all(map(_sound, mixtures.values())):
             raise ValueError("the colour classes do not fit together")
-        return found
-
-
-_PARTS = ("weights", "means", "covariances")
-
-
-def _array(data: Mapping[str, NDArray[np.generic]], name: str, part: str) -> FloatArray:
-    return np.asarray(data[f"{name}_{part}"], np.float64)
+        return cls(mixtures, priors, reference, told, agreement, chromatic)
 
 
 def _sound(mixture: Mixture) -> bool:
-    """Whether shapes fit, all is finite, weights sum to 1 and covariances are positive."""
-    k = len(mixture.weights)
-    if mixture.means.shape != (k, 3) or mixture.covariances.shape != (k, 3, 3) or k == 0:
-        return False
-    whole = all(np.isfinite(getattr(mixture, part)).all() for part in _PARTS)
-    return bool(
-        whole
-        and abs(mixture.weights.sum() - 1) < 1e-6
-        and (np.linalg.eigvalsh(mixture.covariances) > 0).all()
-    )
+    """Whether weights sum to 1 and covariances are symmetric and positive."""
+    spread = mixture.covariances
+    alike = np.allclose(spread, spread.transpose(0, 2, 1))
+    positive = alike and (np.linalg.eigvalsh(spread) > 0).all()
+    return bool(abs(mixture.weights.sum() - 1) < 1e-6 and positive)
 
 
 def _peak(mixture: Mixture) -> float:

@@ -19,6 +19,7 @@ from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.face.appearance.visibility import Sighting, depth_of, in_sight
 from abs_engine.face.appearance.windows import Windows
+from abs_engine.io.arrays import Layout, real, whole
 from abs_engine.io.npz import read_model, write_npz
 
 FORMAT, VERSION = "abs_engine.local", 2
@@ -188,9 +189,21 @@ class LocalModel:
         ModelFormatError
             If it has another format or version, or its arrays do not fit together.
         """
-        return read_model(path, FORMAT, VERSION, cls.from_arrays, "local appearance")
+        return read_model(path, FORMAT, VERSION, cls.from_arrays, "local appearance", LAYOUT)
 
 
+LAYOUT: Layout = {
+    "vertices": whole("N", low=0),
+    **dict.fromkeys(("base", "mean"), real("N", N_D)),
+    "modes": real("P*", "N", N_D),
+    "sigma": real("N", low=1e-9),
+    "spread": real("N", N_D, low=0.0),
+    "left_out": real("Q*", "N", N_D, dtype=np.float32),
+    **dict.fromkeys(("seen", "facing"), real("N", low=0.0)),
+    "reach": real("P*"),
+    **dict.fromkeys(("explained", "unit"), real()),
+}
+"""Its arrays in a file."""
 _BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen", "facing")
 _NUMBERS = ("explained", "unit")
 

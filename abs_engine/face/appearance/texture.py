@@ -17,9 +17,19 @@ from abs_engine.face.appearance.atlas import Atlas, warp
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
 from abs_engine.face.appearance.visibility import Sighting
+from abs_engine.io.arrays import Layout, real, whole
 from abs_engine.io.npz import read_model, write_npz
 
 FORMAT, VERSION = "abs_engine.texture", 2
+LAYOUT: Layout = {
+    **dict.fromkeys(("base", "mean"), real("H", "W", 3, dtype=np.float32)),
+    "modes": real("P*", "H", "W", 3, dtype=np.float32),
+    "frames": whole("H", "W", dtype=np.int32, low=0),
+    "explained": real(),
+    "spread": real("H", "W", dtype=np.float32, low=0.0),
+    "common": real("Q*", "H", "W", 3, dtype=np.float32),
+}
+"""Its arrays in a file."""
 RIDGE = 1.0
 """See `LinearFits.solve`."""
 
@@ -164,7 +174,7 @@ class TextureModel:
             If it has another format or version, its arrays do not fit together or are not
             finite, or a spread is negative.
         """
-        return read_model(path, FORMAT, VERSION, cls.from_arrays, "texture")
+        return read_model(path, FORMAT, VERSION, cls.from_arrays, "texture", LAYOUT)
 
     def _values(self, parameters: ArrayLike) -> FloatArray:
         row = np.asarray(parameters, np.float64)

@@ -16,11 +16,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.predictors import Predictor
+from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.inputs import parse_json
 from abs_engine.io.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.articulatory_model", 1
+_LAYOUT: Layout = {
+    "names": text("N"),
+    "mean": real("N", 3),
+    "modes": real("P", "N", 3),
+    "variance": real("P"),
+    "told": text(),
+    "source": text(),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,13 +219,10 @@ def load_articulatory(path: Path) -> ArticulatoryModel:
     ModelFormatError
         If it has another format or version, lacks something, or holds what is not finite.
     """
-    data = read_npz(Path(path), FORMAT, VERSION)
+    data = read_npz(Path(path), FORMAT, VERSION, _LAYOUT, "build it again")
     try:
-        model = ArticulatoryModel.from_arrays(data)
+        return ArticulatoryModel.from_arrays(data)
     except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:
         raise ModelFormatError(
             f"{path} is not a complete articulatory model ({error})", "build it again"
         ) from error
-    if not all(np.isfinite(a).all() for a in (model.mean, model.modes, model.variance)):
-        raise ModelFormatError(f"{path} holds what is not finite", "build it again")
-    return model

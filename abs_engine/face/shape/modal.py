@@ -13,12 +13,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ModelFormatError, ParameterError
+from abs_engine.core.errors import ParameterError
+from abs_engine.io.arrays import Layout, plain, real, text
 from abs_engine.io.npz import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2
 _STILL = 1e-12  # mm^2: variance of a mode that is rounding, not motion
+
+
+_LAYOUT: Layout = {
+    "rest": real("N", 3),
+    "mean": real("N", 3),
+    "modes": real("P", "N", 3),
+    "variances": real("P", low=0.0),
+    "total": real(low=0.0),
+    "noise": real(low=0.0),
+    **dict.fromkeys(("person", "speaker", "source"), text()),
+    "noise_variances": real("P?", low=0.0),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,21 +187,4 @@ def load_physics(path: Path) -> LearnedPhysics:
     ModelFormatError
         If it has another format or version, or lacks an array.
     """
-    arrays = read_npz(Path(path), FORMAT, VERSION)
-    try:
-        rest, mean, modes, variances = (
-            np.asarray(arrays[name], np.float64) for name in ("rest", "mean", "modes", "variances")
-        )
-        total, noise = (float(arrays[name]) for name in ("total", "noise"))
-        person, head, source = (str(arrays[name]) for name in ("person", "speaker", "source"))
-        blur = np.asarray(arrays["noise_variances"], np.float64)
-        physics = LearnedPhysics(
-            rest, mean, modes, variances, total, noise, person, head, source, blur
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise ModelFormatError(f"{path} lacks {error}", "train it again") from error
-    shape = rest.shape
-    fits = mean.shape == shape and modes.shape == (len(variances), *shape)
-    if len(shape) != 2 or not fits or len(blur) not in (0, len(variances)):
-        raise ModelFormatError(f"the arrays of {path} do not fit together", "train it again")
-    return physics
+    return LearnedPhysics(**plain(read_npz(Path(path), FORMAT, VERSION, _LAYOUT, "train it again")))

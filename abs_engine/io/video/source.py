@@ -11,6 +11,7 @@ import av.error
 from av.stream import Disposition
 
 from abs_engine.core.errors import InputFileError, VideoError
+from abs_engine.io.inputs import MOST_PIXELS
 from abs_engine.io.video.truncation import is_torn
 
 _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal
@@ -33,7 +34,7 @@ def open_video(path: Path) -> av.container.InputContainer:
     path = Path(path)
     check_readable(path)
     try:
-        container = av.open(str(path))
+        container = av.open(str(path), metadata_errors="replace")
     except av.error.FFmpegError as error:
         if is_torn(path):
             raise VideoError(
@@ -84,4 +85,8 @@ def _unusable(container: av.container.InputContainer) -> str:
     if not streams:
         return "has no video stream"
     context = getattr(streams[0], "codec_context", None)  # None where no decoder is known
-    return "" if context is not None else "is coded in a way that is not known here"
+    if context is None:
+        return "is coded in a way that is not known here"
+    if context.width * context.height > MOST_PIXELS:
+        return f"has frames of {context.width}x{context.height} pixels, more than are read"
+    return ""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +13,8 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Renderer
-from abs_engine.io.inputs import check_file
-from abs_engine.io.npz import BROKEN
+from abs_engine.io.inputs import MOST, check_file
+from abs_engine.io.npz import BROKEN, read_arrays
 from abs_engine.report.inspect.body import Body
 from abs_engine.report.inspect.layout import beside
 from abs_engine.report.inspect.legend import colour_bar
@@ -51,28 +53,31 @@ def read_values(path: Path, vertices: int) -> FloatArray:
     path = Path(path)
     check_file(path)
     try:
-        loaded = np.load(path, allow_pickle=False)
-        if isinstance(loaded, np.lib.npyio.NpzFile):
-            with loaded:
-                names = loaded.files
-                loaded = loaded["values" if "values" in names else names[0]]
-                several = len(names) > 1 and "values" not in names
-        else:
-            several = False
-        values = np.asarray(loaded, np.float64)
-    except (*BROKEN, IndexError) as error:
+        arrays = read_arrays(path) if zipfile.is_zipfile(path) else {"values": _npy(path)}
+    except (*BROKEN, InputFileError) as error:
         raise InputFileError(f"{path} holds no numbers", "give a .npy or .npz of floats") from error
-    if several:
+    if len(arrays) > 1 and "values" not in arrays:
         raise InputFileError(f"{path} holds several arrays", "name the one to show 'values'")
+    values = arrays.get("values", next(iter(arrays.values()), np.zeros(0)))
+    if values.dtype.kind not in "fiu":
+        raise InputFileError(f"{path} holds {values.dtype}", "give a .npy or .npz of floats")
+    values = values.astype(np.float64)
     if values.shape != (vertices,):
         shape = "x".join(map(str, values.shape)) or "one"
         raise ParameterError(
             f"{path} holds {shape} numbers, the head has {vertices} vertices",
             "give one number for each vertex",
         )
-    if not np.isfinite(values).all():
-        raise ParameterError(f"{path} holds NaN or infinity", "give finite numbers")
+    if not (np.abs(values) <= MOST).all():
+        raise ParameterError(
+            f"{path} holds NaN, infinity or numbers beyond {MOST:g}", "give finite numbers"
+        )
     return values
+
+
+def _npy(path: Path) -> NDArray[Any]:
+    """The array of a ``.npy``; its size is that of the file."""
+    return np.asarray(np.load(path, allow_pickle=False, mmap_mode="r"))
 
 
 def heat_limits(values: FloatArray, largest: float | None) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.timecode import seconds_since_first
-from abs_engine.io.inputs import check_file
+from abs_engine.io.inputs import check_file, to_number
 from abs_engine.studio.speech.articulate import Speech, check_rate
 
 FloatArray = NDArray[np.float64]
@@ -125,26 +125,26 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]], int]:
             f"{path} does not begin with Timecode and BlendShapeCount", "give a Live Link Face CSV"
         )
     rows = [row for row in lines[1:] if row]
-    if not rows or len(header) < 3:
-        raise InputFileError(f"{path} holds no samples", "record it again")
+    if not rows or len(header) < 3 or "" in header:
+        raise InputFileError(f"{path} holds no samples, or a column no name", "record it again")
     return header, rows, 2
 
 
 def _numbers(path: Path, header: list[str], rows: list[list[str]], first: int) -> FloatArray:
     """Values (N, C - 2) behind timecode and count."""
+    values = np.empty((len(rows), len(header) - 2))
     for line, row in enumerate(rows, first):
         if len(row) != len(header):
             raise InputFileError(
                 f"line {line} of {path} has {len(row)} values, its header {len(header)}",
                 "check that the file is whole",
             )
-    try:
-        values = np.array([row[2:] for row in rows], np.float64)
-    except ValueError as error:
-        raise InputFileError(f"{path}: {error}", "check that all values are numbers") from error
-    if not np.isfinite(values).all():
-        line = first + int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
-        raise InputFileError(f"line {line} of {path} holds NaN or infinity", "leave that line out")
+        try:
+            values[line - first] = [to_number(cell) for cell in row[2:]]
+        except ValueError as error:
+            raise InputFileError(
+                f"line {line} of {path}: {error}", "correct it, or leave that line out"
+            ) from error
     return values
 
 
