@@ -105,7 +105,7 @@ def _corners(
     board: Board, pictures: Sequence[Path], mirror: bool, progress: Progress
 ) -> tuple[list[tuple[Corners | None, Corners | None]], tuple[int, int]]:
     """The board in each picture, and its mirror image; and the pictures' size."""
-    from abs_engine.io.assets import read_image
+    from abs_engine.io.pictures import read_image
 
     found: list[tuple[Corners | None, Corners | None]] = []
     size: tuple[int, int] | None = None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.dataset.codec import PICTURES
+from abs_engine.io.pictures import is_whole
 
 AGAIN = "make the dataset again, or copy the whole folder again"
 _CHANNELS = {0: 1, 2: 3}  # PNG colour types: grey, RGB
@@ -55,9 +56,9 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
     dtype, channels = PICTURES[kind]
     if picture_header(path)[:2] != size:  # before memory is taken for it
         raise ModelFormatError(f"{path} is not {size[0]}x{size[1]}", AGAIN)
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path) else None
     if image is None:
-        raise InputFileError(f"{path} is missing or no picture", AGAIN)
+        raise InputFileError(f"{path} is no whole picture", AGAIN)
     shape = (size[1], size[0]) if channels == 1 else (size[1], size[0], channels)
     if image.dtype != dtype or image.shape != shape:
         raise ModelFormatError(

@@ -6,6 +6,7 @@ What the folder took to make, ``timing.json``, is not among them: it differs fro
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.dataset.picture import AGAIN
 
 SUMS = "SHA256SUMS"
+_LINE = re.compile("(?P<digest>[0-9a-f]{64})  (?P<name>.+)")
 
 
 def digest(path: Path) -> str:
@@ -51,12 +53,19 @@ def read_sums(folder: Path) -> dict[str, str]:
     ------
     InputFileError
         If there is no list.
+    ModelFormatError
+        If a line of it is no digest and the name of a file within the folder.
     """
     listed = folder / SUMS
     if not listed.is_file():
         raise InputFileError(f"{folder} is not a dataset: {SUMS} is missing", "check the path")
-    lines = listed.read_text(encoding="utf-8", errors="replace").splitlines()
-    return {name: value for value, _, name in (line.partition("  ") for line in lines)}
+    text = listed.read_text(encoding="utf-8", errors="replace")
+    lines = [_LINE.fullmatch(line) for line in text.split("\n")[:-1]]
+    sums = {line["name"]: line["digest"] for line in lines if line}
+    outside = any(name.startswith("/") or ".." in name.split("/") for name in sums)
+    if outside or len(sums) < len(lines) or not text.endswith("\n"):
+        raise ModelFormatError(f"{listed} is not a list of digests of files within", AGAIN)
+    return sums
 
 
 def wrong_sums(

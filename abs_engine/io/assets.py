@@ -7,16 +7,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image as Pillow
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
 from abs_engine.io.arrays import Layout, check_arrays, index, of_json, real, text
-from abs_engine.io.inputs import MOST_PIXELS, parse_json
+from abs_engine.io.inputs import parse_json
 from abs_engine.io.npz import read_npz
+from abs_engine.io.pictures import read_image
 
 FORMAT, VERSION = "abs_engine.speaker", 1
 POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)
@@ -191,7 +190,7 @@ def load_speaker(path: Path | None = None) -> Speaker:
     """
     path = shipped("speaker/head.npz") if path is None else Path(path)
     given = read_npz(path, FORMAT, VERSION)
-    given |= {k: np.atleast_1d(given[k]) for k in _LANDMARKS if k in given}
+    given |= {k: np.atleast_1d(given[k]) for k in ("nose_tip", "chin") if k in given}
     data = check_arrays(path, given, _LAYOUT, _AGAIN)
     points = load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"]))
     speaker = Speaker(
@@ -237,27 +236,3 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
     if not known or kind != (POINTS_FORMAT, vertices, faces) or version not in POINTS_VERSIONS:
         raise ModelFormatError(f"{path} has another format or belongs to another mesh", again)
     return check_arrays(path, lists, {k: index("V", k) for k in lists}, again, V=vertices)
-
-
-def read_image(path: Path) -> NDArray[np.uint8]:
-    """Read a picture as (H, W, 3) uint8 RGB.
-
-    Raises
-    ------
-    InputFileError
-        If it is missing, no picture, or larger than `MOST_PIXELS`.
-    """
-    try:
-        with Pillow.open(path) as picture:
-            pixels = picture.width * picture.height
-        image = cv2.imread(str(path), cv2.IMREAD_COLOR) if pixels <= MOST_PIXELS else None
-    except (OSError, ValueError, Pillow.DecompressionBombError) as error:
-        raise InputFileError(
-            f"{path} is not a readable picture", "give a PNG or JPEG file"
-        ) from error
-    if image is None:
-        raise InputFileError(
-            f"{path} is not a readable picture of at most {MOST_PIXELS / 1e6:.0f} megapixels",
-            "give a PNG or JPEG file",
-        )
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)

@@ -14,8 +14,6 @@ from abs_engine.core.errors import InputFileError
 T = TypeVar("T")
 MOST = 1e12
 """No number in a file that is read is larger: no length, angle, rate or worth."""
-MOST_PIXELS = 1 << 26
-"""Of a picture, or of a frame of a video."""
 DEEPEST = 40
 """Lists and tables of a text file that may lie in each other."""
 _NESTED = (dict, list)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.io.assets import read_image
+from abs_engine.io.pictures import read_image
 
 Picture = NDArray[np.uint8]
 Floats = NDArray[np.float32]

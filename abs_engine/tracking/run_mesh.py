@@ -16,7 +16,7 @@ MESH, FORMAT, VERSION = "mesh.npz", "abs_engine.run_mesh", 1
 _LAYOUT: Layout = {
     "mean": real("V", 3, dtype=np.float32),
     "modes": real("P*", "V", 3, dtype=np.float32),
-    "weights": real("T*", "P*", gaps=True),
+    "weights": real("T", "P*", gaps=True),
     "faces": index("V", "F", 3),
 }
 

@@ -11,7 +11,7 @@ import av.error
 from av.stream import Disposition
 
 from abs_engine.core.errors import InputFileError, VideoError
-from abs_engine.io.inputs import MOST_PIXELS
+from abs_engine.io.pictures import MOST_PIXELS
 from abs_engine.io.video.truncation import is_torn
 
 _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal

@@ -1,0 +1,387 @@
+"""A small whole file for each reader of the package."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from abs_engine.dataset.codec import FORMAT as TRUTH
+
+
+def npz(kind: str, version: int, **arrays: Any) -> bytes:
+    """An archive of arrays, with its format and version."""
+    made = io.BytesIO()
+    np.savez_compressed(made, **arrays, format=kind, version=version)
+    return made.getvalue()
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(7)
+
+
+VERTICES = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9], [9, 9, 0]], np.float32)
+FACES = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 2]], np.int32)
+V, F, T = len(VERTICES), len(FACES), 4
+
+
+def speaker(_: Path) -> bytes:
+    draw, names = rng(), np.array([f"unit{k}" for k in range(52)])
+    lists = {"outer_lip": 5, "inner_lip_upper": 3, "inner_lip_lower": 3, "outer_lip_20": 12,
+             "inner_lip_8": 8, "mouth_corners": 2, "eye_corners": 4, "nose_tip": 1,
+             "chin": 1}  # fmt: skip
+    return npz(
+        "abs_engine.speaker", 1, vertices=VERTICES, faces=FACES,
+        uv=draw.random((V, 2), np.float32), weld=np.arange(V, dtype=np.int32),
+        facet_class=np.ones(F, np.uint8), class_names=np.array(["background", "skin"]),
+        unit_names=names, units=draw.normal(size=(52, V, 3)).astype(np.float16),
+        identity_names=np.array(["a", "b"]), identity=np.ones((2, V, 3), np.float16),
+        people_names=np.array(["x"]), people=np.ones((1, 2), np.float32),
+        **{name: np.arange(n, dtype=np.int32) % V for name, n in lists.items()},
+    )  # fmt: skip
+
+
+def points(_: Path) -> bytes:
+    lists = {"lips": {"what": "the lips", "vertices": [0, 1, 2]}}
+    told = {"format": "abs_engine.points", "version": 1, "vertices": V, "faces": F, "lists": lists}
+    return json.dumps(told).encode()
+
+
+def physics(_: Path) -> bytes:
+    draw = rng()
+    return npz(
+        "abs_engine.learned_physics", 2, rest=VERTICES.astype(float), mean=np.zeros((V, 3)),
+        modes=draw.normal(size=(2, V, 3)), variances=np.array([2.0, 1.0]), total=3.5, noise=0.1,
+        person="x", speaker="0123", source="made", noise_variances=np.array([0.1, 0.2]),
+    )  # fmt: skip
+
+
+def articulatory(_: Path) -> bytes:
+    predictors = [{"name": "jaw1", "points": ["p0"], "coordinates": "y", "positive": "+y"}]
+    told = json.dumps({"predictors": predictors, "groups": {"lips": ["p0", "p1"]}})
+    return npz(
+        "abs_engine.articulatory_model", 1, names=np.array(["p0", "p1"]), mean=np.zeros((2, 3)),
+        modes=np.ones((1, 2, 3)), variance=np.array([0.5]), told=told, source="made",
+    )  # fmt: skip
+
+
+def corpus(_: Path) -> bytes:
+    return npz(
+        "abs_engine.corpus", 1, points=rng().normal(size=(3, 2, 3)), names=np.array(["p0", "p1"]),
+        visemes=np.array(["a", "i", "u"]), groups=json.dumps({"lips": ["p0"]}),
+        rotation=np.eye(3), translation=np.zeros(3), source="made",
+    )  # fmt: skip
+
+
+def observations(_: Path) -> bytes:
+    found, flat = np.ones((T, 2), bool), np.full((T, 2), 0.2)
+    return npz(
+        "abs_engine.observations", 1, points=rng().normal(size=(T, 2, 3)), found=found,
+        names=np.array(["p0", "p1"]), uncertain=~found, error=flat, score=flat, rate=25.0,
+        rotations=np.zeros((T, 3)), translations=np.zeros((T, 3)), rigid_error=np.zeros(T),
+        pixels=np.ones((2, T, 2, 2)), source="made",
+    )  # fmt: skip
+
+
+def colour_arrays() -> dict[str, Any]:
+    parts: dict[str, Any] = {}
+    for name in ("skin", "lips", "teeth", "dark"):
+        parts[f"{name}_weights"] = np.array([0.25, 0.75])
+        parts[f"{name}_means"] = rng().random((2, 3))
+        parts[f"{name}_covariances"] = np.tile(np.eye(3), (2, 1, 1))
+    return {
+        "priors": np.array([1.0, 1.0, 0.5, 0.5]), "reference": 100.0, "agreement": 1.0,
+        "chromatic": True, **parts,
+    }  # fmt: skip
+
+
+def colours(_: Path) -> bytes:
+    classes = np.array(["skin", "lips", "teeth", "dark"])
+    return npz("abs_engine.colours", 2, classes=classes, **colour_arrays())
+
+
+COLOURS_SPARE = ("colours_agreement", "colours_chromatic")
+
+
+def texture(_: Path) -> bytes:
+    base = rng().random((4, 5, 3), np.float32)
+    return npz(
+        "abs_engine.texture", 2, base=base, modes=np.stack([base, base]), mean=base,
+        frames=np.ones((4, 5), np.int32), explained=0.5, spread=base[..., 0], common=base[None],
+    )  # fmt: skip
+
+
+def local(_: Path) -> bytes:
+    draw, n = rng(), 3
+    ones, eight = np.ones(n), draw.random((n, 8))
+    return npz(
+        "abs_engine.local", 2, vertices=np.arange(n), base=eight, mean=eight,
+        modes=draw.random((2, n, 8)), sigma=ones, spread=eight, seen=ones, facing=ones,
+        left_out=draw.random((4, n, 8), np.float32), reach=np.ones(2), explained=0.5, unit=0.0,
+    )  # fmt: skip
+
+
+def truth(_: Path) -> bytes:
+    marks = {"outer_lip": 4, "outer_lip_20": 20, "inner_lip_8": 8, "mouth_corners": 2}
+    marks["landmark_68"] = 68
+    return npz(
+        TRUTH, 2, rate=25.0, seed=0, person="x", sentence="a", command="made",
+        unit_names=np.array([f"unit{k}" for k in range(52)]), unit_weights=np.zeros((T, 52)),
+        class_names=np.array(["background", "skin"]), phonemes=np.array(["a"] * T),
+        identity_weights=np.ones(2, np.float32), neutral=VERTICES, faces=FACES,
+        facet_class=np.ones(F, np.uint8), uv=np.zeros((V, 2), np.float32),
+        rotations=np.zeros((T, 3)), translations=np.zeros((T, 3)),
+        phoneme_label=np.array(["a"]), phoneme_start=np.array([0.0]), phoneme_end=np.array([0.1]),
+        closed=np.zeros(T, bool), gap=np.ones(T),
+        **{name: np.arange(n, dtype=np.int32) % V for name, n in marks.items()},
+    )  # fmt: skip
+
+
+def offsets(_: Path) -> bytes:
+    return npz("abs_engine.offsets", 2, offsets=np.ones((T, V, 3), np.float16))
+
+
+def camera(_: Path) -> bytes:
+    told = {
+        "format": "abs_engine.camera", "version": 2, "size": [64, 48],
+        "matrix": [[100.0, 0, 31.5], [0, 100.0, 23.5], [0, 0, 1]],
+        "distortion": [0.1, 0.0, 0.0, 0.0], "near": 10.0, "far": 5000.0,
+        "rotations": [[0.0, 0.1, 0.0]], "translations": [[0.0, 0.0, 600.0]],
+        "mirror": {"rectangle": [[0.0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]},
+    }  # fmt: skip
+    return json.dumps(told).encode()
+
+
+def dataset_record(_: Path) -> bytes:
+    clip = {
+        "name": "talk", "person": "x", "sentence": "a", "frames": T, "rate": 25.0,
+        "cameras": ["front"],
+    }  # fmt: skip
+    told = {
+        "format": "abs_engine.dataset", "version": 2, "command": "made", "engine": "0.1",
+        "seed": 0, "clips": [clip], "labels": ["ids", "depth"],
+    }  # fmt: skip
+    return json.dumps(told).encode()
+
+
+def run_arrays(frames: int = T, lips: int = 3) -> dict[str, Any]:
+    """The arrays of a run."""
+    draw = rng()
+    one, three = draw.random(frames), draw.normal(size=(frames, 3))
+    names = ("width", "aperture", "protrusion", "value", "score", "landmark_distance",
+             "landmark_aperture", "width_sd", "aperture_sd", "protrusion_sd",
+             "closed_probability")  # fmt: skip
+    yes = np.ones(frames, bool)
+    return {
+        "engine_version": "0.1", "renderer": "cpu", "index": np.arange(frames), "time": one,
+        "found": yes, "covered": ~yes, "contradicted": ~yes, "closed": ~yes,
+        "evaluations": np.arange(frames), "status": np.array(["tracked"] * frames),
+        "value_unit": np.ones(frames), "parameters": draw.normal(size=(frames, 8)),
+        "parameter_names": np.array([f"p{k}" for k in range(8)]), "rotation": three,
+        "translation": three, "rotation_sd": abs(three), "translation_sd": abs(three),
+        "lip_points": draw.normal(size=(frames, lips, 3)),
+        "lip_points_sd": draw.random((frames, lips, 3)),
+        "lip_vertex": np.arange(lips, dtype=np.int32), "term_names": np.array(["colour"]),
+        "term_values": draw.random((frames, 1)), "person_weights": np.ones(2),
+        "camera_matrix": np.array([[100.0, 0, 31.5], [0, 100.0, 23.5], [0, 0, 1]]),
+        "camera_distortion": np.zeros(8), "camera_size": np.array([64, 48]), "rate": 25.0,
+        **dict.fromkeys(names, one),
+    }  # fmt: skip
+
+
+def run(_: Path) -> bytes:
+    return npz("abs_engine.run", 1, **run_arrays())
+
+
+def mesh(_: Path) -> bytes:
+    return npz(
+        "abs_engine.run_mesh", 1, mean=VERTICES, modes=np.ones((2, V, 3), np.float32),
+        weights=rng().normal(size=(T, 2)), faces=FACES,
+    )  # fmt: skip
+
+
+def summary(_: Path) -> bytes:
+    told = {
+        "engine_version": "0.1", "renderer": "cpu",
+        "settings": {"video": "a.mp4", "video_sha256": "00", "scale": {"eye": 63.0}, "seeds": [1]},
+        "summary": {"frames": T, "mean_score": 0.9, "warnings": ["none"]},
+    }  # fmt: skip
+    return json.dumps(told).encode()
+
+
+def pose_arrays(_: Path) -> bytes:
+    made = io.BytesIO()
+    turns = np.tile([np.pi, 0.0, 0.0], (T, 1))
+    np.savez(made, rotation=turns, translation=np.full((T, 3), 600.0), found=np.ones(T, bool))
+    return made.getvalue()
+
+
+def pose_table(_: Path) -> bytes:
+    head = "index,head_rx,head_ry,head_rz,head_tx,head_ty,head_tz\n"
+    return (head + "".join(f"{k},3.1,0.0,0.1,1.5,2.5,600\n" for k in range(T))).encode()
+
+
+def head_poses(_: Path) -> bytes:
+    return (
+        "frame,rx,ry,rz,tx,ty,tz\n" + "".join(f"{k},0,0.1,0,1,2,3\n" for k in range(T))
+    ).encode()
+
+
+def markers_csv(_: Path) -> bytes:
+    rows = "".join(f"{k / 60},1.5,2.5,3.5,4.5,5.5,6.5\n" for k in range(T))
+    return ("time,a_x,a_y,a_z,b_x,b_y,b_z\n" + rows).encode()
+
+
+def c3d(_: Path) -> bytes:
+    import c3d
+
+    writer = c3d.Writer(point_rate=60.0, analog_rate=0)
+    writer.set_point_labels(["a", "b"])
+    for k in range(T):
+        rows = np.array([[1.5 + k, 2, 3, 0, 0], [4, 5, 6, 0, 0]], np.float32)
+        writer.add_frames([(rows, np.zeros((0, 0), np.float32))])
+    made = io.BytesIO()
+    writer.write(made)
+    return made.getvalue()
+
+
+def dots_json(_: Path) -> bytes:
+    rows = [
+        {"point": "a", "x": 1.5, "y": 2.5, "frame": 0, "view": 1},
+        {"point": "b", "x": 1, "y": 2},
+    ]
+    return json.dumps({"format": "abs_engine.dots", "version": 1, "points": rows}).encode()
+
+
+def table_json(_: Path) -> bytes:
+    told = {
+        "groups": {"lips": ["m1", "m2"]}, "visemes": {"ipi": 1, "a": [2, 3]},
+        "upper_teeth": ["right", "left", "front"],
+    }  # fmt: skip
+    return json.dumps(told).encode()
+
+
+def landmarks_csv(_: Path) -> bytes:
+    rows = [f"{t},{k},{100 + 3 * k},{90 + 2 * k},px" for t in range(2) for k in range(68)]
+    return ("frame,point,x,y,unit\n" + "\n".join(rows) + "\n").encode()
+
+
+UNITS = ("jawOpen", *(f"unit{k}" for k in range(51)))
+
+
+def arkit_csv(_: Path) -> bytes:
+    head = ["Timecode", "BlendShapeCount", *UNITS, "HeadYaw", "HeadPitch", "HeadRoll"]
+    rows = [",".join([f"10:00:00:{t:02d}.000", "61", *["0.1"] * 52, "0", "0", "0"]) for t in (0, 1)]
+    return ("\n".join([",".join(head), *rows]) + "\n").encode()
+
+
+def textgrid(_: Path) -> bytes:
+    return (
+        b'File type = "ooTextFile"\nObject class = "TextGrid"\n\nxmin = 0\nxmax = 0.5\n'
+        b'tiers? <exists>\nsize = 1\nitem []:\n    item [1]:\n        class = "IntervalTier"\n'
+        b'        name = "phones"\n        xmin = 0\n        xmax = 0.5\n'
+        b"        intervals: size = 2\n        intervals [1]:\n            xmin = 0\n"
+        b'            xmax = 0.2\n            text = "a"\n        intervals [2]:\n'
+        b'            xmin = 0.2\n            xmax = 0.5\n            text = "m"\n'
+    )
+
+
+def scene(_: Path) -> bytes:
+    from abs_engine.io.assets import shipped
+
+    return shipped("scenes/speech.toml").read_bytes()
+
+
+def predictors(_: Path) -> bytes:
+    return (
+        b'format = "abs_engine.predictors"\nversion = 1\n\n[[predictor]]\nname = "jaw1"\n'
+        b'points = ["jaw_line"]\ncoordinates = "y"\npositive = "+y"\n'
+    )
+
+
+def video(folder: Path) -> bytes:
+    from abs_engine.io.video import VideoWriter
+
+    path, draw = folder / "made.mp4", rng()
+    with VideoWriter(path, (32, 32), 25.0, 20) as video:
+        for _ in range(6):
+            video.write(draw.integers(0, 255, (32, 32, 3), np.uint8))
+    content = path.read_bytes()
+    path.unlink()
+    return content
+
+
+def png(kind: Any, shape: tuple[int, ...]) -> bytes:
+    values = rng().integers(0, 255, shape).astype(kind)
+    return cv2.imencode(".png", values)[1].tobytes()
+
+
+def sums(folder: Path) -> bytes:
+    return f"{'0' * 64}  dataset.json\n{'1' * 64}  talk/truth.npz\n".encode()
+
+
+def noise_arrays() -> dict[str, Any]:
+    flat, deep = np.ones((468, 3), np.float16), np.ones((1, 468, 3), np.float16)
+    return {
+        "noise_bias": flat, "noise_between": deep, "noise_within": deep, "noise_deviation": flat,
+        "noise_person_deviation": flat,
+    }  # fmt: skip
+
+
+def correspondence(_: Path) -> bytes:
+    flat = np.ones((468, 3), np.float32)
+    return npz(
+        "abs_engine.landmarks", 2, corners=np.zeros((468, 3), np.int32), weights=flat / 3,
+        deviation=flat, **noise_arrays(),
+    )  # fmt: skip
+
+
+def speaker_face(_: Path) -> bytes:
+    draw, size = rng(), (6, 8)
+    colour = {f"colours_{name}": value for name, value in colour_arrays().items()}
+    return npz(
+        "abs_engine.speaker_face", 1, head="0123", neutral=VERTICES, names=np.array(["a", "b"]),
+        lower=-np.ones(2), upper=np.ones(2), steps=np.ones(2), seen=np.zeros((1, 2)),
+        bias=np.zeros((468, 2)), deviation=np.ones((468, 3)), shift=np.zeros(6),
+        camera_matrix=np.array([[100.0, 0, 3.5], [0, 100.0, 2.5], [0, 0, 1]]),
+        camera_distortion=np.zeros(8), camera_size=np.array(size[::-1]),
+        cheeks=draw.random((2, 3)), look=np.array([0.5, 0.5, 0.5]),
+        view_gray=np.ones((2, *size), np.uint8), view_vertices=np.stack([VERTICES] * 2),
+        view_rotation=np.stack([np.eye(3)] * 2), view_translation=np.ones((2, 3)),
+        expression_mean=VERTICES, expression_modes=draw.random((2, V, 3), np.float32),
+        expression_mixing=draw.random((2, 3)), expression_offset=np.zeros(3),
+        expression_variance=np.array([0.5, 0.4]), scale_source="given", scale_pupils=63.0,
+        scale_uncertainty=0.01, **colour, **noise_arrays(),
+    )  # fmt: skip
+
+
+def view_points(_: Path) -> bytes:
+    pixels, seen = np.ones((T, 68, 2)), np.ones((T, 68), bool)
+    return npz(
+        "abs_engine.landmarks", 2, landmark_pixels=pixels, landmark_visible=seen,
+        mirror_landmark_pixels=pixels, mirror_landmark_visible=seen, in_picture=np.ones(T, bool),
+    )  # fmt: skip
+
+
+def journal(folder: Path) -> bytes:
+    from abs_engine.core.geometry import Pose
+    from abs_engine.tracking.clip_setting import FrameResult
+    from abs_engine.tracking.frame_journal import FrameJournal
+    from abs_engine.tracking.frame_state import Memory
+
+    path, pose = folder / "made.journal", Pose(np.eye(3), np.array([0, 0, 600.0]))
+    with FrameJournal(path, "basis") as kept:
+        for k in range(T):
+            found = FrameResult(k, True, np.zeros(8), pose, VERTICES, 50.0, 3.0, 1.0, 0.9, 5, "ok")
+            kept.add(found, Memory(np.zeros(8), pose, np.zeros(8), (1.0,)))
+    content = path.read_bytes()
+    path.unlink()
+    return content
+
+
+def jpeg(shape: tuple[int, ...]) -> bytes:
+    return cv2.imencode(".jpg", rng().integers(0, 255, shape).astype(np.uint8))[1].tobytes()
