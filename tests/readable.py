@@ -41,7 +41,7 @@ class Reader:
     gaps : tuple of str
         Fields of the result, or arrays, in which NaN says that something is not known.
     free : tuple of str
-        Arrays whose length nothing else says.
+        Arrays whose length nothing else says, or that may be a single number.
     empty : tuple of str
         Arrays that may be empty.
     """
@@ -82,7 +82,7 @@ class Reader:
             or part in self.unread
             or "*" in self.unread
             or (what in ("missing", *NULLS) and part in self.optional)
-            or (what in ("longer", "shorter") and part in self.free)
+            or (what in ("longer", "shorter", "an axis fewer") and part in self.free)
             or (what == "empty" and part in self.empty)
             or (what == "nan" and part in self.gaps)
         )
@@ -180,9 +180,9 @@ SEEN = ("points", "error", "score", "rotations", "translations", "rigid_error", 
 MARKERS = ("points", "residual")
 MOVED = ("rotations", "translations", "mirror")
 CURVES = ("weights", "rotations", "curves", "aperture", "width", "protrusion")
-SPEAKER = ("outer_lip", "inner_lip_upper", "inner_lip_lower")
+SPEAKER = ("outer_lip", "inner_lip_upper", "inner_lip_lower", "class_names", "nose_tip", "chin")
 TRUE = ("identity_weights", "outer_lip", "outer_lip_20", "class_names")
-NULLS = ("null for number", "null for str", "null for list", "null for dict")
+NULLS = ('"" for number', "null for number", "null for str", "null for list", "null for dict")
 FACE = ("seen", "noise_between", "noise_within", "cheeks", "expression_mixing")
 
 READERS = (
@@ -204,7 +204,8 @@ READERS = (
            "face.shape.articulatory_model:load_articulatory"),
     Reader("corpus", "corpus.npz", whole.corpus, "capture.corpus:load_corpus", gaps=("points",)),
     Reader("observations", "seen.npz", whole.observations,
-           "capture.observations:read_observations", gaps=SEEN, free=("pixels",), empty=("pixels",)),
+           "capture.observations:read_observations", gaps=SEEN, free=("pixels",),
+           empty=("pixels",)),
     Reader("colours", "colours.npz", whole.colours, "face.appearance.colour:ColourClasses.load",
            unread=("classes",), optional=("agreement", "chromatic")),
     Reader("texture", "texture.npz", whole.texture, "face.appearance.texture:TextureModel.load",

@@ -177,8 +177,8 @@ def write_run(folder: Path, truth: Truth, **changed: np.ndarray) -> Path:
     folder.mkdir()
     arrays = run_arrays(truth)
     frames = len(truth)
-    rest = {k: np.zeros(frames) for k in ("value", "score", "evaluations")}
-    rest |= {"status": np.full(frames, "converged")}
+    rest = {k: np.zeros(frames) for k in ("value", "score")}
+    rest |= {"status": np.full(frames, "converged"), "evaluations": np.zeros(frames, int)}
     rest |= {"index": np.arange(frames), "time": np.arange(frames) / truth.rate}
     rest |= {"found": np.ones(frames, bool), "parameters": np.zeros((frames, 6))}
     kept = rest | arrays | changed

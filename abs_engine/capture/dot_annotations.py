@@ -174,7 +174,7 @@ def _json_rows(path: Path, text: str) -> list[tuple[str, Mapping[str, object]]]:
         kind, rows = (told.get("format"), told.get("version")), told["points"]
     except (ValueError, KeyError, AttributeError) as error:
         raise InputFileError(f"{path} is not a JSON file of points", _REMEDY) from error
-    if kind != (FORMAT, VERSION):
+    if kind != (FORMAT, VERSION) or type(kind[1]) is not int:
         raise ModelFormatError(
             f"{path} is {kind[0]} version {kind[1]}, wanted {FORMAT} {VERSION}",
             "state both in the file",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -13,9 +14,11 @@ from types import FrameType
 import click
 
 from abs_engine.cli.program import NAME, PROGRAM, complaint
+from abs_engine.cli.progress import log
 from abs_engine.core.errors import AbsEngineError
 
 BAD_INPUT, INTERRUPTED, NOT_READ = 2, 130, 141
+_OF_DISKS = errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG
 _ENDING = signal.SIGTERM, signal.SIGHUP
 COMPLETE = "_ABS_ENGINE_COMPLETE"
 
@@ -34,6 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0; 2 when the input or the machine is at fault, with one line on stderr; 130 when
         interrupted; 141, without a word, when what reads stdout (such as `head`) has closed it.
     """
+    _open_what_is_closed()
     try:
         try:
             return _run(arguments)
@@ -41,11 +45,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(
                 end="", flush=True
             )  # so that a closed pipe shows here, not as the interpreter ends
-    except BrokenPipeError:
-        if not _nobody_reads():
+    except OSError as error:
+        if not _is_lost():
             raise
         _let_stdout_go()
-        return NOT_READ
+        if isinstance(error, BrokenPipeError):
+            return NOT_READ
+        return _complain(f"stdout cannot be written ({error.strerror}); send it elsewhere")
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -53,9 +59,14 @@ def _run(arguments: Sequence[str] | None) -> int:
         with _ended_as_interrupted():
             return _command(list(sys.argv[1:] if arguments is None else arguments))
     except AbsEngineError as error:
-        return _complain(" ".join(str(error).split()))
+        return _complain(str(error))
     except MemoryError:
         return _complain("there is not enough memory; ask for a smaller size")
+    except OSError as error:
+        if _is_lost() or error.errno not in _OF_DISKS:
+            raise
+        where = error.filename or "temporary files"
+        return _complain(f"{where} cannot be written ({error.strerror}); free space there")
     except click.exceptions.Exit as end:  # after --help and --version
         return end.exit_code
     except click.exceptions.NoArgsIsHelpError as error:
@@ -65,7 +76,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         return _complain(complaint(error))
     except KeyboardInterrupt as stop:
         what = str(stop) or "nothing was left behind"
-        print(f"abs-engine: interrupted; {what}", file=sys.stderr)
+        log(f"abs-engine: interrupted; {what}\n")
         return INTERRUPTED
 
 
@@ -80,15 +91,31 @@ def _command(words: list[str]) -> int:
 
 
 def _complain(line: str) -> int:
-    print(f"abs-engine: error: {line}", file=sys.stderr)
+    log(f"abs-engine: error: {line}\n")
     return BAD_INPUT
 
 
-def _nobody_reads() -> bool:
-    """Whether stdout is the pipe that broke, not that to a process of our own."""
+def _open_what_is_closed() -> None:
+    """Let the standard streams that the caller closed lead nowhere.
+
+    Else the next file that is opened would take their number, and get what libraries complain.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            nowhere = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8")
+            setattr(sys, name, nowhere)
+
+
+def _is_lost() -> bool:
+    """Whether stdout is what cannot be written, not another file or a process of our own."""
     try:
         print(flush=True)  # not empty, which an unbuffered stdout would not try to write
-    except BrokenPipeError:
+    except OSError:
         return True
     return False
 

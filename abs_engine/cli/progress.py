@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -20,6 +21,13 @@ def asked(name: str) -> bool:
     """Whether an option that every command has was typed: "quiet" or "json"."""
     context = click.get_current_context(silent=True)
     return context is not None and context.params.get(name) in (True, Path("-"))
+
+
+def log(text: str) -> None:
+    """Write to stderr, or nowhere where that is full or closed: the work goes on."""
+    with suppress(OSError, ValueError):
+        sys.stderr.write(text)
+        sys.stderr.flush()
 
 
 def say(line: str) -> None:
@@ -93,22 +101,19 @@ class Progress:
         """Stop the clock and end the line of a terminal."""
         self._stop_clock()
         if self._dirty:
-            sys.stderr.write("\n")
-            sys.stderr.flush()
+            log("\n")
         self._dirty = False
 
     def _line(self, line: str) -> None:
         """Put a line in place of the last one on a terminal."""
         if self._quiet:
             return
-        sys.stderr.write(f"\r{line:78}")
-        sys.stderr.flush()
+        log(f"\r{line:78}")
         self._dirty = True
 
     def _log(self, text: str) -> None:
         if not self._quiet:
-            sys.stderr.write(f"{self._what}: {text}\n")
-            sys.stderr.flush()
+            log(f"{self._what}: {text}\n")
 
     def _stop_clock(self) -> None:
         if self._clock is not None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.export.exporter import Exporter, Loss, read_run
-from abs_engine.io.files import check_free, unwritable, write_new
+from abs_engine.io.files import check_free, scratch, write_new
 from abs_engine.io.unfinished import NewFolder
 
 
@@ -49,12 +48,9 @@ def export_run(
             lost = exporter.write(tracked, folder.work)
             folder.finish()
         return lost
-    try:
-        with TemporaryDirectory() as aside:
-            made = Path(aside) / output.name
-            lost = exporter.write(tracked, made)
-            content = made.read_bytes()
-    except OSError as error:
-        raise unwritable(output, error) from error
+    with scratch() as aside:
+        made = aside / output.name
+        lost = exporter.write(tracked, made)
+        content = made.read_bytes()
     write_new(output, content)
     return lost

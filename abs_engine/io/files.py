@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Self
 
@@ -142,6 +143,26 @@ def parent_folder(path: Path) -> Iterator[None]:
         with suppress(OSError):  # not empty
             parent.rmdir()
         raise
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """A folder for temporary files, removed at the end.
+
+    Raises
+    ------
+    OutputError
+        If they cannot be written.
+    """
+    try:
+        with TemporaryDirectory(prefix="abs_engine-") as folder:
+            yield Path(folder)
+    except OSError as error:
+        where = os.environ.get("TMPDIR", "/tmp")
+        raise OutputError(
+            f"temporary files cannot be written to {where} ({error.strerror or error})",
+            "free space there, or set TMPDIR to another folder",
+        ) from error
 
 
 def png(image: NDArray[np.uint8]) -> bytes:

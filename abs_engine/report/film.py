@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Collection, Iterable
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import VideoError
+from abs_engine.io.files import scratch
 from abs_engine.io.video import VideoWriter
 from abs_engine.report.colours import TRUTH_ON_PICTURES, rgb
 from abs_engine.report.data import Film, FloatArray
@@ -43,12 +42,14 @@ def shorten(
     ------
     VideoError
         If the video is shorter than the film is to be, or ends before a wanted frame.
+    OutputError
+        If temporary files cannot be written.
     """
     last = max([frames - 1, *wanted])
     kept: dict[int, Image] = {}
     size, number = (0, 0), -1
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "film.mp4"
+    with scratch() as folder:
+        path = folder / "film.mp4"
         writer: VideoWriter | None = None
         try:
             for number, picture in enumerate(pictures):

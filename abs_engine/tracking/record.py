@@ -66,6 +66,7 @@ _LAYOUT: Layout = {
     "closed": truth("T"),
     **dict.fromkeys(("covered", "contradicted"), truth("T", optional=True)),
     **dict.fromkeys(_MEASURES, _OF_FRAME),
+    "evaluations": whole("T", low=0),
     "status": text("T"),
     "protrusion": _MORE,
     **dict.fromkeys((*LANDMARK_MEASURES, *NAMES, "closed_probability"), _MORE),

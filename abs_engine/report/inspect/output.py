@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.io.files import png, unwritable, write_new
+from abs_engine.io.files import png, scratch, write_new
 from abs_engine.io.video import VideoWriter
 
 Image = NDArray[np.uint8]
@@ -55,22 +54,19 @@ def write_film(path: Path, frames: Iterable[Image], rate: float) -> int:
         If the file exists or cannot be written.
     """
     count, writer = 0, None
-    try:
-        with tempfile.TemporaryDirectory(prefix="abs_engine-") as folder:
-            made = Path(folder) / "film.mp4"
-            try:
-                for frame in frames:
-                    even = _even(frame)
-                    if writer is None:
-                        writer = VideoWriter(made, (even.shape[1], even.shape[0]), rate)
-                    writer.write(even)
-                    count += 1
-            finally:
-                if writer is not None:
-                    writer.close()
-            write_new(path, made.read_bytes())
-    except OSError as error:
-        raise unwritable(path, error) from error
+    with scratch() as folder:
+        made = folder / "film.mp4"
+        try:
+            for frame in frames:
+                even = _even(frame)
+                if writer is None:
+                    writer = VideoWriter(made, (even.shape[1], even.shape[0]), rate)
+                writer.write(even)
+                count += 1
+        finally:
+            if writer is not None:
+                writer.close()
+        write_new(path, made.read_bytes())
     return count
 
 

@@ -76,7 +76,7 @@ def _open(path: Path) -> praat.Textgrid:
         raise InputFileError(
             f"{path} cannot be read: {reason}", "correct it in Praat and save it as text"
         ) from error
-    except (ValueError, LookupError, AttributeError, TypeError, OSError) as error:
+    except (ValueError, LookupError, AttributeError, TypeError, OSError, RecursionError) as error:
         raise InputFileError(
             f"{path} is not a TextGrid", "save it from Praat as a text file in UTF-8"
         ) from error

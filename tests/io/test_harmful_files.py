@@ -1,0 +1,151 @@
+"""Whatever is in a file, a reader takes it or refuses it by a named error, in one line.
+
+`tests/mutate_readers.py` does the same by hand with thousands of files for each reader.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays_of
+from mutations import mutation
+from readable import READERS, Reader, came_of, problem
+
+from abs_engine.core.errors import AbsEngineError, InputFileError, ModelFormatError
+from abs_engine.io.arrays import check_arrays, index, of_json, real, text, truth, whole
+from abs_engine.io.inputs import MOST, parse_json, to_number
+from abs_engine.io.pictures import read_image
+
+EVERY = settings(deadline=None, database=None, derandomize=True)
+FEW, MORE = settings(EVERY, max_examples=10), settings(EVERY, max_examples=40)
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
+def test_a_file_that_was_changed_is_refused_or_still_one_of_its_kind(
+    reader: Reader, tmp_path: Path
+) -> None:
+    path, content = reader.put(tmp_path)
+    found = reader.read(path)
+    assert "*" in reader.unread or problem(found, reader.gaps) == ""
+
+    @FEW
+    @given(seed=st.integers(0, 2**32 - 1))
+    def holds(seed: int) -> None:
+        change = mutation(content, path.suffix[1:], np.random.default_rng(seed))
+        assert came_of(reader, path, change) in ("refused", "accepted"), change.what
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        holds()
+
+
+ANY = arrays_of.arrays(
+    st.one_of(
+        arrays_of.floating_dtypes(), arrays_of.integer_dtypes(), arrays_of.boolean_dtypes(),
+        arrays_of.complex_number_dtypes(), arrays_of.unicode_string_dtypes(max_len=3),
+        arrays_of.byte_string_dtypes(max_len=3), arrays_of.datetime64_dtypes(),
+    ),
+    arrays_of.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3),
+)  # fmt: skip
+LAYOUT = {
+    "vertices": real("V", 3, dtype=np.float32),
+    "faces": index("V", "F*", 3),
+    "seen": truth("F*"),
+    "names": text("V"),
+    "gap": real("V?", gaps=True),
+    "count": whole(low=0, high=9),
+}
+
+
+@MORE
+@given(st.dictionaries(st.sampled_from(sorted(LAYOUT)), ANY, max_size=2))
+def test_arrays_are_what_the_layout_says_or_refused(changed: dict[str, np.ndarray]) -> None:
+    good = {
+        "vertices": np.zeros((2, 3)), "faces": np.zeros((1, 3), int), "seen": np.ones(1, bool),
+        "names": np.array(["a", "b"]), "gap": np.array([np.nan, 1]), "count": np.array(3),
+    }  # fmt: skip
+    try:
+        found = check_arrays(Path("a.npz"), good | changed, LAYOUT, "make it again")
+    except ModelFormatError:
+        return
+    vertices, facets = len(found["vertices"]), len(found["faces"])
+    assert found["vertices"].shape == (vertices, 3)
+    assert found["faces"].shape == (facets, 3)
+    assert found["seen"].shape == (facets,)
+    assert found["names"].shape == (vertices,)
+    assert found["gap"].shape in ((vertices,), (0,))
+    assert ((found["faces"] >= 0) & (found["faces"] < vertices)).all()
+    assert (abs(found["vertices"]) <= MOST).all()
+    assert not np.isinf(found["gap"]).any()
+    assert 0 <= found["count"] <= 9
+    kinds = {name: values.dtype.kind for name, values in found.items()}
+    assert kinds == {
+        "vertices": "f", "faces": "i", "seen": "b", "names": "U", "gap": "f", "count": "i"
+    }  # fmt: skip
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner),
+    max_leaves=12,
+)
+
+
+@MORE
+@given(VALUES)
+def test_json_gives_finite_numbers_or_none(value: object) -> None:
+    try:
+        found = parse_json(json.dumps(value))
+    except ValueError:
+        assert not _is_finite(value)
+        return
+    assert found == value
+    assert of_json(found).dtype.kind in "OUbif"
+
+
+def _is_finite(value: object) -> bool:
+    if isinstance(value, float):
+        return math.isfinite(value)
+    inner = value.values() if isinstance(value, dict) else value
+    return not isinstance(value, (dict, list)) or all(map(_is_finite, inner))
+
+
+@pytest.mark.parametrize("depth", [41, 500, 200_000])
+@pytest.mark.parametrize("brackets", ["[]", '{"a":}'])
+def test_json_that_nests_too_deep_is_refused(depth, brackets):
+    text = brackets[:-1] * depth + "1" + brackets[-1] * depth
+    with pytest.raises(ValueError, match="too deep"):
+        parse_json(text)
+
+
+@MORE
+@given(st.text(max_size=8) | st.floats().map(repr) | st.integers().map(str))
+def test_a_cell_is_a_finite_number_or_refused(cell: str) -> None:
+    try:
+        assert abs(to_number(cell)) <= MOST
+    except ValueError:
+        return
+
+
+def test_a_picture_is_refused_by_its_stated_size_and_by_that_of_a_chunk(tmp_path):
+    reader = next(r for r in READERS if r.name == "picture, PNG")
+    path, content = reader.put(tmp_path)
+    wide = content[:16] + (60_000).to_bytes(4) * 2 + content[24:]
+    at = content.index(b"IDAT")
+    long = content[: at - 4] + b"\xff\xff\xff\xff" + content[at:]
+    for harmful in (wide, long):
+        path.write_bytes(harmful)
+        with pytest.raises(InputFileError, match="is not a readable picture"):
+            read_image(path)
+
+
+def test_an_error_is_one_line_that_a_terminal_can_show():
+    error = AbsEngineError("it says 'a\n\x1b[2J\ud800'", "look\tat it")
+    assert str(error) == "it says 'a ?[2J?'; look at it"
