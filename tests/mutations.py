@@ -112,7 +112,7 @@ def of_arrays(content: bytes, rng: Rng) -> Mutation:
     """An array of another kind, shape or range, or with NaN or infinity in it."""
     with np.load(io.BytesIO(content)) as archive:
         arrays: dict[str, Any] = dict(archive)
-    names = [name for name in arrays if name not in ("format", "version")]
+    names = [name for name in arrays if name not in ("format", "version") and arrays[name].size]
     name = names[rng.integers(len(names))]
     changed = list(_array_changes(arrays[name], rng))
     what, value, wrong = changed[rng.integers(len(changed))]

@@ -181,6 +181,10 @@ MARKERS = ("points", "residual")
 MOVED = ("rotations", "translations", "mirror")
 CURVES = ("weights", "rotations", "curves", "aperture", "width", "protrusion")
 SPEAKER = ("outer_lip", "inner_lip_upper", "inner_lip_lower", "class_names", "nose_tip", "chin")
+TALKING = (
+    *("lips", "marks", "regions", "scene.texture", "tex_lin.common", "la_lin.left_out"),
+    *(f"rings.{name}" for name in ("outer", "upper", "lower", "points", "corners")),
+)
 TRUE = ("identity_weights", "outer_lip", "outer_lip_20", "class_names")
 NULLS = ('"" for number', "null for number", "null for str", "null for list", "null for dict")
 FACE = ("seen", "noise_between", "noise_within", "cheeks", "expression_mixing")
@@ -198,6 +202,8 @@ READERS = (
            empty=("look", "seen", "noise_between", "noise_within")),
     Reader("kind of a model", "me.face", whole.speaker_face, "tracking.model_file:model_of_file",
            unread=("*",)),
+    Reader("talking face", "face.npz", whole.talking_face, "face.talking_file:load_talking",
+           free=TALKING, empty=("tex_lin.modes", "tex_lin.common", "la_lin.modes")),
     Reader("trained lips", "lips.npz", whole.physics, "face.shape.modal:load_physics",
            empty=("noise_variances",)),
     Reader("articulatory model", "model.npz", whole.articulatory,

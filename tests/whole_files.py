@@ -359,6 +359,18 @@ def speaker_face(_: Path) -> bytes:
     )  # fmt: skip
 
 
+def talking_face(folder: Path) -> bytes:
+    from talkers import learned_face
+
+    from abs_engine.face.talking_file import save_talking
+
+    path = folder / "made.npz"
+    save_talking(path, learned_face(), "clara", "0123456789abcdef")
+    content = path.read_bytes()
+    path.unlink()
+    return content
+
+
 def view_points(_: Path) -> bytes:
     pixels, seen = np.ones((T, 68, 2)), np.ones((T, 68), bool)
     return npz(

@@ -22,7 +22,7 @@ from abs_engine.face.base import RINGS
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.talking import TalkingFace
-from abs_engine.io.inputs import name_problem
+from abs_engine.io.inputs import MOST, name_problem
 from abs_engine.io.npz import read_npz, write_npz
 
 T = TypeVar("T")
@@ -166,9 +166,10 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
 def _stored(data: _Arrays) -> StoredTalker:
     """Content of the arrays; `ParameterError` where that is not whole."""
     for name, values in data.items():
-        if values.dtype.kind == "f" and not np.isfinite(values).all():
+        if values.dtype.kind == "f" and not (np.abs(values) <= MOST).all():
             raise ParameterError(f"'{name}' holds what is not finite", _LEARN)
-    person, speaker = (str(data.take(name, "U").item()) for name in ("person", "speaker"))
+    data.check({"person": "", "speaker": ""})
+    person, speaker = (str(data[name]) for name in ("person", "speaker"))
     face, problem = _face(data), name_problem("person", person)
     wrong = [problem] if problem else [what for what, fits in _fits(face).items() if not fits]
     if wrong:
@@ -180,9 +181,10 @@ def _face(data: _Arrays) -> TalkingFace:
     tex_lin = _model(data.part("tex_lin"), TextureModel.from_arrays, TextureModel.arrays)
     la_lin = _model(data.part("la_lin"), LocalModel.from_arrays, LocalModel.arrays)
     tex_cst, la_cst = tex_lin.constant(), la_lin.constant()
-    if not data.take("tex_cst_is_constant_tex_lin", "b"):
+    data.check({f"{name}_is_constant_{linear}": True for name, linear in _TWINS.items()})
+    if not data["tex_cst_is_constant_tex_lin"]:
         tex_cst = _model(data.part("tex_cst"), TextureModel.from_arrays, TextureModel.arrays)
-    if not data.take("la_cst_is_constant_la_lin", "b"):
+    if not data["la_cst_is_constant_la_lin"]:
         la_cst = _model(data.part("la_cst"), LocalModel.from_arrays, LocalModel.arrays)
     scale = float(data.take("la_scale", "f"))
     return TalkingFace(_shape(data), tex_lin, tex_cst, la_lin, la_cst, scale)
@@ -311,6 +313,7 @@ def _fits(face: TalkingFace) -> dict[str, bool]:
             )
         ),
         "a texture is empty": shape.scene.texture.size > 0 and face.tex_lin.base.size > 0,
+        "a texel was seen in fewer frames than none": bool((face.tex_lin.frames >= 0).all()),
         "a facet has no region": int(shape.scene.facet_class.max()) < len(shape.regions),
         "appearance depends on other parameters than the model's": all(
             len(model.modes) in (0, count) for model in (face.tex_lin, face.tex_cst, *local)
