@@ -83,12 +83,13 @@ def write_run(folder: Path) -> Path:
         load_speaker().faces,
     ).save(folder)
     rows = np.where(found[:, None], 1.0, np.nan)
-    each = {name: np.zeros(3) for name in ("width", "aperture", "value", "score", "evaluations")}
+    each = {name: np.zeros(3) for name in ("width", "aperture", "value", "score")}
     np.savez(
         folder / "results.npz",
         format=FORMAT,
         version=VERSION,
         **each,
+        evaluations=np.zeros(3, int),
         index=np.arange(3),
         time=np.arange(3) / RATE,
         found=found,

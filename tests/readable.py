@@ -203,7 +203,7 @@ READERS = (
     Reader("kind of a model", "me.face", whole.speaker_face, "tracking.model_file:model_of_file",
            unread=("*",)),
     Reader("talking face", "face.npz", whole.talking_face, "face.talking_file:load_talking",
-           free=TALKING, empty=("tex_lin.modes", "tex_lin.common", "la_lin.modes")),
+           free=TALKING, empty=("tex_lin.modes", "tex_lin.common", "la_lin.modes", "la_lin.left_out")),
     Reader("trained lips", "lips.npz", whole.physics, "face.shape.modal:load_physics",
            empty=("noise_variances",)),
     Reader("articulatory model", "model.npz", whole.articulatory,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import resource
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -149,3 +151,14 @@ def write_speaker(path: Path, **changes: object) -> Path:
         arrays = {name: archive[name] for name in archive.files}
     np.savez(path, **(arrays | changes))
     return path
+
+
+@contextmanager
+def full(size: int) -> Iterator[None]:
+    """No file can be longer than so many bytes, as on a disk with that much space left."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)

@@ -38,20 +38,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted; 141, without a word, when what reads stdout (such as `head`) has closed it.
     """
     _open_what_is_closed()
+    status = 0
     try:
-        try:
-            return _run(arguments)
-        finally:
-            print(
-                end="", flush=True
-            )  # so that a closed pipe shows here, not as the interpreter ends
+        status = _run(arguments)
+        print(end="", flush=True)  # so that a closed pipe shows here, not as the interpreter ends
+        return status
     except OSError as error:
         if not _is_lost():
             raise
         _let_stdout_go()
         if isinstance(error, BrokenPipeError):
             return NOT_READ
-        return _complain(f"stdout cannot be written ({error.strerror}); send it elsewhere")
+        return status or _complain(
+            f"stdout cannot be written ({error.strerror}); send it elsewhere"
+        )
 
 
 def _run(arguments: Sequence[str] | None) -> int:

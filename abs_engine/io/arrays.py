@@ -169,7 +169,7 @@ class _Check:
             lost = np.isnan(numbers) if wanted.gaps else np.zeros(numbers.shape, np.bool_)
             known = np.isfinite(numbers)
             if not (known | lost).all():
-                return "holds what is not finite"
+                return "holds infinity" if wanted.gaps else "holds NaN or infinity"
             numbers = numbers[known]
         low, high = self._range(wanted)
         if not numbers.size:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from drawn import lit
 from heads import seen_at
-from runs import write_kind, write_noise
+from runs import full, write_kind, write_noise
 
 from abs_engine.cli import COMPLETE, main
 from abs_engine.cli.commands.track import track
@@ -58,6 +58,17 @@ def test_the_video_of_a_run_is_found_from_elsewhere(tracked, tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     assert main(["report", str(folder / "run"), "-o", "page.html", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"output": "page.html"}
+
+
+def test_a_run_that_does_not_fit_on_the_disk_gets_no_name(tracked, tmp_path, capsys):
+    video, run = tracked[0] / "talk.mp4", tmp_path / "run"
+    with full(2000):
+        assert main(["track", str(video), "-o", str(run), "--renderer", "cpu", "--quiet"]) == 2
+    assert capsys.readouterr().err.splitlines() == [
+        f"abs-engine: error: {run} cannot be written (File too large); choose a place of yours, "
+        "with space left"
+    ]
+    assert not run.exists()
 
 
 def given(*words: str) -> dict[str, object]:

@@ -350,7 +350,7 @@ FAULTS = {
     ),
     "too few arrays": (arrays(lambda d: d.pop("gap")), "lacks gap"),
     "arrays of other frames": (arrays(lambda d: d.update(gap=d["gap"][1:])), "'gap' of"),
-    "NaN": (arrays(lambda d: d["rotations"].__setitem__((2, 1), np.nan)), "not finite"),
+    "NaN": (arrays(lambda d: d["rotations"].__setitem__((2, 1), np.nan)), "NaN or infinity"),
     "a frame missing": (remove("talk/front/ids/000003.png"), "ids: frame 3: a picture is missing"),
     "a card missing": (remove("README.md"), "README.md: the file is missing"),
     "a video missing": (remove("talk/side/video.mp4"), "talk/side/video.mp4: the file is missing"),

@@ -162,7 +162,7 @@ def test_an_array_that_is_missing(tmp_path):
 def test_vertices_that_are_not_numbers(tmp_path, speaker):
     vertices = speaker.vertices.copy()
     vertices[7] = np.nan
-    with pytest.raises(ModelFormatError, match="holds what is not finite"):
+    with pytest.raises(ModelFormatError, match="holds NaN or infinity"):
         load_speaker(write_speaker(tmp_path / "head.npz", vertices=vertices))
 
 
