@@ -108,6 +108,9 @@ def test_other_files_and_missing_units_are_named(tmp_path):
         play_recording(read_livelink(path), ("jawOpen", "tongueOut"), 25.0)
     with pytest.raises(ParameterError, match="frame rate"):
         play_recording(read_livelink(path), UNITS, 0.0)
+    path = written(tmp_path, "0:0:0:0,61,0,0,0,0,0,0", "999999999:0:0:0,61,0,0,0,0,0,0")
+    with pytest.raises(ParameterError, match="correct its timecodes"):
+        play_recording(read_livelink(path), UNITS, 25.0)
 
 
 def test_a_real_recording_drives_the_head(data_dir):

@@ -184,7 +184,7 @@ def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator
         flat = {a["image_id"]: np.array(a["keypoints"], np.float64) for a in data["annotations"]}
         boxes |= {a["image_id"]: (list(a["bbox"]), a["area"]) for a in data["annotations"]}
         names, images = data["categories"][0]["keypoints"], len(data["images"])
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, OverflowError) as error:
         yield Finding(name, "is not a COCO keypoints file", str(error)[:80])
         return
     if images != len(truth) or names != keypoint_names():

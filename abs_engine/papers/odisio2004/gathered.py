@@ -9,8 +9,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker
+from abs_engine.io.inputs import parse_json
 
 STAGES = "stages"
 """Folder of the stages that an interrupted run finished."""
@@ -128,7 +130,7 @@ class Report:
         """
         path = self.folder / STAGES / f"{name}.json"
         if path.is_file():
-            told = json.loads(path.read_text(encoding="utf-8"))
+            told = _stage(path)
         else:
             own, started = replace(self, results={}, figures=[]), time.perf_counter()
             make(own)
@@ -141,3 +143,12 @@ class Report:
         self.results |= told["results"]
         self.results.setdefault("stage_seconds", {})[name] = told["seconds"]
         self.figures += [(address, caption) for address, caption in told["figures"]]
+
+
+def _stage(path: Path) -> dict[str, Any]:
+    """What an interrupted run found of a part."""
+    try:
+        told = parse_json(path.read_text(encoding="utf-8"), gaps=True)
+        return {name: told[name] for name in ("results", "figures", "seconds")}
+    except (ValueError, LookupError, TypeError) as error:
+        raise InputFileError(f"{path} is no part of a run", "remove it") from error

@@ -17,6 +17,8 @@ from abs_engine.studio.speech.articulate import Speech, check_rate
 
 FloatArray = NDArray[np.float64]
 
+MOST_FRAMES = 1_000_000
+"""Of a recording that is played: nine hours at 30 frames a second."""
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 
 
@@ -93,7 +95,7 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
     Raises
     ------
     ParameterError
-        If the recording lacks a unit, or the rate is not positive.
+        If the recording lacks a unit, lasts too long, or the rate is not positive.
     """
     known = {name.lower(): i for i, name in enumerate(recording.unit_names)}
     lacking = [name for name in unit_names if name.lower() not in known]
@@ -102,6 +104,12 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
             f"the recording has no '{lacking[0]}'", "record all 52 ARKit face units"
         )
     check_rate(rate)
+    if recording.times[-1] * rate > MOST_FRAMES:
+        raise ParameterError(
+            f"the recording lasts {recording.times[-1] / 3600:.1f} h, more than {MOST_FRAMES} "
+            f"frames at {rate:g} a second",
+            "correct its timecodes, or cut it",
+        )
     times = np.arange(int(recording.times[-1] * rate + 1e-6) + 1) / rate
     picked = recording.weights[:, [known[name.lower()] for name in unit_names]]
     weights = np.stack([np.interp(times, recording.times, c) for c in picked.T], axis=1)
