@@ -106,7 +106,7 @@ def refuse_infinite(path: Path, names: tuple[str, ...], points: FloatArray) -> N
     frames, which = np.nonzero((np.abs(points) > MOST).any(axis=2))
     if len(frames):
         raise InputFileError(
-            f"{path}: '{names[which[0]]}' is infinite, or as good as that, in frame {frames[0]}",
+            f"{path}: '{names[which[0]]}' is out of all bounds in frame {frames[0]}",
             "leave its place empty where a point is missing",
         )
 

@@ -191,7 +191,7 @@ def nowhere(points: np.ndarray) -> np.ndarray:
     ("points", "more", "said"),
     [
         (lambda p: p[:2], (), "2 visemes for 2 parameters"),
-        (infinite, (), "'p1' is infinite in frame 2"),
+        (infinite, (), "'p1' is out of all bounds in frame 2"),
         (nowhere, ("--missing", "impute"), "viseme 'v$2$': 0 points do not determine"),
         (lambda p: p[:, :, :] * 0 + p[:1], (), "nothing left to explain"),
         (lambda p: p, ("--without", "p50"), "neither a viseme nor a point 'p50'"),
