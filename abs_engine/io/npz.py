@@ -26,8 +26,10 @@ BROKEN = (ValueError, TypeError, OSError, EOFError, RuntimeError, OverflowError,
           tokenize.TokenError)  # fmt: skip
 """What NumPy and the ZIP reader raise at what is no archive, or one that is cut, damaged,
 encrypted, packed in another way, holds pickles, or claims more numbers than any memory holds."""
-LARGEST = 1 << 29
-"""Bytes of all arrays of a file together, once unpacked."""
+LARGEST = 1 << 28
+"""Bytes that all arrays of a file together may unpack to."""
+TIMES = 20
+"""What they may unpack to of a larger file, such as the run of an hour: as often its own size."""
 MOST_ARRAYS = 1 << 12
 """Arrays in a file."""
 _TAKEN = {"format", "version", "file", "allow_pickle"}
@@ -196,7 +198,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     Raises
     ------
     InputFileError
-        If the file is missing, no NPZ archive, or unpacks to more than `LARGEST`.
+        If the file is missing, no NPZ archive, or unpacks to more than `LARGEST` and `TIMES` say.
     """
     try:
         with _archive(path) as archive:
@@ -216,7 +218,7 @@ def _archive(path: Path) -> Iterator[np.lib.npyio.NpzFile]:
     check_file(path)
     with zipfile.ZipFile(path) as directory:
         sizes = [entry.file_size for entry in directory.infolist()]
-    if sum(sizes) > LARGEST or len(sizes) > MOST_ARRAYS:
+    if sum(sizes) > max(LARGEST, TIMES * path.stat().st_size) or len(sizes) > MOST_ARRAYS:
         raise InputFileError(
             f"{path} unpacks to {sum(sizes) / 1e9:.1f} GB in {len(sizes)} arrays: too much",
             "check where it is from",

@@ -101,11 +101,16 @@ def test_complex_numbers_are_refused(tmp_path: Path):
         read_npz(tmp_path / "c.npz", KIND, VERSION)
 
 
-def test_what_unpacks_to_more_than_is_read_is_refused_by_the_directory(whole, monkeypatch):
+def test_what_unpacks_to_more_than_is_read_is_refused_by_the_directory(tmp_path, monkeypatch):
     monkeypatch.setattr(npz, "LARGEST", 10_000)
+    kind = {"format": KIND, "version": VERSION}
+    np.savez(tmp_path / "whole.npz", **kind, numbers=np.zeros(10_000))
+    assert read_npz(tmp_path / "whole.npz", KIND, VERSION)["numbers"].size == 10_000
+    np.savez_compressed(tmp_path / "bomb.npz", **kind, numbers=np.zeros(10_000))
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("was unpacked"))
-    with pytest.raises(InputFileError, match="unpacks to"):
-        read_npz(whole, KIND, VERSION)
+    for read in (lambda p: read_npz(p, KIND, VERSION), npz.read_kind):
+        with pytest.raises(InputFileError, match="unpacks to"):
+            read(tmp_path / "bomb.npz")
 
 
 def test_a_header_that_is_not_closed_is_refused(tmp_path):
