@@ -134,9 +134,13 @@ def test_a_cell_is_a_finite_number_or_refused(cell: str) -> None:
         return
 
 
+def _part(name: str, tmp_path: Path) -> tuple[Reader, Path, bytes]:
+    reader = next(r for r in READERS if r.name == name)
+    return reader, *reader.put(tmp_path)
+
+
 def test_a_picture_is_refused_by_its_stated_size_and_by_that_of_a_chunk(tmp_path):
-    reader = next(r for r in READERS if r.name == "picture, PNG")
-    path, content = reader.put(tmp_path)
+    _, path, content = _part("picture, PNG", tmp_path)
     wide = content[:16] + (60_000).to_bytes(4) * 2 + content[24:]
     at = content.index(b"IDAT")
     long = content[: at - 4] + b"\xff\xff\xff\xff" + content[at:]
@@ -149,3 +153,20 @@ def test_a_picture_is_refused_by_its_stated_size_and_by_that_of_a_chunk(tmp_path
 def test_an_error_is_one_line_that_a_terminal_can_show():
     error = AbsEngineError("it says 'a\n\x1b[2J\ud800'", "look\tat it")
     assert str(error) == "it says 'a ?[2J?'; look at it"
+
+
+def test_metadata_of_a_video_need_not_be_text(tmp_path):
+    reader, path, content = _part("video, what it is", tmp_path)
+    assert b"Lavf" in content
+    path.write_bytes(content.replace(b"Lavf", b"\xff\xfe\xc3\x28"))
+    assert reader.read(path).frames == 6
+
+
+@pytest.mark.parametrize("processor", [0, 83, 87, 255])
+def test_a_c3d_file_of_an_unknown_processor_is_refused(processor, tmp_path):
+    reader, path, content = _part("markers, C3D", tmp_path)
+    at = (content[0] - 1) * 512 + 3
+    assert content[at] == 84
+    path.write_bytes(content[:at] + bytes([processor]) + content[at + 1 :])
+    with pytest.raises(InputFileError, match="is not a C3D file that can be read"):
+        reader.read(path)
