@@ -191,7 +191,6 @@ def nowhere(points: np.ndarray) -> np.ndarray:
     ("points", "more", "said"),
     [
         (lambda p: p[:2], (), "2 visemes for 2 parameters"),
-        (infinite, (), "'p1' is out of all bounds in frame 2"),
         (nowhere, ("--missing", "impute"), "viseme 'v$2$': 0 points do not determine"),
         (lambda p: p[:, :, :] * 0 + p[:1], (), "nothing left to explain"),
         (lambda p: p, ("--without", "p50"), "neither a viseme nor a point 'p50'"),
@@ -202,9 +201,23 @@ def nowhere(points: np.ndarray) -> np.ndarray:
         (lambda p: p, ("--predictors", "/dev"), "/dev is not a file"),
     ],
 )
-@pytest.mark.parametrize("kind", ["csv", "npz"])  # infinity cannot be written to a C3D file
+@pytest.mark.parametrize("kind", ["csv", "npz"])
 def test_bad_input_is_one_line(tmp_path, capsys, points, more, said, kind):
-    words = [*written(tmp_path, points(recorded()[1]), kind), *more]
+    check_refused(tmp_path, capsys, [*written(tmp_path, points(recorded()[1]), kind), *more], said)
+
+
+@pytest.mark.parametrize(  # infinity cannot be written to a C3D file
+    ("kind", "said"),
+    [
+        ("csv", "frame 3: 'inf' is not a number"),
+        ("npz", "'p1' is out of all bounds in frame 2"),
+    ],
+)
+def test_infinity_is_refused(tmp_path, capsys, kind, said):
+    check_refused(tmp_path, capsys, written(tmp_path, infinite(recorded()[1]), kind), said)
+
+
+def check_refused(tmp_path, capsys, words, said):
     before = sorted(tmp_path.rglob("*"))
     assert main(words) == 2
     (line,) = capsys.readouterr().err.splitlines()
