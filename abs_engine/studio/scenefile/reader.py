@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 import re
 import types
 import typing
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.io.inputs import parse_toml
+from abs_engine.io.inputs import MOST, parse_toml
 from abs_engine.studio.scenefile.scene import FORMAT, VERSION, SceneFile
 
 OTHER_NAMES: dict[str, tuple[str, ...]] = {
@@ -193,7 +192,7 @@ def _name(item: Any, number: int) -> str:
 
 
 def _convert_plain(kind: Any, value: Any, where: str) -> Any:
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+    if kind is float and type(value) is int and abs(value) <= MOST:
         value = float(value)
     wanted = {
         float: "a number",
@@ -201,7 +200,7 @@ def _convert_plain(kind: Any, value: Any, where: str) -> Any:
         str: "text in quotes",
         bool: "true or false",
     }
-    if type(value) is not kind or (kind is float and not math.isfinite(value)):
+    if type(value) is not kind or (kind is float and not abs(value) <= MOST):
         raise ParameterError(f"{where} is {_show(value)}", f"give {wanted[kind]}")
     return value
 
