@@ -1,0 +1,104 @@
+"""Hands results on at a constant delay after their frames were taken; late ones are dropped."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+
+from abs_engine.tracking.clip_setting import FrameResult
+from abs_engine.tracking.frame_state import Shot
+
+
+@dataclass(frozen=True, eq=False)
+class Released:
+    """A result as it is handed on.
+
+    Parameters
+    ----------
+    shot : Shot
+    result : FrameResult
+    delay : float
+        Seconds since the frame was taken.
+    dropped : int
+        Frames before it that were not handed on.
+    """
+
+    shot: Shot
+    result: FrameResult
+    delay: float
+    dropped: int
+
+
+class Release:
+    """Hands results on from a thread of its own; a context manager that waits for the last.
+
+    Parameters
+    ----------
+    start : float
+        What times of shots count from, by `time.monotonic`.
+    delay : float
+        Seconds from a frame to its result. What is not there by then is dropped.
+    hand_on : callable
+        Given each result in its time.
+
+    Attributes
+    ----------
+    count : int
+        Results that were handed on.
+    """
+
+    def __init__(self, start: float, delay: float, hand_on: Callable[[Released], None]) -> None:
+        self.count = 0
+        self._start, self._delay, self._hand_on = start, delay, hand_on
+        self._waiting: queue.SimpleQueue[tuple[Shot, FrameResult] | None] = queue.SimpleQueue()
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="release", daemon=True)
+        self._thread.start()
+
+    def add(self, shot: Shot, result: FrameResult) -> None:
+        """Take the next result.
+
+        What handing on one before has raised is raised here.
+        """
+        if self._error is not None:
+            raise self._error
+        if time.monotonic() <= self._start + shot.time + self._delay:
+            self._waiting.put((shot, result))
+
+    def _run(self) -> None:
+        try:
+            while (item := self._waiting.get()) is not None:
+                self._release(*item)
+        except BaseException as error:  # noqa: BLE001 - raised again by whoever adds
+            self._error = error
+
+    def _release(self, shot: Shot, result: FrameResult) -> None:
+        taken = self._start + shot.time
+        left = taken + self._delay - time.monotonic()
+        if left > 0:
+            time.sleep(left)
+        elif left < -_SLACK:
+            return  # whoever takes them was too slow
+        self._hand_on(Released(shot, result, time.monotonic() - taken, shot.index - self.count))
+        self.count += 1
+
+    def __enter__(self) -> Release:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._waiting.put(None)
+        self._thread.join()
+        if kind is None and self._error is not None:
+            raise self._error
+
+
+_SLACK = 0.01  # seconds by which a result may be handed on late
