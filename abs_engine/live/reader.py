@@ -23,22 +23,21 @@ class Reader:
         Frames so far.
     start : float
         When the first was taken, by `time.monotonic`: times of shots count from there.
-    ended : bool
-        Whether there are no more; the newest may still wait to be taken.
+    ended, stopped : bool
+        Whether there are no more, the newest may still wait to be taken; and whether by `stop`.
     error : AbsEngineError or None
         Why, where the feed broke off.
     """
 
     def __init__(self, feed: Feed) -> None:
         self.count, self.start = 0, float("nan")
-        self.ended, self.error = False, None
+        self.ended = self.stopped = False
+        self.error: AbsEngineError | None = None
         self._feed = feed
         self._changed = threading.Condition()
         self._newest: Shot | None = None
         self._kept: list[Shot] | None = None
         threading.Thread(target=self._run, name="reader", daemon=True).start()
-
-    error: AbsEngineError | None
 
     def collect(self, seconds: float) -> tuple[Shot, ...]:
         """All frames of the next seconds; fewer where they end."""
@@ -66,7 +65,8 @@ class Reader:
     def stop(self) -> None:
         """Take no more frames."""
         with self._changed:
-            self.ended, self._newest = True, None
+            self.ended = self.stopped = True
+            self._newest = None
             self._changed.notify_all()
 
     def _run(self) -> None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
-from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.errors import FaceNotFoundError, VideoError
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
 from abs_engine.io.video import VideoInfo
@@ -18,47 +17,45 @@ from abs_engine.tracking.options import ClipTracker, Tell, TrackOptions
 from abs_engine.tracking.run import clip_of, prepare_clip
 
 
-@dataclass(frozen=True)
-class Pace:
-    """How long a live session may take.
+def learned(
+    feed: Feed,
+    reader: Reader,
+    renderer: Renderer,
+    options: TrackOptions,
+    seconds: float,
+    tell: Tell,
+) -> ClipTracker:
+    """What is known of the person, once a face is seen; frames that come meanwhile are dropped.
 
     Parameters
     ----------
-    learn : float
-        Seconds of the first frames with a face, from which the person is learned.
-    delay : float
-        Seconds from a frame to its result.
-    """
-
-    learn: float = 2.0
-    delay: float = 0.12
-
-
-def learned(
-    feed: Feed, reader: Reader, renderer: Renderer, options: TrackOptions, pace: Pace, tell: Tell
-) -> ClipTracker:
-    """What is known of the person once a face was seen; frames that come meanwhile are dropped.
+    feed : Feed
+    reader : Reader
+        Of it.
+    renderer : Renderer
+    options : TrackOptions
+        Of a head that is found from landmarks.
+    seconds : float
+        How long what is learned from lasts.
+    tell : callable
+        Called with what is begun, in a few words.
 
     Raises
     ------
     FaceNotFoundError
         If the feed ends before a face is seen.
     AbsEngineError
-        As `prepare_clip`.
+        As `prepare`.
     """
-    info = VideoInfo(feed.size, feed.rate, 0)
-    waiting = False
+    info, waiting = VideoInfo(feed.size, feed.rate, 0), False
     while True:
-        shown = tuple(shot.image for shot in reader.collect(pace.learn))
+        shown = tuple(shot.image for shot in reader.collect(seconds))
         if not shown:
-            raise reader.error or FaceNotFoundError(
-                f"{feed.name} has ended before a face was seen", "show a frontal face for longer"
-            )
+            remedy = "show a frontal face for some seconds"
+            raise reader.error or FaceNotFoundError(f"{feed.name} showed no face", remedy)
+        clip = clip_of(Path(feed.name), info, options, shown)
         try:
-            said = _nothing if waiting else tell
-            return prepare_clip(
-                clip_of(Path(feed.name), info, options, shown), renderer, options, said
-            )
+            return prepare_clip(clip, renderer, options, _nothing if waiting else tell)
         except FaceNotFoundError:
             if not waiting:
                 tell("no face is seen; waiting for one")
@@ -72,10 +69,46 @@ def _nothing(_stage: str) -> None:
 def follow(
     tracker: ClipTracker, reader: Reader, delay: float, hand_on: Callable[[Released], None]
 ) -> int:
-    """Track the newest frame until there are no more; the number of results handed on."""
+    """Track the newest frame until there are no more.
+
+    Parameters
+    ----------
+    tracker : ClipTracker
+    reader : Reader
+    delay : float
+        Seconds from a frame to its result.
+    hand_on : callable
+        Given each result in its time, from another thread.
+
+    Returns
+    -------
+    int
+        Results that were handed on.
+
+    Raises
+    ------
+    VideoError
+        If there was none.
+    """
     with Release(reader.start, delay, hand_on) as release:
         found = track_shots(tracker.setting, reader.shots(), tracker.memory, depth=1)
         with closed_after(found):
             for shot, result in found:
                 release.add(shot, result)
+    if release.count == 0 and not reader.stopped:
+        raise VideoError(
+            f"all {reader.count} frames had gone by before one was tracked in time",
+            "play a file longer (--repeat), allow a longer --delay, or give a learned --model",
+        )
     return release.count
+
+
+def ending(feed: Feed, reader: Reader) -> tuple[str, bool]:
+    """Why there are no more frames, in a line, and whether that is a fault."""
+    if reader.stopped:
+        return "stopped", False
+    if reader.error is not None:
+        return str(reader.error), True
+    if feed.lost:
+        return f"{feed.name} gives no more frames: is it unplugged?", True
+    return f"{feed.name} has ended", False

@@ -6,58 +6,92 @@ import json
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
+from abs_engine.cli.progress import Progress
 
 if TYPE_CHECKING:
     from abs_engine.live.reader import Reader
     from abs_engine.live.release import Released
 
+_NOTES = """\
+Each line on stdout is a frame: names and units as in results.csv of a run, null where a number is
+not known; delay_ms since the frame was taken; dropped, frames that were not tracked so far.
+Ctrl-C ends the session, and the run is written.
+"""
+
 
 @command(
     "Track and look at the result",
-    take.argument("source", "[DEVICE|FILE|URL]", "a camera's number", type=str, default="0"),
+    take.argument("source", "[DEVICE|FILE|URL]", "a camera by its number or device, a file played "
+        "at its own speed, or a URL", type=str, default="0"),
+    take.output("RUN", "folder of the results, as 'track' writes it, once the session has ended",
+        required=False),
     take.option("--delay", type=float, default=120.0, metavar="MS",
         text="time from a frame to its result; what is not done by then is dropped (default: 120)"),
     take.option("--learn", type=float, default=2.0, metavar="SECONDS",
         text="first seconds with a face, from which the person is learned (default: 2)"),
     take.option("--repeat", type=take.count, default=1, metavar="N",
         text="how often a file is played (default: 1)"),
-    take.option("--model", metavar="me.face",
-        text="the face that 'speaker' learned: nothing is then learned first"),
+    take.file("--model", metavar="me.face",
+        text="the face that 'speaker' learned; nothing is then learned first"),
+    take.file("--camera", "camera.json of the camera's calibration"),
+    take.option("--pupil-distance", type=float, metavar="MM",
+        text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
     take.renderer(),
     take.option("--json", is_flag=True, default=True, hidden=True,
         text="stdout is JSON, a line for each frame, whether asked for or not"),
-    examples="abs-engine live\nabs-engine live talk.mp4 > frames.ndjson",
+    examples="abs-engine live\n"
+    "abs-engine live talk.mp4 --renderer cpu > frames.ndjson\n"
+    "abs-engine live rtsp://127.0.0.1:8554/cam -o run",
+    notes=_NOTES,
 )  # fmt: skip
 def live(chosen: Chosen) -> Done:
     """Track a camera while it films."""
+    from abs_engine.dataset import load_camera
+    from abs_engine.io.unfinished import NewFolder
     from abs_engine.live.feed import open_feed
+    from abs_engine.live.keeper import Keeper
     from abs_engine.live.lines import told
     from abs_engine.live.reader import Reader
-    from abs_engine.live.session import Pace, follow, learned
+    from abs_engine.live.session import ending, follow, learned
     from abs_engine.tracking.options import TrackOptions
 
     feed = open_feed(chosen.source, chosen.repeat)
-    options = TrackOptions(model=chosen.model)
-    pace = Pace(chosen.learn, chosen.delay / 1e3)
-
-    def hand_on(released: Released) -> None:
-        print(json.dumps(told(released)), flush=True)
-
-    with opened(chosen.renderer) as renderer:
+    options = TrackOptions(
+        model=None if chosen.model is None else str(chosen.model),
+        camera=None if chosen.camera is None else load_camera(chosen.camera),
+        pupil_distance=chosen.pupil_distance,
+    )
+    with ExitStack() as stack:
+        made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
+        renderer = stack.enter_context(opened(chosen.renderer))
+        progress = stack.enter_context(Progress("live"))
         reader = Reader(feed)
-        tracker = learned(feed, reader, renderer, options, pace, _say)
-        _say(f"tracking; {reader.count} frames went by before")
-        with _stopped_by_ctrl_c(reader):
-            count = follow(tracker, reader, pace.delay, hand_on)
-    dropped = reader.count - count
-    _say(f"{feed.name} has ended: {reader.count} frames, {count} tracked, {dropped} dropped")
-    return Done(())
+        tracker = learned(feed, reader, renderer, options, chosen.learn, progress.announce)
+        progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
+        keeper = None if made is None else Keeper(made.work, tracker)
+
+        def hand_on(released: Released) -> None:
+            print(json.dumps(told(released)), flush=True)
+            if keeper is not None:
+                keeper.add(released)
+
+        stack.enter_context(_ends_orderly(reader))
+        count = follow(tracker, reader, chosen.delay / 1e3, hand_on)
+        why, fault = ending(feed, reader)
+        dropped = reader.count - count
+        _say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
+        if made is not None and keeper is not None:
+            facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
+            keeper.write(options, facts, Progress("writing"))
+            made.finish()
+            _say(f"wrote {chosen.output}")
+    return Done((), status=int(fault))
 
 
 def _say(line: str) -> None:
@@ -65,8 +99,8 @@ def _say(line: str) -> None:
 
 
 @contextmanager
-def _stopped_by_ctrl_c(reader: Reader) -> Iterator[None]:
-    """Ctrl-C and SIGTERM end the session, and what was tracked is kept."""
+def _ends_orderly(reader: Reader) -> Iterator[None]:
+    """Ctrl-C and SIGTERM end the session, not the program: what was tracked is written."""
 
     def stop(*_: Any) -> None:
         reader.stop()
