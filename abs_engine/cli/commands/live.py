@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
@@ -42,6 +44,8 @@ Ctrl-C ends the session, and the run is written.
     take.file("--camera", "camera.json of the camera's calibration"),
     take.option("--pupil-distance", type=float, metavar="MM",
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
+    take.option("--port", type=click.IntRange(0, 65535), metavar="N",
+        text="of the page on 127.0.0.1; 0: any that is free (default: 8090, if it is)"),
     take.renderer(),
     take.option("--json", is_flag=True, default=True, hidden=True,
         text="stdout is JSON, a line for each frame, whether asked for or not"),
@@ -54,10 +58,12 @@ def live(chosen: Chosen) -> Done:
     """Track a camera while it films."""
     from abs_engine.dataset import load_camera
     from abs_engine.io.unfinished import NewFolder
+    from abs_engine.live.board import Board
     from abs_engine.live.feed import open_feed
     from abs_engine.live.keeper import Keeper
     from abs_engine.live.lines import told
     from abs_engine.live.reader import Reader
+    from abs_engine.live.server import served
     from abs_engine.live.session import ending, follow, learned
     from abs_engine.tracking.options import TrackOptions
 
@@ -71,13 +77,22 @@ def live(chosen: Chosen) -> Done:
         made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
         renderer = stack.enter_context(opened(chosen.renderer))
         progress = stack.enter_context(Progress("live"))
+        board = Board()
+        progress.remark(f"page: {stack.enter_context(served(board, feed.name, chosen.port))}")
         reader = Reader(feed)
-        tracker = learned(feed, reader, renderer, options, chosen.learn, progress.announce)
+
+        def tell(stage: str) -> None:
+            progress.announce(stage)
+            board.stage(stage)
+
+        tracker = learned(feed, reader, renderer, options, chosen.learn, tell)
+        board.begin(tracker.setting)
         progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
         keeper = None if made is None else Keeper(made.work, tracker)
 
         def hand_on(released: Released) -> None:
             print(json.dumps(told(released)), flush=True)
+            board.show(released)
             if keeper is not None:
                 keeper.add(released)
 
@@ -85,6 +100,7 @@ def live(chosen: Chosen) -> Done:
         count = follow(tracker, reader, chosen.delay / 1e3, hand_on)
         why, fault = ending(feed, reader)
         dropped = reader.count - count
+        board.end(why)
         _say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
         if made is not None and keeper is not None:
             facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
