@@ -27,6 +27,16 @@ Ctrl-C ends the session, and the run is written.
 """
 
 
+def _address(text: str | tuple[str, int]) -> tuple[str, int]:
+    """HOST:PORT, as Unreal's Live Link Face listens at port 11111."""
+    if isinstance(text, tuple):
+        return text
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise click.BadParameter(f"'{text}' is not HOST:PORT, such as 127.0.0.1:11111")
+    return host, int(port)
+
+
 @command(
     "Track and look at the result",
     take.argument("source", "[DEVICE|FILE|URL]", "a camera by its number or device, a file played "
@@ -46,6 +56,8 @@ Ctrl-C ends the session, and the run is written.
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
     take.option("--port", type=click.IntRange(0, 65535), metavar="N",
         text="of the page on 127.0.0.1; 0: any that is free (default: 8090, if it is)"),
+    take.option("--live-link", type=_address, metavar="HOST:PORT",
+        text="where Live Link Face's packets go, by UDP: ARKit's 52 weights, the head's angles"),
     take.renderer(),
     take.option("--json", is_flag=True, default=True, hidden=True,
         text="stdout is JSON, a line for each frame, whether asked for or not"),
@@ -62,6 +74,7 @@ def live(chosen: Chosen) -> Done:
     from abs_engine.live.feed import open_feed
     from abs_engine.live.keeper import Keeper
     from abs_engine.live.lines import told
+    from abs_engine.live.packets import LiveLink
     from abs_engine.live.reader import Reader
     from abs_engine.live.server import served
     from abs_engine.live.session import ending, follow, learned
@@ -88,11 +101,16 @@ def live(chosen: Chosen) -> Done:
         tracker = learned(feed, reader, renderer, options, chosen.learn, tell)
         board.begin(tracker.setting)
         progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
+        link = (
+            stack.enter_context(LiveLink(chosen.live_link, tracker)) if chosen.live_link else None
+        )
         keeper = None if made is None else Keeper(made.work, tracker)
 
         def hand_on(released: Released) -> None:
             print(json.dumps(told(released)), flush=True)
             board.show(released)
+            if link is not None:
+                link.send(released)
             if keeper is not None:
                 keeper.add(released)
 
