@@ -15,6 +15,7 @@ from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
 from abs_engine.cli.progress import Progress
+from abs_engine.core.registry import DRIVERS
 
 if TYPE_CHECKING:
     from abs_engine.live.reader import Reader
@@ -51,6 +52,8 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
         text="how often a file is played (default: 1)"),
     take.file("--model", metavar="me.face",
         text="the face that 'speaker' learned; nothing is then learned first"),
+    take.option("--driver", metavar="NAME", type=take.Named(DRIVERS), default="newton-quick",
+        text="what moves the parameters, as of 'track' (default: newton-quick)"),
     take.file("--camera", "camera.json of the camera's calibration"),
     take.option("--pupil-distance", type=float, metavar="MM",
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
@@ -82,6 +85,7 @@ def live(chosen: Chosen) -> Done:
 
     feed = open_feed(chosen.source, chosen.repeat)
     options = TrackOptions(
+        driver=chosen.driver,
         model=None if chosen.model is None else str(chosen.model),
         camera=None if chosen.camera is None else load_camera(chosen.camera),
         pupil_distance=chosen.pupil_distance,
