@@ -104,15 +104,18 @@ class StreamFeed:
     def frames(self) -> Iterator[tuple[Image, float]]:
         """Each frame, and when it came; a file behind a URL is played at its own speed."""
         recorded = self._capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0
-        there, start = True, time.monotonic()
-        image = self._first
+        start, image = time.monotonic(), self._first
         try:
-            while there:
+            while True:
                 after = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3 if recorded else 0.0
                 taken = _waited(start + after) if recorded else time.monotonic()
                 yield np.ascontiguousarray(image[..., ::-1]), taken
                 there, read = self._capture.read()
+                if not there:
+                    return
                 image = np.asarray(read, np.uint8)
+                if image.shape != self._first.shape:
+                    raise VideoError(f"{self.name} has changed its size", "start again")
         finally:
             self._capture.release()
 
