@@ -36,18 +36,18 @@ class Reader:
         self._feed = feed
         self._changed = threading.Condition()
         self._newest: Shot | None = None
-        self._kept: list[Shot] | None = None
+        self._kept: list[Shot] | None = []  # from the first on
         threading.Thread(target=self._run, name="reader", daemon=True).start()
 
     def collect(self, seconds: float) -> tuple[Shot, ...]:
-        """All frames of the next seconds; fewer where they end."""
+        """All frames of the next seconds, at first of the first ones; fewer where they end."""
 
         def enough() -> bool:
             kept = self._kept or ()
             return self.ended or (len(kept) > 1 and kept[-1].time - kept[0].time >= seconds)
 
         with self._changed:
-            self._kept = []
+            self._kept = [] if self._kept is None else self._kept
             self._changed.wait_for(enough)
             kept, self._kept = self._kept, None
         return tuple(kept)

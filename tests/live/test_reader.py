@@ -101,17 +101,17 @@ def test_frames_are_collected_for_as_long_as_asked():
 
 def test_results_are_handed_on_at_a_constant_delay_and_late_ones_dropped():
     handed, start = [], time.monotonic()
-    with Release(start, 0.1, handed.append) as release:
-        release.add(Shot(IMAGE, 0, -0.2), "late")
+    with Release(start, 0.3, handed.append) as release:
+        release.add(Shot(IMAGE, 0, -0.4), "late")
         release.add(Shot(IMAGE, 1, 0.0), "early")
-        release.add(Shot(IMAGE, 4, 0.05), "later")
+        release.add(Shot(IMAGE, 4, 0.1), "later")
     assert [(one.result, one.shot.index, one.dropped) for one in handed] == [
         ("early", 1, 1),
         ("later", 4, 3),
     ]
     for one in handed:
-        assert one.delay == pytest.approx(0.1, abs=0.05)
-    assert time.monotonic() - start > 0.15
+        assert 0.3 <= one.delay < 0.4
+    assert time.monotonic() - start > 0.4
     assert release.count == 2
 
 
@@ -120,9 +120,9 @@ def test_what_nobody_takes_in_time_is_dropped():
 
     def slow(released):
         handed.append(released.shot.index)
-        time.sleep(0.15)
+        time.sleep(0.6)
 
-    with Release(time.monotonic(), 0.05, slow) as release:
+    with Release(time.monotonic(), 0.3, slow) as release:
         for k in range(3):
             release.add(Shot(IMAGE, k, 0.01 * k), "found")
     assert handed == [0]
@@ -134,9 +134,9 @@ def test_an_error_of_who_takes_results_is_raised():
 
     with (
         pytest.raises(OSError, match="disk full"),
-        Release(time.monotonic(), 0.0, fails) as release,
+        Release(time.monotonic(), 0.5, fails) as release,
     ):
-        release.add(Shot(IMAGE, 0, 1e-3), "found")
+        release.add(Shot(IMAGE, 0, 0.0), "found")
 
 
 @pytest.fixture(scope="module")
