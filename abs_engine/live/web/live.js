@@ -9,7 +9,7 @@ const ROWS = [  // what a row shows, and the least range of its axis
     curves: [["head_pitch", "#d55e00"], ["head_yaw", "#0072b2"], ["head_roll", "#666666"]] },
 ];
 const $ = (id) => document.getElementById(id);
-const live = { frames: [], count: 0, head: null, drawn: null };
+const live = { frames: [], count: 0, head: null, drawn: 0 };
 
 // The pixels of a canvas as they are on the screen.
 function fitted(canvas) {
@@ -72,6 +72,7 @@ function drawHead() {
     positions, colours, target, reach, moved: [0, 0, 0], lit: 1, wire: null,
     model: [1, 0, 0, 0, 1, 0, 0, 0, 1],
   });
+  live.drawn += 1;
 }
 
 function drawCurves() {
