@@ -5,12 +5,15 @@ from __future__ import annotations
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 
 from abs_engine.tracking.clip_setting import FrameResult
 from abs_engine.tracking.frame_state import Shot
+
+RECENT = 25  # results that `Release.took` remembers
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +52,13 @@ class Release:
     ----------
     count : int
         Results that were handed on.
+    took : deque of float
+        Seconds from frame to result, of the last ones; also of those that came too late.
     """
 
     def __init__(self, start: float, delay: float, hand_on: Callable[[Released], None]) -> None:
         self.count = 0
+        self.took: deque[float] = deque(maxlen=RECENT)
         self._start, self._delay, self._hand_on = start, delay, hand_on
         self._waiting: queue.SimpleQueue[tuple[Shot, FrameResult] | None] = queue.SimpleQueue()
         self._error: BaseException | None = None
@@ -66,8 +72,15 @@ class Release:
         """
         if self._error is not None:
             raise self._error
-        if time.monotonic() <= self._start + shot.time + self._delay:
+        self.took.append(time.monotonic() - self._start - shot.time)
+        if self.took[-1] <= self._delay:
             self._waiting.put((shot, result))
+
+    @property
+    def mostly_late(self) -> bool:
+        """Whether most of the last results came too late."""
+        late = sum(seconds > self._delay for seconds in self.took)
+        return len(self.took) == RECENT and 2 * late > RECENT
 
     def _run(self) -> None:
         try:

@@ -67,7 +67,11 @@ def _nothing(_stage: str) -> None:
 
 
 def follow(
-    tracker: ClipTracker, reader: Reader, delay: float, hand_on: Callable[[Released], None]
+    tracker: ClipTracker,
+    reader: Reader,
+    delay: float,
+    hand_on: Callable[[Released], None],
+    tell: Tell,
 ) -> int:
     """Track the newest frame until there are no more.
 
@@ -79,6 +83,8 @@ def follow(
         Seconds from a frame to its result.
     hand_on : callable
         Given each result in its time, from another thread.
+    tell : callable
+        Called once if most results come too late.
 
     Returns
     -------
@@ -90,11 +96,18 @@ def follow(
     VideoError
         If there was none.
     """
+    warned = False
     with Release(reader.start, delay, hand_on) as release:
         found = track_shots(tracker.setting, reader.shots(), tracker.memory, depth=1)
         with closed_after(found):
             for shot, result in found:
                 release.add(shot, result)
+                if release.mostly_late and not warned:
+                    warned = True
+                    usual = 1e3 * sorted(release.took)[len(release.took) // 2]
+                    tell(
+                        f"most results take {usual:.0f} ms and are dropped: allow a longer --delay"
+                    )
     if release.count == 0 and not reader.stopped:
         raise VideoError(
             f"all {reader.count} frames had gone by before one was tracked in time",

@@ -148,7 +148,7 @@ def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
     reader.collect(60.0)
     list(reader.shots())
     with pytest.raises(VideoError, match="5 frames had gone by before one was tracked in time"):
-        follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print)
+        follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print, print)
 
 
 def test_wrong_words_are_refused(film, tmp_path, capsys):

@@ -15,7 +15,7 @@ from abs_engine.core.errors import InputFileError, VideoError
 from abs_engine.io.video import VideoWriter
 from abs_engine.live.feed import FileFeed, StreamFeed, open_feed
 from abs_engine.live.reader import Reader
-from abs_engine.live.release import Release
+from abs_engine.live.release import RECENT, Release
 from abs_engine.live.session import ending
 from abs_engine.tracking.frame_state import Shot
 
@@ -126,6 +126,18 @@ def test_what_nobody_takes_in_time_is_dropped():
         for k in range(3):
             release.add(Shot(IMAGE, k, 0.01 * k), "found")
     assert handed == [0]
+
+
+def test_results_that_mostly_come_too_late_are_noticed():
+    with Release(time.monotonic(), 0.5, lambda _: None) as release:
+        for k in range(RECENT - 1):
+            release.add(Shot(IMAGE, k, -1.0), "late")
+            assert not release.mostly_late
+        release.add(Shot(IMAGE, RECENT, 0.0), "found")
+        assert release.mostly_late
+        for k in range(RECENT // 2 + 1):
+            assert release.mostly_late == (k < RECENT // 2)
+            release.add(Shot(IMAGE, k, 0.0), "found")
 
 
 def test_an_error_of_who_takes_results_is_raised():

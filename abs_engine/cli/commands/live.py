@@ -119,7 +119,7 @@ def live(chosen: Chosen) -> Done:
                 keeper.add(released)
 
         stack.enter_context(_ends_orderly(reader))
-        count = follow(tracker, reader, chosen.delay / 1e3, hand_on)
+        count = follow(tracker, reader, chosen.delay / 1e3, hand_on, _say)
         why, fault = ending(feed, reader)
         dropped = reader.count - count
         board.end(why)
