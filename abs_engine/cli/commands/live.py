@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -76,7 +76,6 @@ def live(chosen: Chosen) -> Done:
     from abs_engine.live.board import Board
     from abs_engine.live.feed import open_feed
     from abs_engine.live.keeper import Keeper
-    from abs_engine.live.lines import told
     from abs_engine.live.packets import LiveLink
     from abs_engine.live.reader import Reader
     from abs_engine.live.server import served
@@ -105,18 +104,16 @@ def live(chosen: Chosen) -> Done:
         tracker = learned(feed, reader, renderer, options, chosen.learn, tell)
         board.begin(tracker.setting)
         progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
-        link = (
-            stack.enter_context(LiveLink(chosen.live_link, tracker)) if chosen.live_link else None
-        )
+        takers = [_printer(reader), board.show]
+        if chosen.live_link is not None:
+            takers.append(stack.enter_context(LiveLink(chosen.live_link, tracker)).send)
         keeper = None if made is None else Keeper(made.work, tracker)
+        if keeper is not None:
+            takers.append(keeper.add)
 
         def hand_on(released: Released) -> None:
-            print(json.dumps(told(released)), flush=True)
-            board.show(released)
-            if link is not None:
-                link.send(released)
-            if keeper is not None:
-                keeper.add(released)
+            for taker in takers:
+                taker(released)
 
         stack.enter_context(_ends_orderly(reader))
         count = follow(tracker, reader, chosen.delay / 1e3, hand_on, _say)
@@ -124,12 +121,25 @@ def live(chosen: Chosen) -> Done:
         dropped = reader.count - count
         board.end(why)
         _say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
-        if made is not None and keeper is not None:
+        if made is not None and keeper is not None and count:
             facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
             keeper.write(options, facts, Progress("writing"))
             made.finish()
             _say(f"wrote {chosen.output}")
     return Done((), status=int(fault))
+
+
+def _printer(reader: Reader) -> Callable[[Released], None]:
+    """Prints results as lines of JSON; where nobody reads them any more, the session ends."""
+    from abs_engine.live.lines import told
+
+    def line(released: Released) -> None:
+        try:
+            print(json.dumps(told(released)), flush=True)
+        except BrokenPipeError:  # the session ends, and what came before is kept
+            reader.stop()
+
+    return line
 
 
 def _say(line: str) -> None:
