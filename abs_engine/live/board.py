@@ -1,4 +1,4 @@
-"""What the live page shows now, for any number of browsers, each at its own speed."""
+"""The newest event of the live page, for any number of browsers, each at its own speed."""
 
 from __future__ import annotations
 

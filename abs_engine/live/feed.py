@@ -1,4 +1,4 @@
-"""Where live frames come from: a camera, a file played at its own speed, or a URL."""
+"""Sources of live frames: a camera, a file played at its own speed, or a URL."""
 
 from __future__ import annotations
 

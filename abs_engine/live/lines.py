@@ -1,4 +1,4 @@
-"""What is said of a live frame, as values of JSON."""
+"""The line of a live frame, as values of JSON."""
 
 from __future__ import annotations
 

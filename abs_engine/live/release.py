@@ -78,7 +78,7 @@ class Release:
 
     @property
     def mostly_late(self) -> bool:
-        """Whether most of the last results came too late."""
+        """True if most of the last results came too late."""
         late = sum(seconds > self._delay for seconds in self.took)
         return len(self.took) == RECENT and 2 * late > RECENT
 

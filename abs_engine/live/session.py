@@ -25,7 +25,7 @@ def learned(
     seconds: float,
     tell: Tell,
 ) -> ClipTracker:
-    """What is known of the person, once a face is seen; frames that come meanwhile are dropped.
+    """Learn the person once a face is seen; frames that come meanwhile are dropped.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def follow(
 
 
 def ending(feed: Feed, reader: Reader) -> tuple[str, bool]:
-    """Why there are no more frames, in a line, and whether that is a fault."""
+    """Reason for which there are no more frames, in a line, and if that is a fault."""
     if reader.stopped:
         return "stopped", False
     if reader.error is not None:

@@ -126,7 +126,7 @@ class Clip:
     shown: tuple[Image, ...] = ()
 
     def frames(self) -> Iterable[Image]:
-        """What is learned from."""
+        """Frames that are learned from."""
         return self.shown or read_frames(self.video)
 
     def first(self, found: Sequence[Landmarks | None]) -> Sequence[Landmarks | None]:

@@ -15,7 +15,7 @@ VALUES = np.linspace(0, 1, 61)
 
 
 def decoded(data):
-    """What that library reads, by its own offsets."""
+    """The fields as that library reads them, by its own offsets."""
     (version,) = struct.unpack("<i", data[0:4])
     identity = data[4:41].decode("utf-8")
     (length,) = struct.unpack("!i", data[41:45])
