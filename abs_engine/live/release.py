@@ -110,9 +110,10 @@ class Release:
         trace: TracebackType | None,
     ) -> None:
         self._waiting.put(None)
-        self._thread.join()
+        self._thread.join(None if kind is None else _PATIENCE)
         if kind is None and self._error is not None:
             raise self._error
 
 
+_PATIENCE = 1.0  # seconds after an error, for whoever takes results
 _SLACK = 0.025  # seconds by which a result may be handed on late

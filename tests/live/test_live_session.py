@@ -21,12 +21,13 @@ from runs import write_kind
 
 from abs_engine import export_run
 from abs_engine.cli import main
+from abs_engine.cli.commands.live import ends_orderly
 from abs_engine.core.clock import Clock
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video import probe
 from abs_engine.live.feed import FileFeed
 from abs_engine.live.reader import Reader
-from abs_engine.live.session import follow
+from abs_engine.live.session import ending, follow
 from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.record import load_run
 
@@ -149,6 +150,17 @@ def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
     list(reader.shots())
     with pytest.raises(VideoError, match="5 frames had gone by before one was tracked in time"):
         follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print, print)
+
+
+def test_the_first_signal_ends_the_session_and_the_second_the_program(film):
+    before, reader = signal.getsignal(signal.SIGTERM), Reader(FileFeed(film))
+    with ends_orderly(reader):
+        signal.raise_signal(signal.SIGTERM)
+        assert list(reader.shots()) == []
+        assert ending(FileFeed(film), reader) == ("stopped", False)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_wrong_words_are_refused(film, tmp_path, capsys):

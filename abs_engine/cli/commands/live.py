@@ -115,7 +115,7 @@ def live(chosen: Chosen) -> Done:
             for taker in takers:
                 taker(released)
 
-        stack.enter_context(_ends_orderly(reader))
+        stack.enter_context(ends_orderly(reader))
         count = follow(tracker, reader, chosen.delay / 1e3, hand_on, _say)
         why, fault = ending(feed, reader)
         dropped = reader.count - count
@@ -147,16 +147,19 @@ def _say(line: str) -> None:
 
 
 @contextmanager
-def _ends_orderly(reader: Reader) -> Iterator[None]:
-    """Ctrl-C and SIGTERM end the session, not the program: what was tracked is written."""
+def ends_orderly(reader: Reader) -> Iterator[None]:
+    """Let the first Ctrl-C or SIGTERM end the session, not the program; another one ends that."""
 
     def stop(*_: Any) -> None:
+        if reader.stopped:
+            raise KeyboardInterrupt
         reader.stop()
 
-    numbers = signal.SIGINT, signal.SIGTERM
-    before = [signal.signal(number, stop) for number in numbers]
+    asked = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+    heeded = [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
+    before = [signal.signal(number, stop) for number in heeded]
     try:
         yield
     finally:
-        for number, handler in zip(numbers, before, strict=True):
+        for number, handler in zip(heeded, before, strict=True):
             signal.signal(number, handler)
