@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from abs_engine.live.reader import Reader
     from abs_engine.live.release import Released
 
+_LEARN, _LOOK = 2.0, 0.2  # seconds of a stranger, and of a face that is known
 _NOTES = """\
 Each line on stdout is a frame: names and units as in results.csv of a run, null where a number is
 not known; delay_ms since the frame was taken; dropped, frames that were not tracked so far.
@@ -46,8 +47,8 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
         required=False),
     take.option("--delay", type=float, default=120.0, metavar="MS",
         text="time from a frame to its result; what is not done by then is dropped (default: 120)"),
-    take.option("--learn", type=float, default=2.0, metavar="SECONDS",
-        text="first seconds with a face, from which the person is learned (default: 2)"),
+    take.option("--learn", type=float, metavar="SECONDS",
+        text="first seconds with a face, to learn the person from (default: 2; with --model 0.2)"),
     take.option("--repeat", type=take.count, default=1, metavar="N",
         text="how often a file is played (default: 1)"),
     take.file("--model", metavar="me.face",
@@ -96,12 +97,14 @@ def live(chosen: Chosen) -> Done:
         board = Board()
         progress.remark(f"page: {stack.enter_context(served(board, feed.name, chosen.port))}")
         reader = Reader(feed)
+        usual = _LEARN if chosen.model is None else _LOOK
+        seconds = usual if chosen.learn is None else chosen.learn
 
         def tell(stage: str) -> None:
             progress.announce(stage)
             board.stage(stage)
 
-        tracker = learned(feed, reader, renderer, options, chosen.learn, tell)
+        tracker = learned(feed, reader, renderer, options, seconds, tell)
         board.begin(tracker.setting)
         progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
         takers = [_printer(reader), board.show]
