@@ -84,6 +84,8 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> int:
         """Run it, print what it found, and return the exit status."""
         done = self.run(Chosen(**ctx.params))
+        if not done.lines and not done.facts:
+            return done.status
         if ctx.params["json"] in (True, STDOUT):
             print(json.dumps(done.facts, indent=1, default=str))
         else:

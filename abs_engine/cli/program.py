@@ -28,8 +28,8 @@ Examples:
   abs-engine report run -o report.html
   eval "$(_ABS_ENGINE_COMPLETE=bash_source abs-engine)"    completion; also zsh_source, fish_source
 
-Exit status: 0 on success; 1 if doctor finds no OpenGL, or check a fault; 2 if the input or the
-machine is at fault; 130 if interrupted.
+Exit status: 0 on success; 1 if doctor finds no OpenGL, check a fault, or live's camera is
+unplugged; 2 if the input or the machine is at fault; 130 if interrupted.
 """
 
 

@@ -2,13 +2,56 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.export.exporter import FloatArray, Loss, TrackedRun, rms
+from abs_engine.io.assets import Speaker
+
+
+@dataclass(frozen=True, eq=False)
+class UnitFit:
+    """Finds the weights with which face units come nearest to a posture.
+
+    Parameters
+    ----------
+    triangle : (M, U) float64
+        The units, in as few rows as there can be.
+    modes : (R, M) float64
+        What moves the tracked head, in the same rows.
+    """
+
+    triangle: FloatArray
+    modes: FloatArray
+
+    @classmethod
+    def of(cls, speaker: Speaker, modes: NDArray[np.floating[Any]]) -> UnitFit:
+        """For a head with units and the modes (R, V, 3), mm, that it is tracked with.
+
+        Raises
+        ------
+        ParameterError
+            If the head has no face units.
+        """
+        if not speaker.unit_names:
+            raise ParameterError("this head has no face units", "export to obj or gltf-modes")
+        lists = speaker.points
+        area = np.unique(np.concatenate([lists["face"], lists["lips"]]))
+        units = speaker.units[:, area].astype(np.float64)
+        triangle, basis = _reduced(units.reshape(len(units), -1).T)
+        moved = np.asarray(modes[:, area], np.float64).reshape(len(modes), -1)
+        return cls(triangle, moved @ basis)
+
+    def weights(self, posture: FloatArray) -> FloatArray:
+        """Weights (U,) between 0 and 1 of a posture (R,)."""
+        found = lsq_linear(self.triangle, posture @ self.modes, (0.0, 1.0), method="bvls").x
+        return np.asarray(np.clip(found, 0.0, 1.0))  # it may end a rounding error outside
 
 
 @cache
@@ -23,22 +66,11 @@ def unit_weights(run: TrackedRun) -> FloatArray:
     ParameterError
         If the head has no face units.
     """
-    if not run.speaker.unit_names:
-        raise ParameterError("this head has no face units", "export to obj or gltf-modes")
-    units, area = run.speaker.units, _area(run)
-    triangle, basis = _reduced(units[:, area].astype(np.float64).reshape(len(units), -1).T)
-    moved = np.asarray(run.mesh.modes[:, area], np.float64).reshape(len(run.mesh.modes), -1)
-    wanted = run.mesh.weights @ moved @ basis
-    out = np.full((len(run), len(units)), np.nan)
+    fit = UnitFit.of(run.speaker, run.mesh.modes)
+    out = np.full((len(run), len(run.speaker.units)), np.nan)
     for frame in run.frames:
-        found = lsq_linear(triangle, wanted[frame], (0.0, 1.0), method="bvls").x
-        out[frame] = np.clip(found, 0.0, 1.0)  # it may end a rounding error outside
+        out[frame] = fit.weights(run.mesh.weights[frame])
     return out
-
-
-def _area(run: TrackedRun) -> np.ndarray:
-    lists = run.speaker.points
-    return np.unique(np.concatenate([lists["face"], lists["lips"]]))
 
 
 def _reduced(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from abs_engine.core.geometry import FACING
+from abs_engine.core.geometry import FACING, Pose
 from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 
@@ -38,9 +38,14 @@ def head_angles(run: TrackedRun) -> FloatArray:
     """Yaw, pitch and roll of the head, (T, 3) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
     out = np.full((len(run), 3), np.nan)
     for frame in run.frames:
-        turned = FACING.T @ run.pose(frame).rotation
-        out[frame] = Rotation.from_matrix(turned).as_euler("YXZ")
+        out[frame] = angles_of(run.pose(frame))
     return out
+
+
+def angles_of(pose: Pose) -> FloatArray:
+    """Yaw, pitch and roll of a head to the camera, (3,) radians: R = Ry(yaw) Rx(pitch) Rz(roll)."""
+    turned = Rotation.from_matrix(FACING.T @ pose.rotation)
+    return np.asarray(turned.as_euler("YXZ"), np.float64)
 
 
 def timecode(frame: int, rate: float) -> str:

@@ -107,7 +107,12 @@ def weld(data: ReportData) -> NDArray[np.uint32]:
     heads += [s.head for s in data.systems if s.head is not None]
     if not heads:
         return np.arange(len(data.colours), dtype=np.uint32)
-    places = np.round(heads[-1].motion.mean.astype(np.float64), 4)
+    return welded(heads[-1].motion.mean)
+
+
+def welded(points: NDArray[np.floating[Any]]) -> NDArray[np.uint32]:
+    """For each of some points (V, 3), mm, the first in the same place, (V,)."""
+    places = np.round(points.astype(np.float64), 4)
     _, first, same = np.unique(places, axis=0, return_index=True, return_inverse=True)
     return np.asarray(first[same.ravel()], np.uint32)
 

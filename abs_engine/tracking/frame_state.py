@@ -33,6 +33,24 @@ class SeenFace:
     fit: FrameLandmarks
 
 
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A frame before anything is known of it.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    index : int
+        Its number; numbers are left out where frames were dropped.
+    time : float
+        When it was taken, seconds; NaN in a clip, of which every frame is looked at.
+    """
+
+    image: Image
+    index: int
+    time: float = float("nan")
+
+
 class HeadFrame(NamedTuple):
     """A frame, and where its head is.
 
@@ -75,12 +93,15 @@ class Memory:
         From where the frame before was started about to where it ended.
     values : tuple of float
         Values of the last frames.
+    gap : float
+        Time since the frame before, in frames: more than 1 where some were dropped.
     """
 
     vector: FloatArray | None = None
     pose: Pose | None = None
     move: FloatArray | None = None
     values: tuple[float, ...] = field(default=())
+    gap: float = 1.0
 
     def after(self, pose: Pose, vector: FloatArray, move: FloatArray, value: float) -> Memory:
         """State after a frame that was fitted."""

@@ -94,7 +94,7 @@ class HeadBinder:
         base, marks = PoseFrame(pose, model.pivot), self.landmarks
         window = mouth_window(model, base.base, self.camera, self.person)
         told, place = marks.told(frame), None
-        priors = self._priors(last, thick=told is not None)
+        priors = self._priors(last, memory.gap, thick=told is not None)
         if told is not None and marks.evidence != RENDERING:
             place = mouth_place(model, base, self.camera, window, self.person, told)
         start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
@@ -119,7 +119,9 @@ class HeadBinder:
         loose, thick = (contact_prior(self.model, self.person, t) for t in (False, True))
         return loose, thick
 
-    def _priors(self, last: FloatArray | None, thick: bool = False) -> tuple[Prior, ...]:
+    def _priors(
+        self, last: FloatArray | None, gap: float = 1.0, thick: bool = False
+    ) -> tuple[Prior, ...]:
         p = self.model.n_expression
         any_of = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
         likely = any_of if self.seen is None else MixturePrior(any_of, self.seen, SEEN_WIDTH)
@@ -127,7 +129,7 @@ class HeadBinder:
         if last is None:
             return likely, contact
         usual = np.full(p, STEP_DEVIATION) if self.steps is None else self.steps
-        step = usual * np.sqrt(25.0 / self.rate)
+        step = usual * np.sqrt(25.0 * gap / self.rate)
         near = GaussianPrior(last, np.r_[POSE_DEVIATION, step])
         return likely, contact, near
 

@@ -145,13 +145,15 @@ def by_landmarks(
         expression = physics_expression(speaker, speaker.vertices, options.physics)
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression) as average:
-        found = ((image, follower.step(image)) for image in read_frames(clip.video))
+        found = ((image, follower.step(image)) for image in clip.frames())
         chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
     tell("fitting the head")
     fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell)
-    setting = head_setting(clip, fitted, renderer, options, leaves, choice, follower.found)
+    setting = head_setting(
+        clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
+    )
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, faces, facts)
 

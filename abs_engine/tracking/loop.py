@@ -13,7 +13,7 @@ from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.core.scene import ConcurrentRenderer
-from abs_engine.core.threads import ahead, closed_after, one_thread
+from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
@@ -22,7 +22,7 @@ from abs_engine.fit.search import Found, averaged, search
 from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.clip_setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
 from abs_engine.tracking.frame_journal import FrameJournal
-from abs_engine.tracking.frame_state import HeadFrame, Memory
+from abs_engine.tracking.frame_state import HeadFrame, Memory, Shot
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -44,7 +44,7 @@ def track(
     memory: Memory = NOTHING,
     journal: FrameJournal | None = None,
 ) -> Iterator[tuple[Image, FrameResult]]:
-    """Fit every frame, each with what is carried on from the one before.
+    """Fit every frame of a clip; see `track_shots`.
 
     Parameters
     ----------
@@ -61,25 +61,64 @@ def track(
     image, FrameResult
         Each frame with what was found in it.
     """
+    shots = (Shot(image, index) for index, image in enumerate(images))
+    with closed_after(track_shots(setting, shots, memory, journal)) as found:
+        for shot, result in found:
+            yield shot.image, result
+
+
+def track_shots(
+    setting: ClipSetting,
+    shots: Iterable[Shot],
+    memory: Memory = NOTHING,
+    journal: FrameJournal | None = None,
+    depth: int = DEPTH,
+) -> Iterator[tuple[Shot, FrameResult]]:
+    """Fit every frame, each with what is carried on from the one before.
+
+    Parameters
+    ----------
+    setting : ClipSetting
+    shots : iterable of Shot
+        Of a clip, or of a camera that drops what cannot be tracked in time.
+    memory : Memory
+    journal : FrameJournal, optional
+        As of `track`.
+    depth : int
+        Frames in which the head may be followed ahead of the fits; each of them delays results.
+
+    Yields
+    ------
+    Shot, FrameResult
+        Each frame with what was found in it.
+    """
     head, clock = setting.motion.follower(), setting.clock
 
-    def seen(image: Image, memory: Memory) -> HeadFrame:
+    def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame]:
         with clock.part(FOLLOWING):
-            return head.step(image, memory)
+            return shot, head.step(shot.image, memory)
 
-    read = clock.over(READING, images)
+    read = clock.over(READING, shots)
     if _followed_apart(setting):
-        frames = ahead(seen(image, NOTHING) for image in read)
+        frames = ahead((seen(shot, NOTHING) for shot in read), depth)
     else:
-        frames = (seen(image, memory) for image in read)  # each with what is then known
+        frames = (seen(shot, memory) for shot in read)  # each with what is then known
+    last = float("nan")
     with one_thread(), closed_after(frames):
-        for index, frame in enumerate(frames):
+        for shot, frame in frames:
+            memory = replace(memory, gap=_gap(setting, shot.time - last))
             earlier = None if journal is None else journal.earlier()
-            result, memory = earlier or _step(setting, index, frame, memory)
+            result, memory = earlier or _step(setting, shot.index, frame, memory)
             if journal is not None and earlier is None:
                 journal.add(result, memory)
-            yield frame.image, result
+            last = shot.time
+            yield shot, result
         head.finish()
+
+
+def _gap(setting: ClipSetting, seconds: float) -> float:
+    """So many seconds in frames, at least one; 1 where they are not known."""
+    return max(1.0, seconds * setting.rate) if np.isfinite(seconds) else 1.0
 
 
 def _followed_apart(setting: ClipSetting) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,6 +20,7 @@ from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import Memory
+from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
 from abs_engine.tracking.scale import Scale
@@ -114,12 +115,23 @@ class Clip:
     camera : Camera
     colours : ColourClasses or None
         Those learned before.
+    shown : tuple of (H, W, 3) uint8 RGB
+        Frames of a camera that are learned from; those that are tracked come after them.
     """
 
     video: Path
     info: VideoInfo
     camera: Camera
     colours: ColourClasses | None
+    shown: tuple[Image, ...] = ()
+
+    def frames(self) -> Iterable[Image]:
+        """Frames that are learned from."""
+        return self.shown or read_frames(self.video)
+
+    def first(self, found: Sequence[Landmarks | None]) -> Sequence[Landmarks | None]:
+        """Landmarks found in what was learned from, as far as they are of frames to be tracked."""
+        return () if self.shown else found
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.io.unfinished import Unfinished
-from abs_engine.io.video import VideoInfo, probe
+from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
 from abs_engine.tracking.options import (
@@ -31,6 +31,7 @@ from abs_engine.tracking.options import (
     ClipTracker,
     Leaves,
     Model,
+    Tell,
     TrackOptions,
     model_named,
 )
@@ -73,12 +74,23 @@ def prepare(
     PluginError
         If what is chosen cannot be imported.
     """
-    chosen, own = resolved(options)
-    leaves, tell = Leaves.of(chosen), stage or _silent
+    tell = stage or _silent
     tell("reading the video")
-    info = probe(video)
+    return prepare_clip(clip_of(video, probe(video), options), renderer, options, tell)
+
+
+def clip_of(
+    video: Path, info: VideoInfo, options: TrackOptions, shown: tuple[Frame, ...] = ()
+) -> Clip:
+    """A video as it is tracked; or a camera's, which has shown some frames."""
     colours = None if options.colours is None else ColourClasses.load(options.colours)
-    clip = Clip(video, info, options.camera or Camera.ideal(info.size), colours)
+    return Clip(video, info, options.camera or Camera.ideal(info.size), colours, shown)
+
+
+def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Tell) -> ClipTracker:
+    """Find the face, and learn what is to be learned of it; see `prepare`."""
+    chosen, own = resolved(options)
+    leaves = Leaves.of(chosen)
     with one_thread():
         made = own(clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}

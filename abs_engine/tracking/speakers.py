@@ -8,7 +8,6 @@ from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, Paramete
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.io.assets import load_speaker
-from abs_engine.io.video import read_frames
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
 from abs_engine.tracking.head_tracking import LOOK_AT
@@ -70,7 +69,7 @@ def track_speaker(
     tell("finding the face")
     follower = FaceFollower(choice)
     seen = None
-    for image in islice(read_frames(clip.video), first, first + LOOK_AT):
+    for image in islice(clip.frames(), first, first + LOOK_AT):
         found = follower.step(image)
         if found is not None:
             seen = image, found
@@ -90,7 +89,7 @@ def track_speaker(
     fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
-    before = follower.found
+    before = clip.first(follower.found)
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, before)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, face.scale, faces, facts)

@@ -38,7 +38,7 @@ def test_one_function_goes_over_the_frames_and_fits_them():
         for function in functions(loop)
         if calls(function, "_step") and any(isinstance(n, ast.For) for n in ast.walk(function))
     ]
-    assert looping == ["track"]
+    assert looping == ["track_shots"]
 
 
 def test_only_papers_names_a_paper():

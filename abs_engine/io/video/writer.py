@@ -60,14 +60,15 @@ class VideoWriter:
         }
         self._stream = stream
         self._time_base = 1 / Fraction(rate).limit_denominator(1000)
-        self._count = 0
+        self._next = 0
 
-    def write(self, frame: Frame) -> None:
-        """Append one frame, (H, W, 3) uint8 RGB."""
+    def write(self, frame: Frame, time: float | None = None) -> None:
+        """Append one frame, (H, W, 3) uint8 RGB; shown at about `time`, s, if that is later."""
         cut = np.ascontiguousarray(frame[: self._size[1], : self._size[0]])
         picture = av.VideoFrame.from_ndarray(cut, format="rgb24")
-        picture.pts, picture.time_base = self._count, self._time_base
-        self._count += 1
+        due = 0 if time is None else round(time / self._time_base)
+        picture.pts, picture.time_base = max(self._next, due), self._time_base
+        self._next = picture.pts + 1
         self._container.mux(self._stream.encode(picture))
 
     def close(self) -> None:

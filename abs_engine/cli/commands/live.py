@@ -1,0 +1,168 @@
+"""The `live` command."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.drawing import opened
+from abs_engine.cli.progress import Progress
+from abs_engine.core.registry import DRIVERS
+
+if TYPE_CHECKING:
+    from abs_engine.live.reader import Reader
+    from abs_engine.live.release import Released
+
+_LEARN, _LOOK = 2.0, 0.2  # seconds of a stranger, and of a face that is known
+_NOTES = """\
+Each line on stdout is a frame: names and units as in results.csv of a run, null where a number is
+not known; delay_ms since the frame was taken; dropped, frames that were not tracked so far.
+Ctrl-C ends the session, and the run is written.
+"""
+
+
+def _address(text: str | tuple[str, int]) -> tuple[str, int]:
+    """HOST:PORT, as Unreal's Live Link Face listens at port 11111."""
+    if isinstance(text, tuple):
+        return text
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise click.BadParameter(f"'{text}' is not HOST:PORT, such as 127.0.0.1:11111")
+    return host, int(port)
+
+
+@command(
+    "Track and look at the result",
+    take.argument("source", "[DEVICE|FILE|URL]", "a camera by its number or device, a file played "
+        "at its own speed, or a URL", type=str, default="0"),
+    take.output("RUN", "folder of the results, as 'track' writes it, once the session has ended",
+        required=False),
+    take.option("--delay", type=float, default=120.0, metavar="MS",
+        text="time from a frame to its result; what is not done by then is dropped (default: 120)"),
+    take.option("--learn", type=float, metavar="SECONDS",
+        text="first seconds with a face, to learn the person from (default: 2; with --model 0.2)"),
+    take.option("--repeat", type=take.count, default=1, metavar="N",
+        text="how often a file is played (default: 1)"),
+    take.file("--model", metavar="me.face",
+        text="the face that 'speaker' learned; nothing is then learned first"),
+    take.option("--driver", metavar="NAME", type=take.Named(DRIVERS), default="newton-quick",
+        text="what moves the parameters, as of 'track' (default: newton-quick)"),
+    take.file("--camera", "camera.json of the camera's calibration"),
+    take.option("--pupil-distance", type=float, metavar="MM",
+        text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
+    take.option("--port", type=click.IntRange(0, 65535), metavar="N",
+        text="of the page on 127.0.0.1; 0: any that is free (default: 8090, if it is)"),
+    take.option("--live-link", type=_address, metavar="HOST:PORT",
+        text="where Live Link Face's packets go, by UDP: ARKit's 52 weights, the head's angles"),
+    take.renderer(),
+    take.option("--json", is_flag=True, default=True, hidden=True,
+        text="stdout is JSON, a line for each frame, whether asked for or not"),
+    examples="abs-engine live\n"
+    "abs-engine live talk.mp4 --renderer cpu > frames.ndjson\n"
+    "abs-engine live rtsp://127.0.0.1:8554/cam -o run",
+    notes=_NOTES,
+)  # fmt: skip
+def live(chosen: Chosen) -> Done:
+    """Track a camera while it films."""
+    from abs_engine.dataset import load_camera
+    from abs_engine.io.unfinished import NewFolder
+    from abs_engine.live.board import Board
+    from abs_engine.live.feed import open_feed
+    from abs_engine.live.keeper import Keeper
+    from abs_engine.live.packets import LiveLink
+    from abs_engine.live.reader import Reader
+    from abs_engine.live.server import served
+    from abs_engine.live.session import ending, follow, learned
+    from abs_engine.tracking.options import TrackOptions
+
+    feed = open_feed(chosen.source, chosen.repeat)
+    options = TrackOptions(
+        driver=chosen.driver,
+        model=None if chosen.model is None else str(chosen.model),
+        camera=None if chosen.camera is None else load_camera(chosen.camera),
+        pupil_distance=chosen.pupil_distance,
+    )
+    with ExitStack() as stack:
+        made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
+        renderer = stack.enter_context(opened(chosen.renderer))
+        progress = stack.enter_context(Progress("live"))
+        board = Board()
+        progress.remark(f"page: {stack.enter_context(served(board, feed.name, chosen.port))}")
+        reader = Reader(feed)
+        usual = _LEARN if chosen.model is None else _LOOK
+        seconds = usual if chosen.learn is None else chosen.learn
+
+        def tell(stage: str) -> None:
+            progress.announce(stage)
+            board.stage(stage)
+
+        tracker = learned(feed, reader, renderer, options, seconds, tell)
+        board.begin(tracker.setting)
+        progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
+        takers = [_printer(reader), board.show]
+        if chosen.live_link is not None:
+            takers.append(stack.enter_context(LiveLink(chosen.live_link, tracker)).send)
+        keeper = None if made is None else Keeper(made.work, tracker)
+        if keeper is not None:
+            takers.append(keeper.add)
+
+        def hand_on(released: Released) -> None:
+            for taker in takers:
+                taker(released)
+
+        stack.enter_context(ends_orderly(reader))
+        count = follow(tracker, reader, chosen.delay / 1e3, hand_on, _say)
+        why, fault = ending(feed, reader)
+        dropped = reader.count - count
+        board.end(why)
+        _say(f"{why}; of {reader.count} frames {count} were tracked, {dropped} dropped")
+        if made is not None and keeper is not None and count:
+            facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
+            keeper.write(options, facts, Progress("writing"))
+            made.finish()
+            _say(f"wrote {chosen.output}")
+    return Done((), status=int(fault))
+
+
+def _printer(reader: Reader) -> Callable[[Released], None]:
+    """Prints results as lines of JSON; where nobody reads them any more, the session ends."""
+    from abs_engine.live.lines import told
+
+    def line(released: Released) -> None:
+        try:
+            print(json.dumps(told(released)), flush=True)
+        except BrokenPipeError:  # the session ends, and what came before is kept
+            reader.stop()
+
+    return line
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def ends_orderly(reader: Reader) -> Iterator[None]:
+    """Let the first Ctrl-C or SIGTERM end the session, not the program; another one ends that."""
+
+    def stop(*_: Any) -> None:
+        if reader.stopped:
+            raise KeyboardInterrupt
+        reader.stop()
+
+    asked = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+    heeded = [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
+    before = [signal.signal(number, stop) for number in heeded]
+    try:
+        yield
+    finally:
+        for number, handler in zip(heeded, before, strict=True):
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""Tracking while a camera films: the newest frame is tracked, late ones are dropped."""

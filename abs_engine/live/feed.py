@@ -1,0 +1,153 @@
+"""Sources of live frames: a camera, a file played at its own speed, or a URL."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import VideoError
+from abs_engine.io.video import probe, read_frames
+
+Image = NDArray[np.uint8]
+_USUAL_RATE, _MOST_RATE = 25.0, 240.0  # of a source that does not say; one that says more is wrong
+
+
+class Feed(Protocol):
+    """A source of frames in real time.
+
+    Attributes
+    ----------
+    name : str
+    size : tuple of int
+        Width and height, px.
+    rate : float
+        Frames per second, as far as it is known.
+    lost : bool
+        Whether frames that stop coming are a fault.
+    """
+
+    name: str
+    size: tuple[int, int]
+    rate: float
+    lost: bool
+
+    def frames(self) -> Iterator[tuple[Image, float]]:
+        """Each frame (H, W, 3) uint8 RGB, and when it was taken by `time.monotonic`."""
+        ...
+
+
+class FileFeed:
+    """A video file, played at its own speed.
+
+    Parameters
+    ----------
+    path : Path
+    repeat : int
+        How often it is played.
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If it cannot be read.
+    """
+
+    lost = False
+
+    def __init__(self, path: Path, repeat: int = 1) -> None:
+        info = probe(path)
+        self.name, self.size, self.rate = path.name, info.size, info.rate
+        self._path, self._repeat = path, repeat
+        self._times = info.times or tuple(k / info.rate for k in range(info.frames))
+
+    def frames(self) -> Iterator[tuple[Image, float]]:
+        """Each frame, and when it is shown."""
+        start = time.monotonic()
+        for _ in range(self._repeat):
+            for image, after in zip(read_frames(self._path), self._times, strict=False):
+                yield image, _waited(start + after)
+            start += self._times[-1] + 1 / self.rate
+
+
+class StreamFeed:
+    """A camera or a URL, by OpenCV.
+
+    Parameters
+    ----------
+    source : str
+        A camera's number or device, or a URL.
+
+    Raises
+    ------
+    VideoError
+        If it cannot be opened, or shows nothing.
+    """
+
+    def __init__(self, source: str) -> None:
+        number = int(source) if source.isdecimal() else None
+        self.lost = "://" not in source
+        self.name = source if number is None else f"camera {source}"
+        self._capture = _opened(self.name, source if number is None else number)
+        there, image = self._capture.read()
+        if not there:
+            raise VideoError(f"{self.name} shows nothing", _REMEDY)
+        self._first: Image = np.asarray(image, np.uint8)
+        self.size = self._first.shape[1], self._first.shape[0]
+        rate = self._capture.get(cv2.CAP_PROP_FPS)
+        self.rate = rate if 1 <= rate <= _MOST_RATE else _USUAL_RATE
+
+    def frames(self) -> Iterator[tuple[Image, float]]:
+        """Each frame, and when it came; a file behind a URL is played at its own speed."""
+        recorded = self._capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0
+        start, image = time.monotonic(), self._first
+        try:
+            while True:
+                after = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3 if recorded else 0.0
+                taken = _waited(start + after) if recorded else time.monotonic()
+                yield np.ascontiguousarray(image[..., ::-1]), taken
+                there, read = self._capture.read()
+                if not there:
+                    return
+                image = np.asarray(read, np.uint8)
+                if image.shape != self._first.shape:
+                    raise VideoError(f"{self.name} has changed its size", "start again")
+        finally:
+            self._capture.release()
+
+
+_REMEDY = "check that it is connected and not in use, or give a file or a URL"
+
+
+def _opened(name: str, source: str | int) -> cv2.VideoCapture:
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails is said here
+    capture = cv2.VideoCapture(source)
+    if not capture.isOpened():
+        raise VideoError(f"{name} cannot be opened", _REMEDY)
+    capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # old frames are of no use
+    return capture
+
+
+def _waited(until: float) -> float:
+    """The same time, once it has come."""
+    left = until - time.monotonic()
+    if left > 0:
+        time.sleep(left)
+    return until
+
+
+def open_feed(source: str, repeat: int = 1) -> Feed:
+    """A camera by its number or device, a URL, or else a file.
+
+    Raises
+    ------
+    InputFileError, VideoError
+        If it cannot be read.
+    """
+    if source.isdecimal() or source.startswith("/dev/") or "://" in source:
+        return StreamFeed(source)
+    return FileFeed(Path(source), repeat)

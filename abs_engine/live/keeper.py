@@ -1,0 +1,72 @@
+"""Keeps a live session as a run: a recording of what was tracked, and all that `track` writes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from abs_engine.core.threads import Behind
+from abs_engine.io.video import VideoInfo, VideoWriter, read_frames
+from abs_engine.live.release import Released
+from abs_engine.tracking.clip_setting import FrameResult
+from abs_engine.tracking.options import ClipTracker, TrackOptions
+from abs_engine.tracking.output import Progress, RunFacts, write_run
+from abs_engine.tracking.run import settings_of
+
+RECORDING = "recording.mkv"  # in the run: can be played however the session ends
+_CODING = 18, "ultrafast"
+
+
+class Keeper:
+    """Records each result and its frame; frames are numbered anew, as in the recording.
+
+    Parameters
+    ----------
+    folder : Path
+        That is there, and empty.
+    tracker : ClipTracker
+    """
+
+    def __init__(self, folder: Path, tracker: ClipTracker) -> None:
+        self._folder, self._tracker = folder, tracker
+        info = tracker.info
+        self._video = VideoWriter(folder / RECORDING, info.size, info.rate, *_CODING)
+        self._behind = Behind()
+        self._times: list[float] = []
+        self._results: list[FrameResult] = []
+
+    def add(self, released: Released) -> None:
+        """Keep the next result; its frame is written beside other work."""
+        shot = released.shot
+        self._results.append(replace(released.result, index=len(self._results), highest=None))
+        self._times.append(shot.time)
+        self._behind.call(self._video.write, shot.image, shot.time - self._times[0])
+
+    def write(
+        self, options: TrackOptions, facts: dict[str, Any], progress: Progress | None = None
+    ) -> dict[str, Any]:
+        """Write the run; see `tracking.output.write_run`.
+
+        Parameters
+        ----------
+        options : TrackOptions
+        facts : dict
+            What `run.json` says of the session, JSON values.
+        progress : callable, optional
+        """
+        with self._video, self._behind:
+            pass
+        path, count, old = self._folder / RECORDING, len(self._times), self._tracker
+        seconds = self._times[-1] - self._times[0]
+        rate = (count - 1) / seconds if seconds > 0 else old.info.rate
+        times = tuple(time - self._times[0] for time in self._times)
+        made = replace(
+            old,
+            video=path,
+            info=VideoInfo(old.info.size, rate, count, times),
+            setting=replace(old.setting, rate=rate, times=tuple(self._times)),
+        )
+        settings = {**settings_of(made, options), "video_path": RECORDING, "live": facts}
+        results = zip(read_frames(path), self._results, strict=True)
+        return write_run(self._folder, made.setting, results, RunFacts(settings, count), progress)

@@ -1,0 +1,118 @@
+"""Live Link Face's packets: ARKit's 52 weights and the head's angles, by UDP."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from types import TracebackType
+from typing import Any
+from uuid import NAMESPACE_DNS, uuid5
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import OutputError
+from abs_engine.core.pose import parted
+from abs_engine.export.face_units import UnitFit
+from abs_engine.export.live_link import EYES, angles_of
+from abs_engine.io.assets import load_speaker
+from abs_engine.live.release import Released
+from abs_engine.tracking.options import ClipTracker
+
+ORDER = (
+    "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft",
+    "eyeSquintLeft", "eyeWideLeft", "eyeBlinkRight", "eyeLookDownRight", "eyeLookInRight",
+    "eyeLookOutRight", "eyeLookUpRight", "eyeSquintRight", "eyeWideRight", "jawForward",
+    "jawLeft", "jawRight", "jawOpen", "mouthClose", "mouthFunnel", "mouthPucker", "mouthLeft",
+    "mouthRight", "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight",
+    "mouthDimpleLeft", "mouthDimpleRight", "mouthStretchLeft", "mouthStretchRight",
+    "mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft",
+    "mouthPressRight", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
+    "mouthUpperUpRight", "browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft",
+    "browOuterUpRight", "cheekPuff", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft",
+    "noseSneerRight", "tongueOut",
+)  # fmt: skip
+"""ARKit's units as packets have them; the head's yaw, pitch and roll follow, and both eyes'."""
+NAME = "abs_engine"
+_VERSION = 6
+_DAY = 86400
+
+
+def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] | None) -> bytes:
+    """A packet of version 6, as PyLiveLinkFace 0.1 reads it.
+
+    Parameters
+    ----------
+    name : str
+        Of the subject.
+    seconds : float
+        Time of day of the frame.
+    rate : float
+        Frames per second.
+    values : (61,) float64 or None
+        Weights, then angles in radians; None where no face is seen.
+    """
+    identity, coded, fps = uuid5(NAMESPACE_DNS, name), name.encode(), max(1, round(rate))
+    whole, part = divmod(seconds * fps, 1)
+    head = struct.pack("<I", _VERSION) + f"${identity}".upper().encode()
+    head += struct.pack("!i", len(coded)) + coded
+    if values is None:
+        return head + struct.pack("!IfII", int(whole), part, fps, 1)
+    return head + struct.pack("!IfIIB61f", int(whole), part, fps, 1, len(values), *values)
+
+
+class LiveLink:
+    """Sends results to a program that listens for Live Link Face; a context manager.
+
+    Parameters
+    ----------
+    address : tuple
+        Host and port.
+    tracker : ClipTracker
+
+    Raises
+    ------
+    OutputError
+        If there is no such host.
+    """
+
+    def __init__(self, address: tuple[str, int], tracker: ClipTracker) -> None:
+        host, port = address
+        self._address: Any
+        try:
+            kind, *_, self._address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+        except OSError as error:
+            raise OutputError(
+                f"there is no host {host} ({error.strerror})", "give an IP"
+            ) from error
+        speaker = load_speaker()
+        self._order = [speaker.unit_names.index(name) for name in ORDER]
+        self._fit = UnitFit.of(speaker, tracker.setting.face.body.modes)
+        self._rate = tracker.setting.rate
+        self._socket = socket.socket(kind, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+
+    def send(self, released: Released) -> None:
+        """Send a result; nobody need listen."""
+        values, result = None, released.result
+        if result.found and result.pose is not None:
+            weights = self._fit.weights(parted(result.vector)[1])[self._order]
+            values = np.r_[weights, angles_of(result.pose), np.zeros(len(EYES))]
+        now = time.time() - released.delay
+        seconds = (now + time.localtime(now).tm_gmtoff) % _DAY
+        try:
+            self._socket.sendto(packet(NAME, seconds, self._rate, values), self._address)
+        except OSError:
+            return  # a network that is away for a while
+
+    def __enter__(self) -> LiveLink:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._socket.close()

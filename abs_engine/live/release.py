@@ -1,0 +1,119 @@
+"""Hands results on at a constant delay after their frames were taken; late ones are dropped."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+
+from abs_engine.tracking.clip_setting import FrameResult
+from abs_engine.tracking.frame_state import Shot
+
+RECENT = 25  # results that `Release.took` remembers
+
+
+@dataclass(frozen=True, eq=False)
+class Released:
+    """A result as it is handed on.
+
+    Parameters
+    ----------
+    shot : Shot
+    result : FrameResult
+    delay : float
+        Seconds since the frame was taken.
+    dropped : int
+        Frames before it that were not handed on.
+    """
+
+    shot: Shot
+    result: FrameResult
+    delay: float
+    dropped: int
+
+
+class Release:
+    """Hands results on from a thread of its own; a context manager that waits for the last.
+
+    Parameters
+    ----------
+    start : float
+        What times of shots count from, by `time.monotonic`.
+    delay : float
+        Seconds from a frame to its result. What is not there by then is dropped.
+    hand_on : callable
+        Given each result in its time.
+
+    Attributes
+    ----------
+    count : int
+        Results that were handed on.
+    took : deque of float
+        Seconds from frame to result, of the last ones; also of those that came too late.
+    """
+
+    def __init__(self, start: float, delay: float, hand_on: Callable[[Released], None]) -> None:
+        self.count = 0
+        self.took: deque[float] = deque(maxlen=RECENT)
+        self._start, self._delay, self._hand_on = start, delay, hand_on
+        self._waiting: queue.SimpleQueue[tuple[Shot, FrameResult] | None] = queue.SimpleQueue()
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="release", daemon=True)
+        self._thread.start()
+
+    def add(self, shot: Shot, result: FrameResult) -> None:
+        """Take the next result.
+
+        What handing on one before has raised is raised here.
+        """
+        if self._error is not None:
+            raise self._error
+        self.took.append(time.monotonic() - self._start - shot.time)
+        if self.took[-1] <= self._delay:
+            self._waiting.put((shot, result))
+
+    @property
+    def mostly_late(self) -> bool:
+        """True if most of the last results came too late."""
+        late = sum(seconds > self._delay for seconds in self.took)
+        return len(self.took) == RECENT and 2 * late > RECENT
+
+    def _run(self) -> None:
+        try:
+            while (item := self._waiting.get()) is not None:
+                self._release(*item)
+        except BaseException as error:  # noqa: BLE001 - raised again by whoever adds
+            self._error = error
+
+    def _release(self, shot: Shot, result: FrameResult) -> None:
+        taken = self._start + shot.time
+        left = taken + self._delay - time.monotonic()
+        if left > 0:
+            time.sleep(left)
+        delay = time.monotonic() - taken
+        if delay > self._delay + _SLACK:
+            return  # whoever takes them, or the machine, was too slow
+        self._hand_on(Released(shot, result, delay, shot.index - self.count))
+        self.count += 1
+
+    def __enter__(self) -> Release:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._waiting.put(None)
+        self._thread.join(None if kind is None else _PATIENCE)
+        if kind is None and self._error is not None:
+            raise self._error
+
+
+_PATIENCE = 1.0  # seconds after an error, for whoever takes results
+_SLACK = 0.025  # seconds by which a result may be handed on late

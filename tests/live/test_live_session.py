@@ -1,0 +1,174 @@
+"""`abs-engine live` on a drawn head: its lines, packets and page, and the run after Ctrl-C."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from browser import open_browser
+from drawn import lit
+from heads import seen_at
+from runs import write_kind
+
+from abs_engine import export_run
+from abs_engine.cli import main
+from abs_engine.cli.commands.live import ends_orderly
+from abs_engine.core.clock import Clock
+from abs_engine.core.errors import VideoError
+from abs_engine.io.video import probe
+from abs_engine.live.feed import FileFeed
+from abs_engine.live.reader import Reader
+from abs_engine.live.session import ending, follow
+from abs_engine.tracking.frame_state import Memory
+from abs_engine.tracking.record import load_run
+
+FRAMES = 5
+PICTURE = """
+const c = document.getElementById('film'), g = c.getContext('2d');
+const d = g.getImageData(0, 0, c.width, c.height).data;
+return [c.width, c.height, Array.from(d.filter((_, k) => k % 4 === 1)).reduce((a, b) => a + b)];"""
+HEAD = """
+const c = document.getElementById('head'), g = document.createElement('canvas').getContext('2d');
+g.drawImage(c, 0, 0, 300, 150);
+return new Set(g.getImageData(0, 0, 300, 150).data).size;"""
+SHOWN = "(function look() { live.drawn > 1 ? done(1) : setTimeout(look, 100); })();"
+
+
+def refused(capsys, *words):
+    """The one line with which a command is refused."""
+    assert main(["live", *map(str, words), "--renderer", "cpu"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-1].startswith("abs-engine: error: ")
+    return lines[-1]
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    """A drawn head that opens its mouth."""
+    pictures = [
+        lit("amara", seen_at([0, 0.05 * k - 0.1, 0], [0, 0, 700]), jawOpen=0.07 * k)
+        for k in range(FRAMES)
+    ]
+    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+
+
+@pytest.fixture
+def listener():
+    """A UDP socket that waits for packets."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+        opened.bind(("127.0.0.1", 0))
+        opened.settimeout(1.0)
+        yield opened
+
+
+@pytest.fixture
+def session(film, tmp_path, listener):
+    """A session that goes on until it is stopped; what it says on stderr, and its lines."""
+    to = f"127.0.0.1:{listener.getsockname()[1]}"
+    words = ["live", film, "--repeat", 100000, "--renderer", "cpu", "--port", 0, "--delay", 4000]
+    words += ["--learn", 0.16, "--live-link", to, "-o", tmp_path / "run"]
+    command = [sys.executable, "-m", "abs_engine", *map(str, words)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        yield process
+        process.kill()
+
+
+def asked(address, path, host):
+    """Status and content type of what the page's server answers."""
+    connection = http.client.HTTPConnection(address, timeout=10)
+    connection.request("GET", path, headers={"Host": host})
+    answer = connection.getresponse()
+    answer.read()
+    return answer.status, answer.headers["Content-Type"]
+
+
+@pytest.mark.slow
+def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
+    said = []
+    address = None
+    while address is None:
+        said.append(session.stderr.readline())
+        found = re.search(r"page: http://(127\.0\.0\.1:\d+)/", said[-1])
+        address = found and found[1]
+    rest = threading.Thread(target=lambda: said.extend(session.stderr), daemon=True)
+    rest.start()
+    assert asked(address, "/", address) == (200, "text/html; charset=utf-8")
+    assert asked(address, "/", "evil.example:80")[0] == 403
+    assert asked(address, "/other", address)[0] == 404
+
+    with open_browser(tmp_path / "profile") as page:
+        page.driver.get(f"http://{address}/")
+        assert page.wait(SHOWN) == 1
+        assert page.run("return document.getElementById('state').textContent").count(" ms") == 1
+        width, height, light = page.run(PICTURE)
+        assert (width, height) == (640, 480)
+        assert light / (width * height) > 40
+        assert page.run(HEAD) > 20
+        assert page.complaints() == []
+        assert all(url.startswith(f"http://{address}/") for url in page.strange_requests())
+        lines = [json.loads(session.stdout.readline()) for _ in range(4)]
+        session.send_signal(signal.SIGINT)
+        lines += [json.loads(line) for line in session.stdout]
+        ended = page.run("return document.getElementById('state').textContent")
+    assert ended in ("stopped", "the session has ended") or "dropped" in ended
+    assert session.wait(60) == 0
+    rest.join()
+
+    assert [line["index"] - line["dropped"] for line in lines] == list(range(len(lines)))
+    assert all(line["found"] and 4000 <= line["delay_ms"] < 4100 for line in lines)
+    assert any("stopped; of " in line and f" {len(lines)} were tracked" in line for line in said)
+    run = load_run(tmp_path / "run")
+    np.testing.assert_allclose(run["time"], [line["time"] for line in lines], atol=1e-4)
+    np.testing.assert_allclose(run["aperture"], [line["aperture"] for line in lines], atol=1e-4)
+    assert run["index"].tolist() == list(range(len(lines)))
+    told = json.loads((tmp_path / "run" / "run.json").read_text())["settings"]
+    assert (told["video_path"], told["live"]["end"]) == ("recording.mkv", "stopped")
+    recording = probe(tmp_path / "run" / "recording.mkv")
+    assert recording.frames == len(lines)
+    np.testing.assert_allclose(recording.times, run["time"] - run["time"][0], atol=0.03)
+    assert export_run(tmp_path / "run", "arkit", tmp_path / "run.csv")
+    packets = [listener.recv(1000) for _ in range(len(lines))]
+    assert {len(one) for one in packets} == {316}
+
+
+def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
+    nothing = SimpleNamespace(finish=lambda: None)
+    motion = SimpleNamespace(follower=lambda: nothing)
+    setting = SimpleNamespace(motion=motion, clock=Clock(), renderer=None)
+    reader = Reader(FileFeed(film))
+    reader.collect(60.0)
+    list(reader.shots())
+    with pytest.raises(VideoError, match="5 frames had gone by before one was tracked in time"):
+        follow(SimpleNamespace(setting=setting, memory=Memory()), reader, 1.0, print, print)
+
+
+def test_the_first_signal_ends_the_session_and_the_second_the_program(film):
+    before, reader = signal.getsignal(signal.SIGTERM), Reader(FileFeed(film))
+    with ends_orderly(reader):
+        signal.raise_signal(signal.SIGTERM)
+        assert list(reader.shots()) == []
+        assert ending(FileFeed(film), reader) == ("stopped", False)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_wrong_words_are_refused(film, tmp_path, capsys):
+    assert "'nowhere' is not HOST:PORT" in refused(capsys, film, "--live-link", "nowhere")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        assert f"port {port} cannot be used" in refused(capsys, film, "--port", port)
+    assert "does not exist" in refused(capsys, tmp_path / "none.mp4")
+    tmp_path.joinpath("run").mkdir()
+    assert "exists" in refused(capsys, film, "-o", tmp_path / "run")

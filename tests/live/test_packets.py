@@ -1,0 +1,53 @@
+"""Live Link Face's packets, taken apart as PyLiveLinkFace 0.1.0 does (`PyLiveLinkFace.decode`)."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+
+from abs_engine.export.live_link import EYES, HEAD
+from abs_engine.io.assets import load_speaker
+from abs_engine.live.packets import ORDER, packet
+
+VALUES = np.linspace(0, 1, 61)
+
+
+def decoded(data):
+    """The fields as that library reads them, by its own offsets."""
+    (version,) = struct.unpack("<i", data[0:4])
+    identity = data[4:41].decode("utf-8")
+    (length,) = struct.unpack("!i", data[41:45])
+    end = 45 + length
+    name = data[45:end].decode("utf-8")
+    if len(data) <= end + 16:
+        return version, identity, name, None
+    frame, part, fps, denominator, count = struct.unpack("!if2ib", data[end : end + 17])
+    return (
+        version,
+        identity,
+        name,
+        (frame, part, fps, denominator, count, struct.unpack("!61f", data[end + 17 :])),
+    )
+
+
+def test_a_packet_is_read_back():
+    version, identity, name, face = decoded(packet("Jo", 3600.5, 30.0, VALUES))
+    assert (version, name) == (6, "Jo")
+    assert identity.startswith("$")
+    assert len(identity) == 37
+    frame, part, fps, denominator, count, values = face
+    assert (frame, fps, denominator, count) == (108015, 30, 1, 61)
+    assert part == pytest.approx(0.0)
+    np.testing.assert_allclose(values, VALUES, atol=1e-6)
+
+
+def test_a_frame_without_a_face_has_no_values():
+    assert decoded(packet("Jo", 1.0, 25.0, None))[3] is None
+
+
+def test_every_unit_has_its_place():
+    assert sorted(ORDER) == sorted(load_speaker().unit_names)
+    assert len(ORDER) + len(HEAD) + len(EYES) == 61
+    assert (ORDER[0], ORDER[17], ORDER[51]) == ("eyeBlinkLeft", "jawOpen", "tongueOut")
