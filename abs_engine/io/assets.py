@@ -6,6 +6,7 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -54,6 +55,10 @@ class Speaker:
     points : mapping of str to int32 vertex indices
         The frozen lists of ``points.json``: `landmark_68` and the areas `face`, `lips` and `jaw`,
         each described in the file; empty for a head without that file.
+    own_texture : (H, W, 3) uint8 RGB, optional
+        That of all people of an imported head, see `io.head_file`; others have one each.
+    network : mapping of str to array
+        Where the landmark network sees its points, of an imported head; others have that beside.
     """
 
     vertices: NDArray[np.float32]
@@ -70,6 +75,13 @@ class Speaker:
     landmarks: Mapping[str, NDArray[np.int32]]
     folder: Path
     points: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
+    own_texture: NDArray[np.uint8] | None = None
+    network: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    @property
+    def imported(self) -> bool:
+        """Whether it is somebody's own head, whose texture may be nobody's who is filmed."""
+        return self.own_texture is not None
 
     def class_id(self, name: str) -> int:
         """Id of a facet class by its name."""
@@ -105,6 +117,8 @@ class Speaker:
 
     def texture(self, person: str) -> NDArray[np.uint8]:
         """The painted texture of a person, (H, W, 3) uint8 RGB."""
+        if self.own_texture is not None:
+            return self.own_texture
         return read_image(self.folder / f"texture_{person}.jpg")
 
     def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
@@ -189,7 +203,7 @@ def load_speaker(path: Path | None = None) -> Speaker:
             people=dict(zip(map(str, data["people_names"]), people, strict=True)),
             landmarks={k: np.atleast_1d(np.asarray(data[k], np.int32)) for k in _LANDMARKS},
             folder=path.parent,
-            points=load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"])),
+            **(_embedded(data) if "own_texture" in data else _beside(data, path.parent)),
         )
     except KeyError as error:
         raise ModelFormatError(
@@ -197,6 +211,22 @@ def load_speaker(path: Path | None = None) -> Speaker:
         ) from error
     check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
     return speaker
+
+
+def _beside(data: Mapping[str, NDArray[Any]], folder: Path) -> dict[str, Any]:
+    """What lies beside the file of a head."""
+    return {"points": load_points(folder / POINTS, len(data["vertices"]), len(data["faces"]))}
+
+
+def _embedded(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """What the file of an imported head holds of its own."""
+
+    def part(start: str) -> dict[str, NDArray[Any]]:
+        return {k.removeprefix(start): v for k, v in data.items() if k.startswith(start)}
+
+    points = {name: np.asarray(v, np.int32) for name, v in part("points_").items()}
+    texture = np.asarray(data["own_texture"], np.uint8)
+    return {"points": points, "own_texture": texture, "network": part("network_")}
 
 
 def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:

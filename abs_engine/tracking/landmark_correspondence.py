@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,13 +68,16 @@ class Correspondence:
         taken = np.asarray(vertices[..., self.corners, :], np.float64)
         return np.ascontiguousarray(np.einsum("lk,...lkd->...ld", self.weights, taken))
 
+    def arrays(self) -> dict[str, Any]:
+        """As they are kept in a file."""
+        return {
+            "corners": self.corners, "weights": self.weights.astype(np.float32),
+            "deviation": self.deviation.astype(np.float32), **self.noise.arrays(),
+        }  # fmt: skip
+
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load_correspondence` reads."""
-        np.savez_compressed(
-            path, format=FORMAT, version=VERSION, corners=self.corners,
-            weights=self.weights.astype(np.float32), deviation=self.deviation.astype(np.float32),
-            **cast("dict[str, Any]", self.noise.arrays()),
-        )  # fmt: skip
+        np.savez_compressed(path, format=FORMAT, version=VERSION, **self.arrays())
 
 
 def load_correspondence(speaker: Speaker) -> Correspondence | None:
@@ -86,9 +89,9 @@ def load_correspondence(speaker: Speaker) -> Correspondence | None:
         If it belongs to another mesh.
     """
     path = speaker.folder / FILE
-    if not path.is_file():
+    if not (speaker.network if speaker.imported else path.is_file()):
         return None
-    data = read_npz(path, FORMAT, VERSION)
+    data = speaker.network if speaker.imported else read_npz(path, FORMAT, VERSION)
     try:
         corners = np.asarray(data["corners"], np.int32)
         weights, deviation = (np.asarray(data[k], np.float64) for k in ("weights", "deviation"))

@@ -11,6 +11,7 @@ KINDS = {
     "abs_engine.learned_physics": "shell",
     "abs_engine.talking_face": "talking",
     "abs_engine.speaker_face": "speaker",
+    "abs_engine.speaker": "head",
 }
 """The model that each format of file is of."""
 
@@ -29,6 +30,6 @@ def model_of_file(path: Path) -> str:
     if found not in KINDS:
         raise ModelFormatError(
             f"{path} holds no model but {found}",
-            "give a face that 'speaker' learned, or another of the files in docs/parts.md",
+            "give a face that 'speaker' learned, a head that 'import' made, or another of the files in docs/parts.md",
         )
     return KINDS[found]
