@@ -25,7 +25,7 @@ from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
-from abs_engine.learn.heads.interior import TEETH, has, mouth_interior
+from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, FloatArray, Marks, find_marks, lip_contours
 from abs_engine.learn.heads.paint import paint
 from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, named_regions, welded
@@ -81,11 +81,12 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     marks = find_marks({**given, **table.landmarks}, mesh.vertices, mesh.source)
     frame = head_frame(mesh.vertices, marks, table.length)
     units, unused = _units(mesh, table.units, frame)
-    vertices, weld = frame.places(mesh.vertices), welded(mesh.vertices)
+    vertices = frame.places(mesh.vertices)
+    jaw = units[FACE_UNITS.index("jawOpen")].astype(np.float64)
+    weld = welded(vertices, jaw)
     words = named_regions(mesh, table.regions)
     face = mesh.faces[words != "none"]
     contours = lip_contours(marks, vertices, face, weld)
-    jaw = units[FACE_UNITS.index("jawOpen")].astype(np.float64)
     opening = float(lip_gap(jaw[contours.points]))
     if opening < LEAST_OPENING:
         raise ParameterError(
@@ -141,7 +142,7 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
         keep = ~np.isin(classes, [CLASS_NAMES.index(name) for name in TEETH[:2]])
         faces, classes = faces[keep], classes[keep]  # teeth that do not part with the jaw
         wanted += TEETH[: 2 if has(classes, "tongue") else 3]
-    if not has(classes, "inner_mouth"):
+    if not is_hollow(parts.vertices, faces, classes, contours.points):
         wanted += ("inner_mouth",)
     if not wanted:
         return _Parts(parts.vertices, faces, parts.weld, classes, parts.units, parts.uv), ()

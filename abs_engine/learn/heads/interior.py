@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from abs_engine.face.schema import CLASS_NAMES
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.heads.marks import FloatArray
+from abs_engine.learn.heads.marks import FloatArray, IntArray
 
 TEETH = ("upper_teeth", "lower_teeth", "tongue")
 _SUNK = 1.5  # mm behind its place, so that nothing pokes through other lips
+_HOLLOW = 20.0  # mm from the lips: so deep is the inside of a mouth at least
 _MOST = 3.0  # times the bundled jaw's motion
 
 
@@ -83,3 +84,12 @@ def _frame(points: FloatArray) -> tuple[FloatArray, float]:
 def has(classes: NDArray[np.uint8], name: str) -> bool:
     """Whether a head has facets of a class."""
     return bool((classes == CLASS_NAMES.index(name)).any())
+
+
+def is_hollow(
+    vertices: FloatArray, faces: NDArray[np.integer], classes: NDArray[np.uint8], points: IntArray
+) -> bool:
+    """Whether the inside of a mouth reaches farther back than the rims of its lips do."""
+    inside = np.unique(faces[classes == CLASS_NAMES.index("inner_mouth")])
+    front = vertices[points[12:], 2].mean()
+    return bool((vertices[inside, 2] < front - _HOLLOW).any())

@@ -35,11 +35,13 @@ def named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.objec
     return np.array(words, object)[mesh.part]
 
 
-def welded(vertices: FloatArray) -> IntArray:
-    """Which geometric vertex each (V, 3) is: copies at one place share a number."""
-    _, first, back = np.unique(
-        np.round(vertices, 4), axis=0, return_index=True, return_inverse=True
-    )
+def welded(vertices: FloatArray, jaw: FloatArray) -> IntArray:
+    """Which geometric vertex each is, by its place (V, 3), mm, and by how the jaw moves it.
+
+    Copies at the seams of textures share a number; lips that touch each other do not.
+    """
+    both = np.round(np.hstack([vertices, jaw]), 3)
+    _, first, back = np.unique(both, axis=0, return_index=True, return_inverse=True)
     order = np.empty(len(first), np.int64)
     order[np.argsort(first)] = np.arange(len(first))
     return order[back.ravel()]
