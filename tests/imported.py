@@ -72,7 +72,7 @@ class _Buffer:
                 count=values.size // columns,
                 type=kinds[columns],
                 componentType=gl.UNSIGNED_INT if whole else gl.FLOAT,
-            )  # fmt: skip
+            )
         )
         self.content += values.tobytes()
         return len(self.accessors) - 1
@@ -111,7 +111,7 @@ def write_glb(
             material=k,
             targets=targets,
             indices=buffer.add(part_of(head, part).astype(np.uint32).ravel(), 1),
-        )  # fmt: skip
+        )
         for k, part in enumerate(parts)
     ]
     mesh = gl.Mesh(primitives=primitives, extras={"targetNames": list(units)})

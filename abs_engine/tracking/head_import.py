@@ -1,4 +1,4 @@
-"""Where the landmark network sees its points on a head that was imported: by drawing and looking."""
+"""Where the landmark network sees its points on an imported head: by drawing and looking."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def with_network(head: Speaker, renderer: Renderer) -> Speaker:
 
 def _landmark_68(head: Speaker, found: Correspondence) -> NDArray[np.int32]:
     """The vertices nearest to the network's points; those of the lips are known better."""
-    own = found.corners[OF_68, found.weights[OF_68].argmax(axis=1)].astype(np.int32)
+    own = np.asarray(found.corners[OF_68, found.weights[OF_68].argmax(axis=1)], np.int32)
     marks = head.landmarks
     own[LIPS_OF_68] = np.r_[marks["outer_lip_20"], marks["inner_lip_8"]]
     own[30], own[8] = marks["nose_tip"][0], marks["chin"][0]

@@ -30,6 +30,6 @@ def model_of_file(path: Path) -> str:
     if found not in KINDS:
         raise ModelFormatError(
             f"{path} holds no model but {found}",
-            "give a face that 'speaker' learned, a head that 'import' made, or another of the files in docs/parts.md",
+            "give a face that 'speaker' learned, or another of the files in docs/parts.md",
         )
     return KINDS[found]

@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 _PAIR, _ALONE, _MACRO = 0.3, 0.2, 0.13
-"""Standard deviations of the weights of MakeHuman's targets that come in pairs, alone, and of whole
-people: with them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
+"""Standard deviations of the weights of MakeHuman's targets: in pairs, alone, and of whole people.
+With them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
 
 _KEPT = 96
 """Directions of targets and smooth fields together: they hold 98 % of the variance that

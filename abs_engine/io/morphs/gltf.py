@@ -212,7 +212,7 @@ class _Reader:
                 self._view(values.bufferView), values.byteOffset or 0, count, columns, kind
             )
         if accessor.normalized:
-            out = out / np.iinfo(kind).max
+            out = out / np.iinfo(out.dtype).max
         return np.asarray(out, np.float64)
 
 
@@ -224,8 +224,7 @@ def _rows(
     step = stride or width
     if count and len(raw) < first + step * (count - 1) + width:
         raise ValueError("an accessor reaches beyond its buffer")
-    whole = np.ndarray((count, columns), kind, raw, first, (step, kind.itemsize))
-    return whole
+    return np.ndarray((count, columns), kind, raw, first, (step, kind.itemsize))
 
 
 def _matrix(node: gl.Node) -> NDArray[np.float64]:

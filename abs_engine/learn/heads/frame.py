@@ -1,4 +1,4 @@
-"""A head brought into the head frame: millimetres, x to the subject's left, y up, z to the front."""
+"""Brings a head into the head frame: mm, x to the subject's left, y up, z out of the face."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     size = np.linalg.norm(own) * np.linalg.norm(usual)
     turns = [t for t in _turns() if np.linalg.det(t) > 0]
     likeness = [float((own @ t.T * usual).sum() / max(size, 1e-12)) for t in turns]
-    if max(likeness) < _LIKE:
+    turned = at @ turns[int(np.argmax(likeness))].T
+    if max(likeness) < _LIKE or turned[4, 2] < turned[:4, 2].max():
         raise ParameterError(
             "the landmarks do not lie as a face's do",
             "check their order: the subject's right eye comes first, outer corner before inner",

@@ -115,7 +115,7 @@ class Contours:
     @property
     def outer(self) -> IntArray:
         """The outer contour, a closed loop from the right corner over the upper lip."""
-        return np.r_[self.over, self.under[-2:0:-1]]
+        return np.concatenate([self.over, self.under[-2:0:-1]])
 
 
 def lip_contours(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import CLASS_NAMES, ICT_PARTS, LIPS, TEETH, region_of
@@ -19,6 +20,7 @@ _BY_NAME = {name: k for k, name in enumerate(CLASS_NAMES)}
 _MOUTH = ("skin", "upper_lip", "lower_lip", "inner_mouth")
 _LIP_EDGES = ("over", "upper"), ("under", "lower")
 _EDGE = 2  # corners of a facet that lie on a contour when one of its edges does
+_AJAR = 0.5  # weight of `jawOpen` at which lips lie apart
 _MOVED = 0.4  # of the jaw's motion: what moves by more goes with it
 
 
@@ -49,6 +51,7 @@ def welded(vertices: FloatArray, jaw: FloatArray) -> IntArray:
 
 def facet_classes(
     words: NDArray[np.object_],
+    vertices: FloatArray,
     faces: NDArray[np.integer],
     weld: IntArray,
     contours: Contours,
@@ -60,7 +63,8 @@ def facet_classes(
     Parameters
     ----------
     words : (F,) of str
-        See `named_regions`.
+        See `named_regions`; where they name lips, these end there, and not at the contours.
+    vertices : (V, 3) float64, mm
     faces : (F, 3) int
     weld : (V,) int64
     contours : Contours
@@ -77,10 +81,14 @@ def facet_classes(
     out = np.full(len(faces), HIDDEN_ID, np.uint8)
     for name, k in _BY_NAME.items():
         out[words == name] = k
-    out[words == LIPS] = _BY_NAME["skin"]
+    named = np.flatnonzero(words == LIPS)
+    out[named] = _BY_NAME["skin"]
     skin = np.flatnonzero(np.isin(out, [_BY_NAME[n] for n in _MOUTH]))
     for name, own in _parted(weld[faces[skin]], weld, contours, int(weld[nose])).items():
         out[skin[own]] = _BY_NAME[name]
+    named = named[~np.isin(out[named], [_BY_NAME[name] for name in ("upper_lip", "lower_lip")])]
+    above = _nearer_above(vertices + _AJAR * jaw, faces[named], contours)
+    out[named] = np.where(above, _BY_NAME["upper_lip"], _BY_NAME["lower_lip"])
     teeth = np.flatnonzero(words == TEETH)
     out[teeth] = np.where(
         moving(teeth, faces, weld, jaw), _BY_NAME["lower_teeth"], _BY_NAME["upper_teeth"]
@@ -120,6 +128,18 @@ def _parted(
         "lower_lip": lip & ~high,
         "inner_mouth": np.isin(labels, inside),
     }
+
+
+def _nearer_above(
+    opened: FloatArray, faces: NDArray[np.integer], contours: Contours
+) -> NDArray[np.bool_]:
+    """Whether facets of an open mouth are nearer to the contours of the upper lip."""
+    c = contours
+    away = [
+        cKDTree(opened[ring[1:-1]]).query(opened[faces].mean(axis=1))[0]
+        for ring in (np.r_[c.over, c.upper], np.r_[c.under, c.lower])
+    ]
+    return np.asarray(away[0] < away[1])
 
 
 def _pieces(corners: IntArray, cut: Sequence[IntArray] = ()) -> IntArray:
