@@ -26,9 +26,12 @@ FEW = ("jawOpen", "mouthClose", "mouthFunnel", "mouthPucker", "mouthSmileLeft", 
 """Face units that the written heads have."""
 
 
-def part_of(head: Speaker, part: str) -> NDArray[np.int32]:
-    """Facets of a part."""
-    ids = [head.class_id(name) for name in PARTS[part]]
+OUTER_CLASSES = ("skin", "upper_lip", "lower_lip", "eyes")
+
+
+def facets_of(head: Speaker, *names: str) -> NDArray[np.int32]:
+    """Facets (F, 3) of some classes."""
+    ids = [head.class_id(name) for name in names]
     return head.faces[np.isin(head.facet_class, ids)]
 
 
@@ -110,7 +113,7 @@ def write_glb(
             attributes=gl.Attributes(POSITION=place),
             material=k,
             targets=targets,
-            indices=buffer.add(part_of(head, part).astype(np.uint32).ravel(), 1),
+            indices=buffer.add(facets_of(head, *PARTS[part]).astype(np.uint32).ravel(), 1),
         )
         for k, part in enumerate(parts)
     ]
