@@ -1,4 +1,4 @@
-"""Where the landmark network sees its points on an imported head: by drawing and looking."""
+"""The landmark network's points on an imported head, by drawing and looking."""
 
 from __future__ import annotations
 

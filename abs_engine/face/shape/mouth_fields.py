@@ -1,4 +1,4 @@
-"""How people's mouths differ on a head that has no shape targets of mouths: smoothly."""
+"""Modes of people's mouths for a head that has no shape targets of mouths: smooth ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each facet of a head is: by the names of its parts, and by the contours of its lips."""
+"""Facet classes of a head, by the names of its parts and by the contours of its lips."""
 
 from __future__ import annotations
 
