@@ -56,7 +56,9 @@ class Speaker:
         The frozen lists of ``points.json``: `landmark_68` and the areas `face`, `lips` and `jaw`,
         each described in the file; empty for a head without that file.
     own_texture : (H, W, 3) uint8 RGB, optional
-        That of all people of an imported head, see `io.head_file`; others have one each.
+        That of an imported head, see `io.head_file`, for people of whom there is no other.
+    looks : mapping of str to (H, W, 3) uint8 RGB
+        Textures of those of its people whose looks are known.
     network : mapping of str to array
         Where the landmark network sees its points, of an imported head; others have that beside.
     """
@@ -76,6 +78,7 @@ class Speaker:
     folder: Path
     points: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
     own_texture: NDArray[np.uint8] | None = None
+    looks: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
     network: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
     @property
@@ -118,7 +121,7 @@ class Speaker:
     def texture(self, person: str) -> NDArray[np.uint8]:
         """The painted texture of a person, (H, W, 3) uint8 RGB."""
         if self.own_texture is not None:
-            return self.own_texture
+            return self.looks.get(person, self.own_texture)
         return read_image(self.folder / f"texture_{person}.jpg")
 
     def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
@@ -226,7 +229,9 @@ def _embedded(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
     points = {name: np.asarray(v, np.int32) for name, v in part("points_").items()}
     texture = np.asarray(data["own_texture"], np.uint8)
-    return {"points": points, "own_texture": texture, "network": part("network_")}
+    looks = {name: np.asarray(v, np.uint8) for name, v in part("looks_").items()}
+    own = {"own_texture": texture, "looks": looks, "network": part("network_")}
+    return {"points": points, **own}
 
 
 def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:

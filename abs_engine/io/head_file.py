@@ -31,5 +31,6 @@ def write_head(path: Path, head: Speaker) -> None:
     own["people"] = np.stack(list(head.people.values())).astype(np.float32)
     own |= dict(head.landmarks)
     own |= {f"points_{name}": at for name, at in head.points.items()}
+    own |= {f"looks_{name}": texture for name, texture in head.looks.items()}
     own |= {f"network_{name}": values for name, values in head.network.items()}
     write_npz(path, FORMAT, VERSION, own)

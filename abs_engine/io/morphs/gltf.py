@@ -80,12 +80,12 @@ class _Reader:
             whole = targets.setdefault(name, np.zeros((self.count, 3), np.float32))
             whole[first : first + len(displaced)] += displaced.astype(np.float32)
         sizes = [len(f) for f in self.faces]
-        tiles = self._tiles()
+        tiles, faces = self._tiles(), np.concatenate(self.faces).astype(np.int32)
         return MorphMesh(
             str(self.path), np.concatenate(self.vertices),
-            np.concatenate(self.faces).astype(np.int32),
+            faces,
             np.repeat(np.arange(len(sizes)), sizes).astype(np.int32), tuple(self.names), targets,
-            uv=None if tiles is None else np.concatenate(self.uv).astype(np.float32),
+            uv=None if tiles is None else np.concatenate(self.uv).astype(np.float32)[faces],
             texture=tiles,
         )  # fmt: skip
 

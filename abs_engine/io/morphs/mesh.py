@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,10 @@ class MorphMesh:
         Displacements at weight 1.
     components : mapping of str to (V, 3) float32
         Displacements by which people differ, at one standard deviation each.
-    uv : (V, 2) float32, optional
-        v down from the top of the texture.
+    uv : (F, 3, 2) float32, optional
+        Of each facet's corners, 0 to 1, v down from the top of the texture.
     texture : (H, W, 3) uint8 RGB, optional
+        All materials' pictures side by side.
     model : str
         The published model that it is, "ict"; empty for any other.
     """
@@ -46,6 +47,34 @@ class MorphMesh:
     uv: NDArray[np.float32] | None = None
     texture: NDArray[np.uint8] | None = None
     model: str = ""
+
+    def at_seams(self) -> tuple[MorphMesh, NDArray[np.int64]]:
+        """The mesh with vertices that have one place on the texture each, and what they were.
+
+        Vertices keep their numbers; copies for their other places come behind.
+        """
+        if self.uv is None:
+            return self, np.arange(len(self.vertices))
+        corner = self.faces.ravel().astype(np.int64)
+        rows = np.column_stack([corner, np.round(self.uv.reshape(-1, 2) * 65536)]).astype(np.int64)
+        pairs, number = np.unique(rows, axis=0, return_inverse=True)
+        again = np.r_[False, pairs[1:, 0] == pairs[:-1, 0]]
+        new = np.where(again, len(self.vertices) - 1 + np.cumsum(again), pairs[:, 0])
+        origin = np.r_[np.arange(len(self.vertices)), pairs[again, 0]]
+        groups = (self.targets, self.components)
+        targets, components = ({n: d[origin] for n, d in group.items()} for group in groups)
+        faces = new[number.ravel()].reshape(-1, 3).astype(np.int32)
+        return replace(
+            self, vertices=self.vertices[origin], faces=faces, targets=targets,
+            components=components,
+        ), origin  # fmt: skip
+
+    def uv_of_vertices(self) -> NDArray[np.float32]:
+        """Places (V, 2) of vertices on the texture, of a mesh that is cut at its seams."""
+        out = np.zeros((len(self.vertices), 2), np.float32)
+        if self.uv is not None:
+            out[self.faces] = self.uv
+        return out
 
 
 def displacement(

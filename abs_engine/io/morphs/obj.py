@@ -28,13 +28,14 @@ def read_obj(path: Path, deltas: Path | None) -> MorphMesh:
     ModelFormatError
         If a target has another number of vertices.
     """
-    places, corners, parts = _parsed(path)
+    places, corners, parts, seen = _parsed(path)
     faces, of = _triangles(corners)
+    uv = _on_texture(path, _triangles(seen)[0]) if any(map(any, seen)) else None
     names = tuple(dict.fromkeys(parts)) or ("",)
     part = np.array([names.index(parts[k]) for k in of], np.int32)
     files = [] if deltas is None else sorted(p for p in deltas.glob("*.obj") if p != path)
     targets = {p.stem: displacement(p.stem, read_places(p), places) for p in files}
-    return MorphMesh(str(path), places, faces, part, names, targets)
+    return MorphMesh(str(path), places, faces, part, names, targets, uv=uv)
 
 
 def read_places(path: Path) -> NDArray[np.float64]:
@@ -42,10 +43,12 @@ def read_places(path: Path) -> NDArray[np.float64]:
     return _places(path, _lines(path))
 
 
-def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str]]:
-    """Vertices, the corners of each polygon, and the part that each belongs to."""
+def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str], list[list[int]]]:
+    """Vertices, the corners of each polygon, the part that it belongs to, and its places on the
+    texture, from 1, 0 where a corner has none.
+    """
     lines = _lines(path)
-    places, corners, parts = _places(path, lines), [], []
+    places, corners, parts, seen = _places(path, lines), [], [], []
     now = dict.fromkeys(_PARTS, "")
     for line in lines:
         word, _, rest = line.partition(" ")
@@ -54,9 +57,23 @@ def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str]
         elif word == "f":
             corners.append(_corners(path, rest, len(places)))
             parts.append(" / ".join(name for name in now.values() if name))
+            seen.append([int((c.split("/") + [""])[1] or 0) for c in rest.split()])
     if not corners:
         raise InputFileError(f"{path} has no faces", "give an OBJ file of a mesh")
-    return places, corners, parts
+    return places, corners, parts, seen
+
+
+def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
+    """Places (F, 3, 2) on a texture whose tiles beyond the first lie to its right."""
+    rows = [line.split()[1:3] for line in _lines(path) if line.startswith("vt ")]
+    try:
+        places = np.array([["0", "0"], *rows], np.float32)[corners]
+    except (ValueError, IndexError) as error:
+        raise InputFileError(
+            f"{path} has a wrong place on its texture", "export it again"
+        ) from error
+    tiles = max(1.0, float(np.ceil(places[..., 0].max() - 1e-4)))
+    return np.stack([places[..., 0] / tiles, 1 - places[..., 1]], axis=-1)
 
 
 def _lines(path: Path) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,14 +20,14 @@ from abs_engine.face.schema import (
     PERSON,
     face_unit,
 )
-from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.assets import Speaker, load_speaker, read_image
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, FloatArray, Marks, find_marks, lip_contours
-from abs_engine.learn.heads.paint import paint
+from abs_engine.learn.heads.paint import laid, paint
 from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, named_regions, welded
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
 
@@ -77,6 +77,10 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
         If the mesh cannot be drawn.
     """
     check_mesh(mesh.vertices, mesh.faces)
+    textures = _textures(mesh, table.textures, (NEUTRAL, *table.people))
+    origin = np.arange(len(mesh.vertices))
+    if textures:
+        mesh, origin = mesh.at_seams()
     given = {SIXTY_EIGHT: list(ICT_68)} if mesh.model == "ict" else {}
     marks = find_marks({**given, **table.landmarks}, mesh.vertices, mesh.source)
     frame = head_frame(mesh.vertices, marks, table.length)
@@ -95,10 +99,20 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
         )
     nose = int(marks.nose_tip[0])
     classes = facet_classes(words, vertices, mesh.faces, weld, contours, jaw, nose)
-    whole = _Parts(vertices, mesh.faces, weld, classes, units, mesh.uv)
+    whole = _Parts(vertices, mesh.faces, weld, classes, units)
     whole, added = _completed(whole, contours, float(np.linalg.norm(jaw[marks.chin[0]])))
     missing = tuple(n for n, d in zip(FACE_UNITS, units, strict=True) if not d.any())
-    speaker = _speaker(whole, mesh, marks, contours, _identity(mesh, table.people, frame))
+    identity = _identity(mesh, table.people, frame, origin)
+    uv, painted = paint(whole.vertices, whole.faces, whole.classes, marks)
+    looks = {NEUTRAL: painted}
+    if textures:
+        uv, looks = laid(mesh.uv_of_vertices(), textures, uv, painted)
+    speaker = replace(
+        _speaker(whole, marks, contours, identity),
+        uv=uv,
+        own_texture=next(iter(looks.values())),
+        looks={name: looks[name] for name in table.textures},
+    )
     return ImportedHead(speaker, unused, missing, added, opening)
 
 
@@ -111,7 +125,6 @@ class _Parts:
     weld: NDArray[np.int64]
     classes: NDArray[np.uint8]
     units: NDArray[np.float32]
-    uv: NDArray[np.float32] | None
 
 
 def _units(
@@ -145,9 +158,9 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
     if not is_hollow(parts.vertices, faces, classes, contours.points):
         wanted += ("inner_mouth",)
     if not wanted:
-        return _Parts(parts.vertices, faces, parts.weld, classes, parts.units, parts.uv), ()
+        return replace(parts, faces=faces, classes=classes), ()
     new = mouth_interior(load_speaker(), wanted, parts.vertices[contours.points], jaw)
-    count, uv = len(parts.vertices), parts.uv
+    count = len(parts.vertices)
     return (
         _Parts(
             np.concatenate([parts.vertices, new.vertices]),
@@ -155,14 +168,16 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
             np.concatenate([parts.weld, np.arange(len(new.vertices)) + parts.weld.max() + 1]),
             np.concatenate([classes, new.classes]),
             np.concatenate([parts.units, new.units], axis=1),
-            None if uv is None else np.concatenate([uv, np.zeros((len(new.vertices), 2))]),
         ),
         wanted,
     )
 
 
 def _identity(
-    mesh: MorphMesh, people: Mapping[str, Path], frame: HeadFrame
+    mesh: MorphMesh,
+    people: Mapping[str, Path],
+    frame: HeadFrame,
+    origin: NDArray[np.int64],
 ) -> dict[str, NDArray[np.float32]]:
     """How people differ, by name of target, (V, 3), mm."""
     out = {f"{COMPONENT}{name}": frame.moves(d) for name, d in mesh.components.items()}
@@ -170,7 +185,8 @@ def _identity(
         if name == NEUTRAL:
             raise ParameterError(f"'{NEUTRAL}' is the head as its file is", "name people otherwise")
         try:
-            moved = displacement(name, read_places(path), mesh.vertices)
+            first = mesh.vertices[: origin.max() + 1]  # without copies at seams
+            moved = displacement(name, read_places(path), first)[origin]
         except ModelFormatError as error:
             raise ModelFormatError(
                 f"{path} is another mesh: {error.problem}", error.remedy
@@ -179,17 +195,29 @@ def _identity(
     return out
 
 
+def _textures(
+    mesh: MorphMesh, given: Mapping[str, Path], people: tuple[str, ...]
+) -> dict[str, NDArray[np.uint8]]:
+    """Pictures by the name of the person who looks so; none where the head is to be painted."""
+    strangers = [name for name in given if name not in people]
+    if strangers:
+        raise ParameterError(
+            f"there is a texture but no shape of '{strangers[0]}'", f"people: {', '.join(people)}"
+        )
+    if given and mesh.uv is None:
+        raise ParameterError(
+            f"{mesh.source} does not say where a texture lies on it", "leave out [textures]"
+        )
+    own = {} if mesh.texture is None or NEUTRAL in given else {NEUTRAL: mesh.texture}
+    return own | {name: read_image(path) for name, path in given.items()}
+
+
 def _speaker(
     parts: _Parts,
-    mesh: MorphMesh,
     marks: Marks,
     contours: Contours,
     identity: Mapping[str, NDArray[np.float32]],
 ) -> Speaker:
-    if mesh.texture is not None and parts.uv is not None:
-        uv, texture = parts.uv, mesh.texture
-    else:
-        uv, texture = paint(parts.vertices, parts.faces, parts.classes, marks)
     count = len(parts.vertices)
     targets = np.zeros((len(identity), count, 3), np.float16)
     for k, moved in enumerate(identity.values()):
@@ -210,7 +238,7 @@ def _speaker(
     return Speaker(
         vertices=parts.vertices.astype(np.float32),
         faces=parts.faces.astype(np.int32),
-        uv=np.asarray(uv, np.float32),
+        uv=np.zeros((count, 2), np.float32),
         weld=parts.weld.astype(np.int32),
         facet_class=parts.classes,
         class_names=CLASS_NAMES,
@@ -222,7 +250,6 @@ def _speaker(
         landmarks={name: np.asarray(at, np.int32) for name, at in landmarks.items()},
         folder=Path(),
         points={name: np.asarray(at, np.int32) for name, at in lists.items()},
-        own_texture=texture,
     )
 
 

@@ -7,6 +7,9 @@ be split.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +22,7 @@ _STRIP = {
     "iris": (84, 64, 46), "white": (222, 216, 210),
 }  # fmt: skip
 """Colours, sRGB, in the order in which they run into each other."""
+_STRIP_SHARE = 0.125  # of a texture's width
 _STEP = 16  # pixels of the strip for each colour
 _OF_CLASS = {
     "skin": "skin", "upper_lip": "lips", "lower_lip": "lips", "inner_mouth": "inner",
@@ -51,6 +55,28 @@ def paint(
     texture = np.repeat(row[None], 4, axis=0)
     across = (at + 0.5) / len(order)
     return np.stack([across, np.full(len(at), 0.5)], axis=1).astype(np.float32), texture
+
+
+def laid(
+    uv: NDArray[np.float32],
+    textures: Mapping[str, NDArray[np.uint8]],
+    painted_uv: NDArray[np.float32],
+    strip: NDArray[np.uint8],
+) -> tuple[NDArray[np.float32], dict[str, NDArray[np.uint8]]]:
+    """Textures of a mesh (V, 2) with the painted strip at their right, for what was added to it.
+
+    `painted_uv` are places (V + N, 2) on the strip alone.
+    """
+    share = 1 / (1 + _STRIP_SHARE)
+    out = painted_uv.copy()
+    out[:, 0] = share + (1 - share) * painted_uv[:, 0]
+    out[: len(uv)] = uv * [share, 1.0]
+    beside = {}
+    for name, texture in textures.items():
+        height, width = texture.shape[:2]
+        size = (max(1, round(width * _STRIP_SHARE)), height)
+        beside[name] = np.hstack([texture, np.asarray(cv2.resize(strip, size), np.uint8)])
+    return out, beside
 
 
 def _between(colours: FloatArray, width: int) -> NDArray[np.uint8]:

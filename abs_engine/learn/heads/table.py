@@ -16,6 +16,7 @@ MARKS = ("outer_lip", "inner_lip", "nose_tip", "chin", "eye_corners")
 """The landmarks that a table has to give; see `learn.heads.marks`."""
 SIXTY_EIGHT = "landmark_68"
 """All 68 usual landmarks, which may be given in their place."""
+_FILES = ("people", "textures")
 UNITS = {"m": 1000.0, "dm": 100.0, "cm": 10.0, "mm": 1.0, "in": 25.4}
 """Millimetres of the lengths that a file may be in."""
 
@@ -36,6 +37,8 @@ class HeadTable:
         Of `MARKS`, or `SIXTY_EIGHT`: vertices by number from 0, or places [x, y, z].
     people : mapping of str to Path
         People of the same mesh, each an OBJ file.
+    textures : mapping of str to Path
+        People whose looks are known, too: pictures, laid by the file's places on its texture.
     """
 
     length: str | None = None
@@ -43,6 +46,7 @@ class HeadTable:
     regions: Mapping[str, str] = field(default_factory=dict)
     landmarks: Mapping[str, list[Any]] = field(default_factory=dict)
     people: Mapping[str, Path] = field(default_factory=dict)
+    textures: Mapping[str, Path] = field(default_factory=dict)
 
 
 def read_table(path: Path) -> HeadTable:
@@ -66,7 +70,7 @@ def read_table(path: Path) -> HeadTable:
     for name, part in parts.items():
         if not isinstance(part, dict):
             raise ParameterError(f"{path}: [{name}] is no table", "see docs/import.md")
-    units, regions, people = parts["units"], parts["regions"], parts["people"]
+    units, regions = parts["units"], parts["regions"]
     _known(path, "face unit", units, FACE_UNITS)
     _known(path, "region", map(str, regions.values()), REGION_WORDS)
     _known(path, "landmark", parts["landmarks"], (*MARKS, SIXTY_EIGHT))
@@ -77,7 +81,7 @@ def read_table(path: Path) -> HeadTable:
         {k: (v,) if isinstance(v, str) else tuple(map(str, v)) for k, v in units.items()},
         {str(k): str(v) for k, v in regions.items()},
         {k: v if isinstance(v, list) else [v] for k, v in parts["landmarks"].items()},
-        {str(k): path.parent / str(v) for k, v in people.items()},
+        *({str(k): path.parent / str(v) for k, v in parts[name].items()} for name in _FILES),
     )
 
 
