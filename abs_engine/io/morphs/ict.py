@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.io.morphs.mesh import MorphMesh, displacement
-from abs_engine.io.morphs.obj import read_obj
+from abs_engine.io.morphs.obj import read_obj, tiled
 from abs_engine.io.npz import read_arrays
 
 NEUTRAL, ARCHIVE = "generic_neutral_mesh.obj", "ict_face_model.npz"
 _IDENTITY = "identity"
+_TILES, _EYES = 7, ("M_ScleraLeft", "M_ScleraRight")
 
 
 def read_ict(folder: Path) -> MorphMesh:
@@ -46,7 +47,21 @@ def read_ict(folder: Path) -> MorphMesh:
             f"{folder} has no expressions of ICT's face model",
             f"it should hold jawOpen.obj and so on beside {NEUTRAL}",
         )
-    return replace(mesh, source=str(folder), targets=expressions, components=identity, model="ict")
+    return replace(
+        mesh, source=str(folder), targets=expressions, components=identity, model="ict",
+        uv=_parted(mesh),
+    )  # fmt: skip
+
+
+def _parted(mesh: MorphMesh) -> NDArray[np.float32] | None:
+    """Places (F, 3, 2) on a texture of nine tiles: the eyes', which lie on the face's, come last."""
+    if mesh.uv is None:
+        return None
+    places = mesh.uv * [_TILES, 1.0]
+    for beyond, eye in enumerate(_EYES):
+        own = [k for k, name in enumerate(mesh.part_names) if eye in name]
+        places[np.isin(mesh.part, own), :, 0] += _TILES + beyond
+    return tiled(np.asarray(places, np.float32))
 
 
 _Targets = dict[str, NDArray[np.float32]]

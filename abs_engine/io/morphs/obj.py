@@ -35,7 +35,8 @@ def read_obj(path: Path, deltas: Path | None) -> MorphMesh:
     part = np.array([names.index(parts[k]) for k in of], np.int32)
     files = [] if deltas is None else sorted(p for p in deltas.glob("*.obj") if p != path)
     targets = {p.stem: displacement(p.stem, read_places(p), places) for p in files}
-    return MorphMesh(str(path), places, faces, part, names, targets, uv=uv)
+    whole = None if uv is None else tiled(uv)
+    return MorphMesh(str(path), places, faces, part, names, targets, uv=whole)
 
 
 def read_places(path: Path) -> NDArray[np.float64]:
@@ -44,9 +45,7 @@ def read_places(path: Path) -> NDArray[np.float64]:
 
 
 def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str], list[list[int]]]:
-    """Vertices, the corners of each polygon, the part that it belongs to, and its places on the
-    texture, from 1, 0 where a corner has none.
-    """
+    """Vertices, and of each polygon the corners, the part, and the places on the texture, from 1."""
     lines = _lines(path)
     places, corners, parts, seen = _places(path, lines), [], [], []
     now = dict.fromkeys(_PARTS, "")
@@ -57,14 +56,14 @@ def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str]
         elif word == "f":
             corners.append(_corners(path, rest, len(places)))
             parts.append(" / ".join(name for name in now.values() if name))
-            seen.append([int((c.split("/") + [""])[1] or 0) for c in rest.split()])
+            seen.append([int(f"{c}/".split("/")[1] or 0) for c in rest.split()])
     if not corners:
         raise InputFileError(f"{path} has no faces", "give an OBJ file of a mesh")
     return places, corners, parts, seen
 
 
 def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
-    """Places (F, 3, 2) on a texture whose tiles beyond the first lie to its right."""
+    """Places (F, 3, 2) on a texture, in its tiles."""
     rows = [line.split()[1:3] for line in _lines(path) if line.startswith("vt ")]
     try:
         places = np.array([["0", "0"], *rows], np.float32)[corners]
@@ -72,8 +71,13 @@ def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
         raise InputFileError(
             f"{path} has a wrong place on its texture", "export it again"
         ) from error
-    tiles = max(1.0, float(np.ceil(places[..., 0].max() - 1e-4)))
-    return np.stack([places[..., 0] / tiles, 1 - places[..., 1]], axis=-1)
+    return np.stack([places[..., 0], 1 - places[..., 1]], axis=-1)
+
+
+def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Places (F, 3, 2) with all tiles, which lie side by side, in one picture."""
+    tiles = max(1.0, float(np.ceil(uv[..., 0].max() - 1e-4)))
+    return np.asarray(uv / [tiles, 1.0], np.float32)
 
 
 def _lines(path: Path) -> list[str]:
