@@ -93,8 +93,7 @@ def prepare_head(
     speaker = load_speaker(options.speaker) if speaker is None else speaker
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
         Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
-    unseen = speaker.imported and options.person not in speaker.looks  # a shape without looks
-    if options.from_landmarks or (unseen and options.placed_by_landmarks):
+    if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):
         correspondence = correspondence_of(speaker, renderer)
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, tell)

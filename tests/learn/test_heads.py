@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from imported import FEW, OUTER_CLASSES, PARTS, facets_of, table, write_glb, write_obj
@@ -215,3 +216,48 @@ def test_the_command_refuses_in_a_line_and_writes_nothing(folder, tmp_path, caps
     (line,) = capsys.readouterr().err.splitlines()
     assert "--table head.toml" in line
     assert not list(tmp_path.iterdir())
+
+
+def test_a_texture_is_laid_by_the_corners_of_facets(tmp_path):
+    """Vertices at its seams get copies, which come behind all others."""
+    skin = facets_of(HEAD, *OUTER_CLASSES)
+    seamed = HEAD.uv[skin].copy()
+    seamed[0] = 0.5  # the first facet lies elsewhere on the texture than its neighbours
+    rows = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in HEAD.vertices.tolist()]
+    rows += [f"vt {u:.6f} {1 - v:.6f}" for u, v in seamed.reshape(-1, 2).tolist()]
+    rows += [
+        "f " + " ".join(f"{n + 1}/{3 * k + c + 1}" for c, n in enumerate(face))
+        for k, face in enumerate(skin.tolist())
+    ]
+    (tmp_path / "head.obj").write_text("\n".join(rows) + "\n")
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    opened = HEAD.vertices + HEAD.unit_matrix(("jawOpen",))[0]
+    write_obj(shapes / "jawOpen.obj", opened, skin[:1])
+    picture = np.zeros((64, 64, 3), np.uint8)
+    picture[:, :, 2] = 200  # red, as OpenCV writes it
+    cv2.imwrite(str(tmp_path / "red.png"), picture)
+    (tmp_path / "head.toml").write_text(table(HEAD) + '[textures]\nneutral = "red.png"\n')
+    mesh = read_morphs(tmp_path / "head.obj", shapes)
+    head = build_head(mesh, read_table(tmp_path / "head.toml")).speaker
+    assert np.abs(head.vertices[:VERTICES] - HEAD.vertices).max() < 1e-4
+    whole, origin = mesh.at_seams()
+    copies = len(origin) - VERTICES
+    assert copies >= 3
+    assert np.abs(whole.vertices[whole.faces] - mesh.vertices[mesh.faces]).max() == 0
+    assert np.abs(whole.uv_of_vertices()[whole.faces] - mesh.uv).max() < 1e-4
+    jaw = head.unit_matrix(("jawOpen",))[0]
+    assert np.abs(jaw[VERTICES:][:copies] - jaw[origin[VERTICES:]]).max() == 0
+    texture = head.texture("neutral")
+    at = head.uv[head.faces[head.facet_class == head.class_id("skin")]].mean(axis=1)
+    seen = texture[(at[:, 1] * 63).astype(int), (at[:, 0] * texture.shape[1]).astype(int)]
+    assert (seen == [200, 0, 0]).all(), "the face lies on the picture"
+    teeth = head.uv[np.unique(facets_of(head, "upper_teeth"))]
+    assert (teeth[:, 0] > 64 / texture.shape[1]).all(), "what was added lies beside it"
+
+
+def test_textures_of_nobody_are_refused(folder):
+    told = table(HEAD) + '[textures]\nanna = "anna.png"\n'
+    refused(ParameterError, "a texture but no shape of 'anna'", told=told, folder=folder)
+    told = table(HEAD) + '[textures]\nneutral = "anna.png"\n'
+    refused(ParameterError, "does not say where a texture lies", told=told, folder=folder)

@@ -54,7 +54,7 @@ def read_ict(folder: Path) -> MorphMesh:
 
 
 def _parted(mesh: MorphMesh) -> NDArray[np.float32] | None:
-    """Places (F, 3, 2) on a texture of nine tiles: the eyes', which lie on the face's, come last."""
+    """Places (F, 3, 2) on a texture of nine tiles, of which the eyes get the last two."""
     if mesh.uv is None:
         return None
     places = mesh.uv * [_TILES, 1.0]

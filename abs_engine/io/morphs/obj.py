@@ -45,7 +45,7 @@ def read_places(path: Path) -> NDArray[np.float64]:
 
 
 def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str], list[list[int]]]:
-    """Vertices, and of each polygon the corners, the part, and the places on the texture, from 1."""
+    """Vertices, and of each polygon the corners, the part and the places on the texture."""
     lines = _lines(path)
     places, corners, parts, seen = _places(path, lines), [], [], []
     now = dict.fromkeys(_PARTS, "")
