@@ -124,7 +124,8 @@ class _Reader:
         self.shared[key] = first
         self._add_targets(mesh, primitive, at, world[:3, :3])
         own = np.zeros((len(at), 2)) if uv is None else self._array(uv)
-        self.uv.append(np.c_[len(self.looks) - 1 + own[:, 0] % 1.0, own[:, 1] % 1.0])
+        own = np.where((own < 0) | (own > 1), own % 1.0, own)  # pictures repeat beyond their edges
+        self.uv.append(np.c_[len(self.looks) - 1 + own[:, 0], own[:, 1]])
         self.vertices.append(at @ world[:3, :3].T + world[:3, 3])
         self.count += len(at)
 
