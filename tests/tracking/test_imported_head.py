@@ -91,6 +91,8 @@ def test_its_run_names_the_head_and_is_exported_with_it(tracked, tmp_path):
         words = "--to", kind, "-o", str(out), "--speaker", str(head), "--quiet"
         assert main(["export", str(tracked), *words]) == 0
         assert out.exists()
+    words = "report", tracked, "-o", tmp_path / "report.html", "--speaker", head, "--quiet"
+    assert main([*map(str, words)]) == 0
     words = "render", "postures", "-o", tmp_path / "sheet.png", "--speaker", head
     assert run(*words, "--person", "amara", "--rows", "jawOpen", "mouthFunnel") == 0
 
