@@ -1,8 +1,8 @@
 """How tracked films of ICT heads (`ict_films.py`) agree with their truth.
 
-Run it by hand: `python tests/ict_agreement.py RUNS FILMS`, where RUNS/film_K is the folder that
-`abs-engine track FILMS/film_K.mp4 -o RUNS/film_K` made. Frames that were not found are counted
-and left out.
+Run it by hand: `python tests/ict_agreement.py RUNS FILMS [HEAD]`, where RUNS/film_K is the folder
+that `abs-engine track FILMS/film_K.mp4 -o RUNS/film_K` made, with the bundled head or with HEAD.
+Frames that were not found are counted and left out.
 
 Our head frame differs from ICT's by a convention that no run knows of. It is taken from the two
 average heads, once for all films: the rotation of the similarity that lays 52 of the 68 usual
@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.io.assets import CLOSED_APERTURE, load_speaker
+from abs_engine.io.assets import CLOSED_APERTURE, Speaker, load_speaker
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import load_mesh
 
@@ -97,12 +97,13 @@ class Agreement:
     score: float
 
 
-def convention(average: FloatArray, head: NDArray[np.floating] | None = None) -> FloatArray:
+def convention(
+    speaker: Speaker, average: FloatArray, head: NDArray[np.floating] | None = None
+) -> FloatArray:
     """Rotation (3, 3) from ICT's head frame to ours, of ICT's average landmarks (68, 3).
 
     With a fitted head (V, 3), of the landmarks of one person.
     """
-    speaker = load_speaker()
     own, which = (speaker.vertices, COMMON) if head is None else (head, RIGID)
     ours = own[speaker.points["landmark_68"]].astype(np.float64)[which]
     theirs = average[which]
@@ -202,8 +203,8 @@ def apertures(ours: FloatArray, true: FloatArray) -> tuple[float, ...]:
 _EACH = ("rotation", "translation", "aperture", "width", "score")
 
 
-def agreement(folder: Path, film: Path) -> Agreement:
-    """What a run makes of a film."""
+def agreement(folder: Path, film: Path, speaker: Speaker) -> Agreement:
+    """What a run with a speaker's head makes of a film."""
     run, true = load_run(folder), np.load(film)
     frames = min(len(run["found"]), len(true["aperture"]))
     pose = np.isfinite(run["rotation"][:frames]).all(axis=1)
@@ -213,10 +214,10 @@ def agreement(folder: Path, film: Path) -> Agreement:
     ours: dict[str, Any] = {k: run[k][at] for k in _EACH} | {"camera_matrix": run["camera_matrix"]}
     theirs: dict[str, Any] = {k: true[k][at] for k in _EACH[:-1]}
     theirs["camera_matrix"] = true["camera_matrix"]
-    between = convention(true["average_landmarks"])
+    between = convention(speaker, true["average_landmarks"])
     error, left, offset = turns(ours["rotation"], theirs["rotation"], between)
-    marks, head = load_speaker().points["landmark_68"], load_mesh(folder).mean
-    own = convention(true["neutral"][true["landmarks"]].astype(np.float64), head)
+    marks, head = speaker.points["landmark_68"], load_mesh(folder).mean
+    own = convention(speaker, true["neutral"][true["landmarks"]].astype(np.float64), head)
     laid = spread(turns(ours["rotation"], theirs["rotation"], own)[0])[0]
     eyes = (
         eye_corners(head, marks),
@@ -256,13 +257,14 @@ def mean(found: list[Agreement]) -> Agreement:
     return Agreement(*(float(v) for v in np.where(summed, total, means)))
 
 
-def table(runs: Path, films: Path) -> str:
+def table(runs: Path, films: Path, speaker: Speaker) -> str:
     """The lines of all films that were tracked, and their means."""
     names = sorted(p.stem for p in films.glob("film_*.npz") if (runs / p.stem).is_dir())
-    found = [agreement(runs / name, films / f"{name}.npz") for name in names]
+    found = [agreement(runs / name, films / f"{name}.npz", speaker) for name in names]
     lines = [line(name, a) for name, a in zip(names, found, strict=True)]
     return "\n".join([*lines, line("all", mean(found))]) + "\n"
 
 
 if __name__ == "__main__":
-    sys.stdout.write(table(Path(sys.argv[1]), Path(sys.argv[2])))
+    own = load_speaker(Path(sys.argv[3]) if len(sys.argv) > 3 else None)
+    sys.stdout.write(table(Path(sys.argv[1]), Path(sys.argv[2]), own))

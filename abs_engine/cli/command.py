@@ -65,7 +65,7 @@ class Command(click.Command):
     ) -> None:
         self.run, self.section, self._examples, self._notes = run, section, examples, notes
         settings = {"max_content_width": WIDTH}
-        super().__init__(run.__name__, settings, params=params, help=run.__doc__)
+        super().__init__(run.__name__.rstrip("_"), settings, params=params, help=run.__doc__)
 
     @property
     def summary(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from keyword import iskeyword
 from pkgutil import iter_modules
 
 import click
@@ -38,13 +39,15 @@ class Program(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Their names."""
-        return sorted(module.name for module in iter_modules(commands.__path__))
+        modules = (module.name for module in iter_modules(commands.__path__))
+        return sorted(name.rstrip("_") for name in modules)  # of import_, a word of Python's
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> Command | None:
         """A command, whose module is imported."""
         if cmd_name not in self.list_commands(ctx):
             return None
-        found: Command = getattr(import_module(f"{commands.__name__}.{cmd_name}"), cmd_name)
+        own = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
+        found: Command = getattr(import_module(f"{commands.__name__}.{own}"), own)
         return found
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

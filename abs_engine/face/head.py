@@ -12,26 +12,16 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
+from abs_engine.face.schema import PERSON_TARGETS
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
+from abs_engine.face.shape.mouth_fields import mouth_fields
 from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 N_EXPRESSION = 20
 REACH_MM = 85.0  # what is farther than this from the mouth, but for its inside, is never in sight
 
-# Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
-PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
-    "mouth width": ("mouth_scale_horiz_decr", "mouth_scale_horiz_incr", 0.5),
-    "upper lip height": ("mouth_upperlip_height_decr", "mouth_upperlip_height_incr", 0.6),
-    "lower lip height": ("mouth_lowerlip_height_decr", "mouth_lowerlip_height_incr", 0.6),
-    "mouth height": ("mouth_trans_down", "mouth_trans_up", 0.5),
-    "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", 0.5),
-    "corners": ("mouth_angles_down", "mouth_angles_up", 0.5),
-    "upper lip flanks": ("mouth_upperlip_ext_down", "mouth_upperlip_ext_up", 0.6),
-    "lower lip flanks": ("mouth_lowerlip_ext_up", "mouth_lowerlip_ext_down", 0.6),
-    "lower lip width": ("mouth_lowerlip_width_decr", "mouth_lowerlip_width_incr", 0.6),
-}
 # Postures that a fit is started from, in weights of face units
 PROTOTYPES: tuple[dict[str, float], ...] = (
     {},
@@ -248,6 +238,8 @@ def _inside(speaker: Speaker) -> NDArray[np.bool_]:
 
 
 def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
+    if speaker.imported:
+        return mouth_fields(speaker)
     modes = []
     for less, more, _ in PERSON_TARGETS.values():
         pair = speaker.identity_weights(**{less: -0.5}) + speaker.identity_weights(**{more: 0.5})

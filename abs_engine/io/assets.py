@@ -6,6 +6,7 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,12 @@ class Speaker:
     points : mapping of str to int32 vertex indices
         The frozen lists of ``points.json``: `landmark_68` and the areas `face`, `lips` and `jaw`,
         each described in the file; empty for a head without that file.
+    own_texture : (H, W, 3) uint8 RGB, optional
+        That of an imported head, see `io.head_file`, for people of whom there is no other.
+    looks : mapping of str to (H, W, 3) uint8 RGB
+        Textures of those of its people whose looks are known.
+    network : mapping of str to array
+        Where the landmark network sees its points, of an imported head; others have that beside.
     """
 
     vertices: NDArray[np.float32]
@@ -71,6 +78,14 @@ class Speaker:
     landmarks: Mapping[str, NDArray[np.int32]]
     folder: Path
     points: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
+    own_texture: NDArray[np.uint8] | None = None
+    looks: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+    network: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    @property
+    def imported(self) -> bool:
+        """Whether it is somebody's own head, whose texture may be nobody's who is filmed."""
+        return self.own_texture is not None
 
     def class_id(self, name: str) -> int:
         """Id of a facet class by its name."""
@@ -106,6 +121,8 @@ class Speaker:
 
     def texture(self, person: str) -> NDArray[np.uint8]:
         """The painted texture of a person, (H, W, 3) uint8 RGB."""
+        if self.own_texture is not None:
+            return self.looks.get(person, self.own_texture)
         return read_image(self.folder / f"texture_{person}.jpg")
 
     def unit_matrix(self, names: tuple[str, ...]) -> NDArray[np.float32]:
@@ -191,8 +208,10 @@ def load_speaker(path: Path | None = None) -> Speaker:
     path = shipped("speaker/head.npz") if path is None else Path(path)
     given = read_npz(path, FORMAT, VERSION)
     given |= {k: np.atleast_1d(given[k]) for k in ("nose_tip", "chin") if k in given}
-    data = check_arrays(path, given, _LAYOUT, _AGAIN)
-    points = load_points(path.parent / POINTS, len(data["vertices"]), len(data["faces"]))
+    embedded = "own_texture" in given
+    layout = {**_LAYOUT, **_embedded_layout(given)} if embedded else _LAYOUT
+    data = check_arrays(path, given, layout, _AGAIN)
+    own = _embedded(given | data) if embedded else _beside(data, path.parent)
     speaker = Speaker(
         class_names=tuple(map(str, data["class_names"])),
         unit_names=tuple(map(str, data["unit_names"])),
@@ -200,12 +219,36 @@ def load_speaker(path: Path | None = None) -> Speaker:
         people=dict(zip(map(str, data["people_names"]), data["people"], strict=True)),
         landmarks={k: data[k] for k in _LANDMARKS},
         folder=path.parent,
-        points=points,
         **{k: data[k] for k in ("vertices", "faces", "uv", "weld", "facet_class")},
         **{k: data[k] for k in ("units", "identity")},
+        **own,
     )
     check_mesh(speaker.vertices.astype(np.float64), speaker.faces)
     return speaker
+
+
+def _beside(data: Mapping[str, NDArray[Any]], folder: Path) -> dict[str, Any]:
+    """What lies beside the file of a head."""
+    return {"points": load_points(folder / POINTS, len(data["vertices"]), len(data["faces"]))}
+
+
+def _embedded_layout(data: Mapping[str, NDArray[Any]]) -> Layout:
+    """What an imported head's file must hold of its own; `load_correspondence` checks the rest."""
+    own = {"own_texture": index(255, "tall", "wide", 3, dtype=np.uint8)}
+    own |= {k: index("V", k) for k in data if k.startswith("points_")}
+    looks = (k for k in data if k.startswith("looks_"))
+    return own | {k: index(255, f"{k} tall", f"{k} wide", 3, dtype=np.uint8) for k in looks}
+
+
+def _embedded(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """What the file of an imported head holds of its own."""
+    parts = {name: _part(data, f"{name}_") for name in ("points", "looks", "network")}
+    return {"own_texture": data["own_texture"], **parts}
+
+
+def _part(data: Mapping[str, NDArray[Any]], start: str) -> dict[str, Any]:
+    """The arrays whose names start so, without that."""
+    return {k.removeprefix(start): v for k, v in data.items() if k.startswith(start)}
 
 
 def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:

@@ -68,6 +68,8 @@ class ReportOptions:
         Of the confidence intervals.
     command : str
         Kept in the report.
+    speaker : Path, optional
+        The head that runs without a truth were tracked with, if not the bundled one.
     """
 
     truth: Path | None = None
@@ -76,6 +78,7 @@ class ReportOptions:
     video: Path | None = None
     seed: int = 0
     command: str = ""
+    speaker: Path | None = None
 
 
 def write_report(
@@ -115,6 +118,8 @@ def write_report(
         if options.clip is not None or options.camera is not None:
             raise ParameterError("without a dataset there is no clip or camera", "give --truth")
         data = _without_truth(paths, options, tell)
+    elif options.speaker is not None:
+        raise ParameterError("a truth is of its own head", "leave out --speaker, or --truth")
     else:
         data = _with_truth(paths, Path(options.truth), options, tell)
     tell("writing the page")
@@ -190,7 +195,7 @@ def _without_truth(
     paths: Sequence[Path], options: ReportOptions, tell: Callable[[str], None]
 ) -> ReportData:
     tell("reading the runs")
-    speaker = load_speaker()
+    speaker = load_speaker(options.speaker)
     heads = [load_run_head(path, speaker) for path in paths]
     if len({len(head) for head in heads}) > 1:
         raise ParameterError(

@@ -117,6 +117,11 @@ class AverageHead:
     correspondence: Correspondence
     scale: Scale
 
+    @property
+    def known(self) -> bool:
+        """Whether this is the person's own head, with nothing of the person left to fit."""
+        return len(self.people) == 0
+
     @classmethod
     def of(
         cls,
@@ -125,12 +130,14 @@ class AverageHead:
         scale: Scale,
         expression: LinearShape | None = None,
         modes: int = N_EXPRESSION,
+        known: bool = False,
     ) -> AverageHead:
-        """Of a speaker at a scale; see `fit_head`."""
+        """Of a speaker at a scale; see `fit_head`. A `known` one is the person's own head."""
         average = expression or mouth_shape(speaker, speaker.vertices, modes)
         larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
         sized, moves = scaled(speaker, larger), _scaled_shape(average, larger)
-        people, upper = head_modes(sized), upper_face_modes(sized)
+        people = np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)
+        upper = upper_face_modes(sized)
         body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
         shape = landmark_shape(sized, correspondence, moves, sized.vertices, people)
         return cls(sized, moves, people, body, shape, correspondence, scale)

@@ -50,7 +50,7 @@ from abs_engine.tracking.options import (
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
-from abs_engine.tracking.scale import Scale, pupil_scale
+from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.visibility import ByLook
 
@@ -93,7 +93,7 @@ def prepare_head(
     speaker = load_speaker(options.speaker) if speaker is None else speaker
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
         Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
-    if options.from_landmarks:
+    if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):
         correspondence = correspondence_of(speaker, renderer)
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, tell)
@@ -107,10 +107,14 @@ def prepare_head(
 
 
 def _average(
-    speaker: Speaker, correspondence: Correspondence, scale: Scale, expression: LinearShape | None
+    speaker: Speaker,
+    correspondence: Correspondence,
+    scale: Scale,
+    expression: LinearShape | None,
+    known: bool,
 ) -> AverageHead:
     """The head before anything was seen of a person; compiled functions are loaded beside it."""
-    average = AverageHead.of(speaker, correspondence, scale, expression)
+    average = AverageHead.of(speaker, correspondence, scale, expression, known=known)
     landmark_jacobian.load()
     return average
 
@@ -135,8 +139,16 @@ def by_landmarks(
     leaves: Leaves,
     tell: Tell,
 ) -> ClipTracker:
-    """Start from landmarks: they place the whole head, and colours are learned where it lies."""
-    scale = pupil_scale(options.pupil_distance)
+    """Start from landmarks: they place the whole head, and colours are learned where it lies.
+
+    Of a person whose head is known, only how it looks in the clip is learned.
+    """
+    known = options.person is not None
+    if options.person is not None:
+        speaker = replace(speaker, vertices=speaker.named(options.person))
+        scale = known_scale(pupil_distance(speaker, speaker.vertices), person=True, poses=False)
+    else:
+        scale = pupil_scale(options.pupil_distance)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     choice = FaceChoice(options.face, box)
     tell("finding the face")
@@ -144,7 +156,7 @@ def by_landmarks(
     if options.physics is not None:
         expression = physics_expression(speaker, speaker.vertices, options.physics)
     follower = FaceFollower(choice)
-    with meanwhile(_average, speaker, correspondence, scale, expression) as average:
+    with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         found = ((image, follower.step(image)) for image in clip.frames())
         chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
     several = len(follower.faces) > 1

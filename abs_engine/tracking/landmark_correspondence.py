@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose, vertex_normals
-from abs_engine.io.arrays import Layout, index, real
+from abs_engine.io.arrays import Layout, check_arrays, index, real
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
@@ -76,13 +76,16 @@ class Correspondence:
         taken = np.asarray(vertices[..., self.corners, :], np.float64)
         return np.ascontiguousarray(np.einsum("lk,...lkd->...ld", self.weights, taken))
 
+    def arrays(self) -> dict[str, Any]:
+        """As they are kept in a file."""
+        return {
+            "corners": self.corners, "weights": self.weights.astype(np.float32),
+            "deviation": self.deviation.astype(np.float32), **self.noise.arrays(),
+        }  # fmt: skip
+
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load_correspondence` reads."""
-        np.savez_compressed(
-            path, format=FORMAT, version=VERSION, corners=self.corners,
-            weights=self.weights.astype(np.float32), deviation=self.deviation.astype(np.float32),
-            **cast("dict[str, Any]", self.noise.arrays()),
-        )  # fmt: skip
+        np.savez_compressed(path, format=FORMAT, version=VERSION, **self.arrays())
 
 
 def load_correspondence(speaker: Speaker) -> Correspondence | None:
@@ -94,10 +97,13 @@ def load_correspondence(speaker: Speaker) -> Correspondence | None:
         If it belongs to another mesh.
     """
     path = speaker.folder / FILE
-    if not path.is_file():
+    if not (speaker.network if speaker.imported else path.is_file()):
         return None
     vertices = len(speaker.vertices)
-    data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
+    if speaker.imported:
+        data = check_arrays(path, speaker.network, _LAYOUT, "import the head again", V=vertices)
+    else:
+        data = read_npz(path, FORMAT, VERSION, _LAYOUT, _AGAIN, V=vertices)
     noise = LandmarkNoise.of_arrays(data)
     return Correspondence(data["corners"], data["weights"], data["deviation"], noise)
 

@@ -101,7 +101,12 @@ class TrackOptions:
     @property
     def from_landmarks(self) -> bool:
         """Whether landmarks place the head: none is known, and no poses are given."""
-        return self.start == LANDMARKS and self.person is None and self.poses is None
+        return self.placed_by_landmarks and self.person is None
+
+    @property
+    def placed_by_landmarks(self) -> bool:
+        """Whether landmarks may place a head, known or not: no poses are given."""
+        return self.start == LANDMARKS and self.poses is None
 
 
 @dataclass(frozen=True, eq=False)

@@ -117,7 +117,7 @@ def fit_person(
     head = average.fitted([seen_in(image, marks) for image, marks in chosen], camera, renderer)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
-        expression=head.expression, person_spread=PERSON_SPREAD,
+        free_person=not average.known, expression=head.expression, person_spread=PERSON_SPREAD,
     )  # fmt: skip
     chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
     known = usable(colours, chromatic)

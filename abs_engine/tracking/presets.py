@@ -64,6 +64,8 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     kind = name if file is None else model_of_file(file)
     if kind != preset.model:
         own = None
+    if file is not None and kind == USUAL.model:
+        options = replace(options, speaker=file)
     terms = preset.terms if options.terms is None else options.terms
     chosen = replace(
         options,

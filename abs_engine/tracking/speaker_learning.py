@@ -124,7 +124,7 @@ class Learner:
         """A recording tracked with a face, from a frame on."""
         clip = Clip(video, probe(video), self.camera, None)
         leaves = Leaves.of(_OWN)
-        made = track_speaker(clip, face, _OWN, leaves, self.renderer, _silent, first)
+        made = track_speaker(clip, face, _OWN, leaves, self.renderer, _silent, first, self.speaker)
         recorder = Recorder(made.setting)
         images: Iterable[Image] = islice(read_frames(video), first, None)
         with one_thread(), closed_after(track(made.setting, images)) as results:

@@ -7,7 +7,7 @@ from itertools import islice
 from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
-from abs_engine.io.assets import load_speaker
+from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
 from abs_engine.tracking.head_tracking import LOOK_AT
@@ -49,7 +49,7 @@ def prepare_speaker(
         raise ModelFormatError(
             f"{path} is made of another head", "give that head with --speaker, or learn it again"
         )
-    return track_speaker(clip, face, options, leaves, renderer, tell)
+    return track_speaker(clip, face, options, leaves, renderer, tell, speaker=speaker)
 
 
 def track_speaker(
@@ -60,9 +60,13 @@ def track_speaker(
     renderer: Renderer,
     tell: Tell,
     first: int = 0,
+    speaker: Speaker | None = None,
 ) -> ClipTracker:
-    """A clip of the speaker with this face, from frame `first` on; errors as `prepare_speaker`."""
-    speaker = load_speaker(options.speaker)
+    """A clip of the speaker with this face, from frame `first` on; errors as `prepare_speaker`.
+
+    The face is made of the head `speaker`, by default that of the options.
+    """
+    speaker = load_speaker(options.speaker) if speaker is None else speaker
     correspondence = correspondence_of(speaker, renderer)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     choice = FaceChoice(options.face, box)

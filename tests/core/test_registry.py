@@ -140,8 +140,11 @@ def test_a_model_is_known_by_its_file(tmp_path):
     lips = shipped("lips/lips.npz")
     chosen, _ = resolved(TrackOptions(model=str(lips)))
     assert (chosen.model, chosen.model_file) == ("shell", lips)
+    head = shipped("speaker/head.npz")
+    chosen, _ = resolved(TrackOptions(model=str(head)))
+    assert (chosen.model, chosen.speaker) == ("head", head)
     for other, said in (
-        (shipped("speaker/head.npz"), "abs_engine.speaker"),
+        (shipped("speaker/landmarks.npz"), "abs_engine.landmarks"),
         (tmp_path / "x.npz", "not exist"),
     ):
         with pytest.raises(InputFileError, match=said):

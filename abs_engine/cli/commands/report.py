@@ -23,6 +23,7 @@ from abs_engine.io.files import check_free
     *take.view(),
     take.file("--video",
         "the video that was tracked (default: the truth's, or where the run says it was)"),
+    take.file("--speaker", "head that the runs were tracked with (default: the bundled head)"),
     take.seed("the confidence intervals"),
     examples="abs-engine report run -o report.html\n"
     "abs-engine report run other --truth clip -o compared.html",
@@ -33,7 +34,7 @@ def report(chosen: Chosen) -> Done:
 
     from abs_engine.report.gathering import ReportOptions, write_report
 
-    names = "truth", "clip", "camera", "video", "seed"
+    names = "truth", "clip", "camera", "video", "seed", "speaker"
     options = ReportOptions(**{n: getattr(chosen, n) for n in names}, command=_command_line(chosen))
     with Progress("report") as progress:
         write_report(chosen.results, chosen.output, options, progress.announce)
@@ -43,7 +44,7 @@ def report(chosen: Chosen) -> Done:
 
 def _command_line(chosen: Chosen) -> str:
     words = ["abs-engine", "report", *map(str, chosen.results)]
-    for name in ("truth", "clip", "camera", "video", "output"):
+    for name in ("truth", "clip", "camera", "video", "speaker", "output"):
         value = getattr(chosen, name)
         words += [f"--{name}", str(value)] if value is not None else []
     words += ["--seed", str(chosen.seed)] if chosen.seed else []

@@ -135,7 +135,9 @@ def _check_files(options: TrackOptions) -> None:
     from abs_engine.face.shape.modal import load_physics
     from abs_engine.io.assets import load_speaker
     from abs_engine.tracking.poses_file import read_poses
+    from abs_engine.tracking.presets import resolved
 
+    options, _ = resolved(options)  # a model's file may be the head
     if options.person is not None or options.speaker is not None:
         speaker = load_speaker(options.speaker)
         speaker.named(options.person or next(iter(speaker.people)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.shape.proportions import with_proportions
 from abs_engine.face.shape.smooth import smooth_modes
 from abs_engine.io.assets import Speaker
@@ -16,8 +17,8 @@ FloatArray = NDArray[np.float64]
 
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 _PAIR, _ALONE, _MACRO = 0.3, 0.2, 0.13
-"""Standard deviations of the weights of targets that come in pairs, alone, and of whole people:
-with them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
+"""Standard deviations of the weights of MakeHuman's targets: in pairs, alone, and of whole people.
+With them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
 
 _KEPT = 96
 """Directions of targets and smooth fields together: they hold 98 % of the variance that
@@ -79,6 +80,12 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
 def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:
     for name, k in index.items():
         row = np.zeros(len(index))
+        if name.startswith(PERSON):
+            continue
+        if name.startswith(COMPONENT):
+            row[k] = 1.0
+            yield name, row
+            continue
         stem, _, end = name.rpartition("-")
         other = f"{stem}-{_OPPOSITE.get(end, '')}"
         if other in index:

@@ -1,0 +1,82 @@
+"""The `import` command."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from abs_engine.cli import options as take
+from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.drawing import opened, print_hints
+from abs_engine.cli.progress import Progress
+from abs_engine.io.files import check_free
+
+if TYPE_CHECKING:
+    from abs_engine.learn.heads.build import ImportedHead
+
+_MOST_NAMED = 12
+
+
+@command(
+    "Learn faces and lips",
+    take.argument("head", "HEAD",
+        "a GLB or glTF file with morph targets, an OBJ file, or the folder of ICT's face model",
+        type=take.INPUT),
+    take.output("FILE", "the head, for 'track --model' and every '--speaker'"),
+    take.file("--table", "what names do not say: landmarks, regions, units, people (TOML)"),
+    take.file("--deltas", "OBJ files of the morph targets of an OBJ head", metavar="FOLDER"),
+    take.renderer(),
+    examples="abs-engine import ICT-FaceKit/FaceXModel -o ict.face\n"
+    "abs-engine import head.glb -o head.face --table head.toml\n"
+    "abs-engine import head.obj --deltas shapes -o head.face --table head.toml\n"
+    "abs-engine render postures -o sheet.png --speaker head.face --person neutral\n"
+    "abs-engine track talk.mp4 -o run --model head.face",
+)  # fmt: skip
+def import_(chosen: Chosen) -> Done:
+    """Make a head of a mesh with morph targets."""
+    check_free(chosen.output)
+    from abs_engine.io.head_file import write_head
+    from abs_engine.io.morphs import read_morphs
+    from abs_engine.learn.heads.build import build_head
+    from abs_engine.learn.heads.table import HeadTable, read_table
+    from abs_engine.tracking.head_import import with_network
+
+    table = HeadTable() if chosen.table is None else read_table(chosen.table)
+    made = build_head(read_morphs(chosen.head, chosen.deltas), table)
+    with opened(chosen.renderer) as renderer, Progress("importing") as progress:
+        print_hints(renderer)
+        progress.announce("drawing the head, looking for its landmarks")
+        head = with_network(made.speaker, renderer)
+    write_head(chosen.output, head)
+    facts = {
+        "output": chosen.output,
+        "vertices": len(head.vertices),
+        "facets": len(head.faces),
+        "opening_mm": made.opening,
+        "people": list(head.people),
+        "missing": list(made.missing),
+        "unused": list(made.unused),
+        "added": list(made.added),
+    }
+    return Done([*_lines(made), f"wrote {chosen.output}"], facts)
+
+
+def _lines(made: ImportedHead) -> list[str]:
+    head = made.speaker
+    moving = len(head.unit_names) - len(made.missing)
+    lines = [
+        f"{len(head.vertices)} vertices, {len(head.faces)} triangles, {moving} of "
+        f"{len(head.unit_names)} face units; jawOpen opens the lips by {made.opening:.0f} mm",
+        f"people: {', '.join(head.people)}",
+    ]
+    if made.missing:
+        lines.append(f"face units that it lacks, which move nothing: {_named(made.missing)}")
+    if made.unused:
+        lines.append(f"morph targets that are no face unit: {_named(made.unused)}")
+    if made.added:
+        lines.append(f"added, as the mesh has none: {_named(made.added)}")
+    return lines
+
+
+def _named(names: tuple[str, ...]) -> str:
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more

@@ -1,0 +1,104 @@
+"""Names of face units, of regions and of somebody's head: nothing else knows them.
+
+ARKit's 52 face units are what every head moves by. Other heads write them in their own ways
+(``jawOpen``, ``JawOpen``, ``mouthSmile_L``, ``blendShape1.mouth_smile_left``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+_SIDED = (
+    "browDown", "browOuterUp", "cheekSquint", "eyeBlink", "eyeLookDown", "eyeLookIn", "eyeLookOut",
+    "eyeLookUp", "eyeSquint", "eyeWide", "mouthDimple", "mouthFrown", "mouthLowerDown",
+    "mouthPress", "mouthSmile", "mouthStretch", "mouthUpperUp", "noseSneer",
+)  # fmt: skip
+_WHOLE = (
+    "browInnerUp", "cheekPuff", "jawForward", "jawLeft", "jawOpen", "jawRight", "mouthClose",
+    "mouthFunnel", "mouthLeft", "mouthPucker", "mouthRight", "mouthRollLower", "mouthRollUpper",
+    "mouthShrugLower", "mouthShrugUpper", "tongueOut",
+)  # fmt: skip
+FACE_UNITS = tuple(sorted([*_WHOLE, *(f"{n}{side}" for n in _SIDED for side in ("Left", "Right"))]))
+"""ARKit's 52."""
+CLASS_NAMES = (
+    "background", "skin", "upper_lip", "lower_lip", "inner_mouth", "upper_teeth", "lower_teeth",
+    "tongue", "eyes",
+)  # fmt: skip
+"""Facet classes of every head, the first of them of no facet."""
+TEETH, LIPS, HIDDEN = "teeth", "lips", "none"
+"""Words for regions of which upper and lower are found out, and for what is not drawn."""
+REGION_WORDS = (*CLASS_NAMES[1:], TEETH, LIPS, HIDDEN)
+
+# Each is a pair of shape targets, less and more, and how far people vary (standard deviation)
+PERSON_TARGETS: dict[str, tuple[str, str, float]] = {
+    "mouth width": ("mouth_scale_horiz_decr", "mouth_scale_horiz_incr", 0.5),
+    "upper lip height": ("mouth_upperlip_height_decr", "mouth_upperlip_height_incr", 0.6),
+    "lower lip height": ("mouth_lowerlip_height_decr", "mouth_lowerlip_height_incr", 0.6),
+    "mouth height": ("mouth_trans_down", "mouth_trans_up", 0.5),
+    "cupid's bow": ("mouth_cupidsbow_decr", "mouth_cupidsbow_incr", 0.5),
+    "corners": ("mouth_angles_down", "mouth_angles_up", 0.5),
+    "upper lip flanks": ("mouth_upperlip_ext_down", "mouth_upperlip_ext_up", 0.6),
+    "lower lip flanks": ("mouth_lowerlip_ext_up", "mouth_lowerlip_ext_down", 0.6),
+    "lower lip width": ("mouth_lowerlip_width_decr", "mouth_lowerlip_width_incr", 0.6),
+}
+"""MakeHuman's targets of the mouth; a head that lacks them has no modes of a person's mouth."""
+
+COMPONENT = "component/"
+"""Before the names of identity targets that are principal components, a standard deviation each."""
+PERSON = "person/"
+"""Before the name of a target that is one person's difference, which no other varies by."""
+
+_PARTS: tuple[tuple[str, str], ...] = (
+    (r"lash|brow|hair|beard|lacrimal|tear|occlusion|eyeblend|caruncle|glass|cloth|shirt", HIDDEN),
+    (r"teeth|tooth|dentur", TEETH),
+    (r"tongue", "tongue"),
+    (r"gum|inner.?mouth|mouth.?(inner|bag|socket|cavity|interior)|oral", "inner_mouth"),
+    (r"upper.?lip", "upper_lip"),
+    (r"lower.?lip", "lower_lip"),
+    (r"lip(s)?\b", LIPS),
+    (r"eye.?socket|eyelid", "skin"),
+    (r"cornea", HIDDEN),
+    (r"eye|sclera|iris|pupil", "eyes"),
+)
+ICT_PARTS: Mapping[str, str] = {"M_GumsTongue": "inner_mouth", "M_IrisLeft": HIDDEN,
+                                "M_IrisRight": HIDDEN, "M_BackHead": "skin"}  # fmt: skip
+"""Materials of ICT's face model whose names do not say what they are here; its irises are the
+clear shells before the eyes."""
+ICT_68 = (
+    1225, 1888, 1052, 367, 1719, 1722, 2199, 1447, 966, 3661, 4390, 3927, 3924, 2608, 3272, 4088,
+    3443, 268, 493, 1914, 2044, 1401, 3615, 4240, 4114, 2734, 2509, 978, 4527, 4942, 4857, 1140,
+    2075, 1147, 4269, 3360, 1507, 1542, 1537, 1528, 1518, 1511, 3742, 3751, 3756, 3721, 3725, 3732,
+    5708, 5695, 2081, 0, 4275, 6200, 6213, 6346, 6461, 5518, 5957, 5841, 5702, 5711, 5533, 6216,
+    6207, 6470, 5517, 5966,
+)  # fmt: skip
+"""Vertices of ICT's face model at the 68 usual landmarks, by its own page."""
+
+
+def face_unit(name: str) -> str | None:
+    """The face unit that a morph target's name means; None where it means none.
+
+    A side that the unit does not have, as in ``cheekPuff_L``, is a part of the unit.
+    """
+    parts = name.split(".")  # Maya puts the deformer before the name, others a side behind it
+    own = parts[-1] if len(parts[-1]) > 1 else "".join(parts[-2:])
+    plain = re.sub(r"[^a-z0-9]", "", own.lower())
+    if plain in _BY_PLAIN:
+        return _BY_PLAIN[plain]
+    stem, side = plain[:-1], {"l": "left", "r": "right"}.get(plain[-1:], "")
+    return _BY_PLAIN.get(stem + side) if side else None
+
+
+_HALVED = ("browInnerUp", "cheekPuff")
+_BY_PLAIN = {name.lower(): name for name in FACE_UNITS} | {
+    f"{name}{side}".lower(): name for name in _HALVED for side in ("Left", "Right")
+}
+
+
+def region_of(part: str) -> str:
+    """What a part of a mesh is by its name, one of `REGION_WORDS`; skin where it does not say."""
+    lower = part.lower()
+    for pattern, region in _PARTS:
+        if re.search(pattern, lower):
+            return region
+    return "skin"

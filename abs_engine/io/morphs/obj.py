@@ -1,0 +1,120 @@
+"""Heads as Wavefront OBJ files: a neutral one, and one for each morph target.
+
+Vertices keep their numbers, which tables and other programs name them by; loaders that split or
+merge them do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import InputFileError
+from abs_engine.io.morphs.mesh import MorphMesh, displacement
+
+_PARTS = ("g", "o", "usemtl")
+
+
+def read_obj(path: Path, deltas: Path | None) -> MorphMesh:
+    """Read a neutral OBJ, and a folder of OBJs that are morph targets by their files' names.
+
+    Raises
+    ------
+    InputFileError
+        If a file is missing or no OBJ.
+    ModelFormatError
+        If a target has another number of vertices.
+    """
+    places, corners, parts, seen = _parsed(path)
+    faces, of = _triangles(corners)
+    uv = _on_texture(path, _triangles(seen)[0]) if any(map(any, seen)) else None
+    names = tuple(dict.fromkeys(parts)) or ("",)
+    part = np.array([names.index(parts[k]) for k in of], np.int32)
+    files = [] if deltas is None else sorted(p for p in deltas.glob("*.obj") if p != path)
+    targets = {p.stem: displacement(p.stem, read_places(p), places) for p in files}
+    whole = None if uv is None else tiled(uv)
+    return MorphMesh(str(path), places, faces, part, names, targets, uv=whole)
+
+
+def read_places(path: Path) -> NDArray[np.float64]:
+    """Vertices (V, 3) of an OBJ; errors as `read_obj`."""
+    return _places(path, _lines(path))
+
+
+def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str], list[list[int]]]:
+    """Vertices, and of each polygon the corners, the part and the places on the texture."""
+    lines = _lines(path)
+    places, corners, parts, seen = _places(path, lines), [], [], []
+    now = dict.fromkeys(_PARTS, "")
+    for line in lines:
+        word, _, rest = line.partition(" ")
+        if word in now:
+            now[word] = rest.strip()
+        elif word == "f":
+            corners.append(_corners(path, rest, len(places)))
+            parts.append(" / ".join(name for name in now.values() if name))
+            seen.append([int(f"{c}/".split("/")[1] or 0) for c in rest.split()])
+    if not corners:
+        raise InputFileError(f"{path} has no faces", "give an OBJ file of a mesh")
+    return places, corners, parts, seen
+
+
+def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
+    """Places (F, 3, 2) on a texture, in its tiles."""
+    rows = [line.split()[1:3] for line in _lines(path) if line.startswith("vt ")]
+    try:
+        places = np.array([["0", "0"], *rows], np.float32)[corners]
+    except (ValueError, IndexError) as error:
+        raise InputFileError(
+            f"{path} has a wrong place on its texture", "export it again"
+        ) from error
+    return np.stack([places[..., 0], 1 - places[..., 1]], axis=-1)
+
+
+def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Places (F, 3, 2) with all tiles, which lie side by side, in one picture."""
+    tiles = max(1.0, float(np.ceil(uv[..., 0].max() - 1e-4)))
+    return np.asarray(uv / [tiles, 1.0], np.float32)
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise InputFileError(f"{path} cannot be read", "give an OBJ file") from error
+
+
+def _places(path: Path, lines: Sequence[str]) -> NDArray[np.float64]:
+    try:
+        rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
+        places = np.array(rows, np.float64).reshape(-1, 3)
+    except ValueError as error:
+        raise InputFileError(f"{path} has a vertex that is no place", "export it again") from error
+    if not len(places):
+        raise InputFileError(f"{path} has no vertices", "give an OBJ file of a mesh")
+    return places
+
+
+def _corners(path: Path, rest: str, count: int) -> list[int]:
+    """Vertices of a polygon, from 0; `OBJ` counts from 1, or backwards from the last one."""
+    try:
+        numbers = [int(corner.split("/")[0]) for corner in rest.split()]
+    except ValueError:
+        numbers = []
+    out = [n - 1 if n > 0 else count + n for n in numbers]
+    if len(out) < 3 or min(out) < 0 or max(out) >= count:
+        raise InputFileError(f"{path} has a face 'f {rest}' of other vertices", "export it again")
+    return out
+
+
+def _triangles(polygons: Sequence[Sequence[int]]) -> tuple[NDArray[np.int32], list[int]]:
+    """Fans of triangles (F, 3), and the polygon of each."""
+    faces, of = [], []
+    for k, p in enumerate(polygons):
+        fan = [(p[0], p[i], p[i + 1]) for i in range(1, len(p) - 1)]
+        faces += fan
+        of += [k] * len(fan)
+    return np.array(faces, np.int32), of

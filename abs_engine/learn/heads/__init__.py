@@ -1,0 +1,1 @@
+"""Somebody's mesh with morph targets made a head that everything here runs on."""

@@ -1,0 +1,95 @@
+"""Teeth, tongue and the inside of the mouth for heads that lack them: the bundled head's own.
+
+They are laid into the mouth by its corners and the middles of its lips, and go with the face units
+as they do in the bundled head; those of the jaw, as far as the new head's chin goes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.face.schema import CLASS_NAMES
+from abs_engine.io.assets import Speaker
+from abs_engine.learn.heads.marks import FloatArray, IntArray
+
+TEETH = ("upper_teeth", "lower_teeth", "tongue")
+_SUNK = 1.5  # mm behind its place, so that nothing pokes through other lips
+_HOLLOW = 20.0  # mm from the lips: so deep is the inside of a mouth at least
+_MOST = 3.0  # times the bundled jaw's motion
+
+
+@dataclass(frozen=True, eq=False)
+class Interior:
+    """What is added to a head: N vertices.
+
+    Parameters
+    ----------
+    vertices : (N, 3) float64, mm
+    faces : (M, 3) int32
+        Corners from 0.
+    classes : (M,) uint8
+    units : (52, N, 3) float32, mm
+        In the bundled head's order.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+    classes: NDArray[np.uint8]
+    units: NDArray[np.float32]
+
+
+def mouth_interior(
+    bundled: Speaker, names: tuple[str, ...], points: FloatArray, jaw: float
+) -> Interior:
+    """The bundled head's facets of some classes, laid into another mouth.
+
+    Parameters
+    ----------
+    bundled : Speaker
+    names : tuple of str
+        Facet classes.
+    points : (20, 3) float64, mm
+        The lips' points of the other head.
+    jaw : float, mm
+        How far `jawOpen` moves its chin.
+    """
+    own = np.isin(bundled.facet_class, [bundled.class_id(name) for name in names])
+    kept, faces = np.unique(bundled.faces[own], return_inverse=True)
+    marks = bundled.landmarks
+    at = np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]])
+    from_, to = _frame(bundled.vertices[at].astype(np.float64)), _frame(points)
+    scale = to[1] / from_[1]
+    place = (bundled.vertices[kept] - from_[0]) * scale + to[0] - [0.0, 0.0, _SUNK]
+    units = bundled.units[:, kept].astype(np.float32) * scale
+    chin = bundled.landmarks["chin"][0]
+    opened = bundled.unit_matrix(("jawOpen",))[0, chin]
+    farther = np.clip(jaw / (scale * float(np.linalg.norm(opened))), 0.0, _MOST)
+    of_jaw = [k for k, name in enumerate(bundled.unit_names) if name.startswith("jaw")]
+    units[of_jaw] *= farther
+    classes = np.array([CLASS_NAMES.index(n) for n in bundled.class_names], np.uint8)
+    return Interior(
+        place, faces.reshape(-1, 3).astype(np.int32), classes[bundled.facet_class[own]], units
+    )
+
+
+def _frame(points: FloatArray) -> tuple[FloatArray, float]:
+    """The middle of the inner lips, and the width of the mouth."""
+    inner = points[[12, 14, 16, 18]]
+    return inner.mean(axis=0), float(np.linalg.norm(inner[2] - inner[0]))
+
+
+def has(classes: NDArray[np.uint8], name: str) -> bool:
+    """Whether a head has facets of a class."""
+    return bool((classes == CLASS_NAMES.index(name)).any())
+
+
+def is_hollow(
+    vertices: FloatArray, faces: NDArray[np.integer], classes: NDArray[np.uint8], points: IntArray
+) -> bool:
+    """Whether the inside of a mouth reaches farther back than the rims of its lips do."""
+    inside = np.unique(faces[classes == CLASS_NAMES.index("inner_mouth")])
+    front = vertices[points[12:], 2].mean()
+    return bool((vertices[inside, 2] < front - _HOLLOW).any())

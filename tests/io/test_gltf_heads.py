@@ -1,0 +1,103 @@
+"""Small glTF files as exporters write them: sparse targets, interleaved rows, pictures, nodes."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import InputFileError
+from abs_engine.io.morphs import read_morphs
+
+FLOAT, SHORT = 5126, 5123
+PLACES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+UV = np.array([[0, 0], [1, 0], [0.25, 1]], np.float32)
+
+
+def document(extra=None, node=None):
+    """A triangle with a sparse target, its places and texture coordinates interleaved."""
+    red = cv2.imencode(".png", np.full((4, 4, 3), (0, 0, 255), np.uint8))[1].tobytes()
+    pieces = [
+        np.hstack([PLACES, UV]).tobytes(),  # rows of 20 bytes
+        np.array([0, 1, 2, 0], np.uint16).tobytes(),
+        np.array([2, 0], np.uint16).tobytes(),  # the vertex that moves
+        np.array([0, 0, 0.5], np.float32).tobytes(),
+        red,
+    ]
+    starts = np.cumsum([0, *map(len, pieces)]).tolist()
+    views = [
+        {"buffer": 0, "byteOffset": s, "byteLength": len(p)}
+        for s, p in zip(starts, pieces, strict=False)
+    ]
+    views[0]["byteStride"] = 20
+    sparse = {"count": 1, "indices": {"bufferView": 2, "componentType": SHORT},
+              "values": {"bufferView": 3}}  # fmt: skip
+    made = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"children": [1], "scale": [2, 2, 2]}, {"mesh": 0, **(node or {})}],
+        "meshes": [{
+            "primitives": [{
+                "attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0,
+                "targets": [{"POSITION": 3}],
+            }],
+            "extras": {"targetNames": ["jawOpen"]},
+        }],
+        "materials": [{"name": "skin", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}],
+        "images": [{"bufferView": 4, "mimeType": "image/png"}],
+        "accessors": [
+            {"bufferView": 0, "componentType": FLOAT, "count": 3, "type": "VEC3"},
+            {"bufferView": 0, "byteOffset": 12, "componentType": FLOAT, "count": 3, "type": "VEC2"},
+            {"bufferView": 1, "componentType": SHORT, "count": 3, "type": "SCALAR"},
+            {"componentType": FLOAT, "count": 3, "type": "VEC3", "sparse": sparse},
+        ],
+        "bufferViews": views,
+    }  # fmt: skip
+    return {**made, **(extra or {})}, b"".join(pieces)
+
+
+def write(folder, extra=None, node=None, cut=None):
+    """Write it as a glTF file with its numbers beside it."""
+    made, content = document(extra, node)
+    made["buffers"] = [{"byteLength": len(content), "uri": "head.bin"}]
+    (folder / "head.bin").write_bytes(content[:cut])
+    (folder / "head.gltf").write_text(json.dumps(made))
+    return folder / "head.gltf"
+
+
+def test_what_a_file_holds_is_read(tmp_path):
+    turned = {"rotation": [0, 0, np.sqrt(0.5), np.sqrt(0.5)], "translation": [0, 0, 3]}
+    mesh = read_morphs(write(tmp_path, node=turned))
+    assert np.allclose(mesh.vertices, [[0, 0, 6], [0, 2, 6], [-2, 0, 6]], atol=1e-6)
+    assert np.allclose(mesh.targets["jawOpen"], [[0, 0, 0], [0, 0, 0], [0, 0, 1]], atol=1e-6)
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+    assert "skin" in mesh.part_names[0]
+    assert (mesh.texture == [255, 0, 0]).all()
+    assert np.allclose(mesh.uv[0], UV)
+
+
+@pytest.mark.parametrize(
+    ("extra", "cut", "says"),
+    [
+        ({"meshes": []}, None, "no whole glTF"),
+        ({"nodes": [{}]}, None, "no triangles"),
+        ({}, 40, "no whole glTF"),
+        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, None, "compressed by KHR_draco"),
+        ({"accessors": []}, None, "no whole glTF"),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, extra, cut, says):
+    with pytest.raises(InputFileError, match=says):
+        read_morphs(write(tmp_path, extra, cut=cut))
+
+
+@pytest.mark.filterwarnings("ignore:pygltf")
+def test_a_missing_buffer_is_refused(tmp_path):
+    path = write(tmp_path)
+    (tmp_path / "head.bin").unlink()
+    with pytest.raises(InputFileError, match="no whole glTF"):
+        read_morphs(path)

@@ -1,0 +1,263 @@
+"""Heads from meshes of other programs: what is made of them, and what is refused."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from imported import FEW, OUTER_CLASSES, PARTS, facets_of, table, write_glb, write_obj
+
+from abs_engine.cli import main
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.face.schema import FACE_UNITS, face_unit, region_of
+from abs_engine.io.assets import load_speaker
+from abs_engine.io.morphs import read_morphs
+from abs_engine.learn.heads.build import build_head
+from abs_engine.learn.heads.table import read_table
+
+HEAD = load_speaker()
+VERTICES = len(HEAD.vertices)
+OUTER = facets_of(HEAD, *OUTER_CLASSES)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A GLB without teeth, and its table."""
+    found = tmp_path_factory.mktemp("heads")
+    write_glb(found / "head.glb")
+    (found / "head.toml").write_text(table(HEAD))
+    return found
+
+
+@pytest.fixture(scope="module")
+def made(folder):
+    """The head that is made of the GLB."""
+    return build_head(read_morphs(folder / "head.glb"), read_table(folder / "head.toml"))
+
+
+def facets(head, *names):
+    """Facets of some classes as a set of their corners."""
+    return {tuple(sorted(face)) for face in facets_of(head, *names).tolist()}
+
+
+def test_a_head_in_metres_with_z_up_comes_into_the_head_frame(made):
+    """It was written 1.7 m above the floor, and is moved to the origin."""
+    head = made.speaker
+    away = head.vertices[:VERTICES] - HEAD.vertices
+    assert np.ptp(away, axis=0).max() < 0.01
+    assert np.abs(away).max() < 20
+    for name in FEW:
+        same = head.unit_matrix((name,))[0, :VERTICES] - HEAD.unit_matrix((name,))[0]
+        assert np.abs(same).max() < 0.05, name
+    assert made.opening == pytest.approx(35.5, abs=1)
+    assert set(made.missing) == set(FACE_UNITS) - set(FEW)
+
+
+def test_lips_are_found_between_their_contours(folder):
+    bare = "[regions]\nLips = 'skin'\n"
+    (folder / "bare.toml").write_text(table(HEAD, more=bare))
+    head = build_head(read_morphs(folder / "head.glb"), read_table(folder / "bare.toml")).speaker
+    for lip, other in (("upper_lip", "lower_lip"), ("lower_lip", "upper_lip")):
+        found = facets(head, lip)
+        assert len(found & facets(HEAD, lip)) / len(found) > 0.9, lip
+        assert len(found & facets(HEAD, other)) < 0.03 * len(found)
+        assert len(found) > 0.5 * len(facets(HEAD, lip)), "the rest lies behind where lips meet"
+
+
+def test_lips_that_are_named_are_kept_whole(made):
+    both = "upper_lip", "lower_lip"
+    assert facets(made.speaker, *both) == facets(HEAD, *both)
+    for lip in both:
+        assert len(facets(made.speaker, lip) & facets(HEAD, lip)) > 0.85 * len(facets(HEAD, lip)), (
+            "but for the corners"
+        )
+
+
+def test_teeth_tongue_and_the_inside_are_added_where_they_are_missing(made, folder):
+    assert set(made.added) == {"upper_teeth", "lower_teeth", "tongue", "inner_mouth"}
+    head = made.speaker
+    jaw = head.unit_matrix(("jawOpen",))[0]
+
+    def moved(name):
+        own = np.unique(facets_of(head, name))
+        own = own[own >= VERTICES]
+        assert len(own) > 50, name
+        return np.linalg.norm(jaw[own], axis=1).mean()
+
+    assert moved("upper_teeth") < 0.5
+    assert moved("lower_teeth") > 10
+    lips = head.vertices[head.landmarks["inner_lip_8"]]
+    teeth = head.vertices[np.unique(facets_of(head, "upper_teeth"))]
+    assert teeth[:, 2].max() < lips[2, 2], "the teeth lie behind the upper lip"
+    whole = write_glb(folder / "whole.glb", list(PARTS))
+    assert not build_head(read_morphs(whole), read_table(folder / "head.toml")).added
+
+
+def test_lower_teeth_are_those_that_go_with_the_jaw(folder):
+    whole = write_glb(folder / "teeth.glb", list(PARTS))
+    head = build_head(read_morphs(whole), read_table(folder / "head.toml")).speaker
+    assert facets(head, "lower_teeth") == facets(HEAD, "lower_teeth")
+    assert facets(head, "upper_teeth") == facets(HEAD, "upper_teeth")
+
+
+def test_an_obj_keeps_its_vertices_and_knows_its_people(tmp_path):
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    write_obj(tmp_path / "head.obj", HEAD.vertices, OUTER)
+    write_obj(tmp_path / "clara.obj", HEAD.named("clara"), OUTER)
+    for name in ("jawOpen", "mouthFunnel"):
+        write_obj(shapes / f"{name}.obj", HEAD.vertices + HEAD.unit_matrix((name,))[0], OUTER)
+    (tmp_path / "head.toml").write_text(table(HEAD) + '[people]\nclara = "clara.obj"\n')
+    mesh = read_morphs(tmp_path / "head.obj", shapes)
+    head = build_head(mesh, read_table(tmp_path / "head.toml")).speaker
+    assert np.abs(head.vertices[:VERTICES] - HEAD.vertices).max() < 1e-4
+    assert set(head.people) == {"neutral", "clara"}
+    clara = head.named("clara")[:VERTICES]
+    assert np.abs(clara - HEAD.named("clara")).max() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("jawOpen", "jawOpen"),
+        ("JawOpen", "jawOpen"),
+        ("mouthSmile_L", "mouthSmileLeft"),
+        ("head_blend.mouth_smile_right", "mouthSmileRight"),
+        ("mouthSmile.R", "mouthSmileRight"),
+        ("cheekPuff_L", "cheekPuff"),
+        ("browInnerUp_R", "browInnerUp"),
+        ("mouthLeft", "mouthLeft"),
+        ("PupilDilate_L", None),
+        ("mouthClosed", None),
+    ],
+)
+def test_names_of_morph_targets(name, unit):
+    assert face_unit(name) == unit
+
+
+def test_names_of_parts():
+    told = {"M_Teeth": "teeth", "Wolf3D_Teeth / x": "teeth", "EyeLeft": "eyes", "Eyelashes": "none",
+            "head / Skin": "skin", "tongue_low": "tongue", "MouthBag / Mouth_inside": "skin",
+            "Eyebrows": "none", "upper_lip": "upper_lip"}  # fmt: skip
+    assert {name: region_of(name) for name in told} | {"MouthBag / Mouth_inside": "skin"} == told
+
+
+def refused(error, says, *, glb=None, told=None, folder=None, mesh=None):
+    """Check that a head is refused."""
+    path = folder / "bad.toml"
+    path.write_text(table(HEAD) if told is None else told)
+    with pytest.raises(error, match=says):
+        build_head(read_morphs(glb or folder / "head.glb") if mesh is None else mesh,
+                   read_table(path))  # fmt: skip
+
+
+def test_a_mouth_that_does_not_open_is_refused(folder):
+    glb = write_glb(folder / "shut.glb", units=["mouthFunnel", "mouthClose"])
+    refused(ParameterError, "jawOpen opens the lips of .* by 0.0 mm", glb=glb, folder=folder)
+
+
+def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
+    glb = write_glb(folder / "short.glb", units=FEW[:3], short="mouthClose")
+    with pytest.raises(ModelFormatError, match=f"'mouthClose' has {VERTICES - 5} vertices"):
+        read_morphs(glb)
+    write_obj(tmp_path / "head.obj", HEAD.vertices, OUTER)
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    write_obj(shapes / "jawOpen.obj", HEAD.vertices[:-1], OUTER[:5])
+    with pytest.raises(ModelFormatError, match=f"has {VERTICES - 1} vertices, the head"):
+        read_morphs(tmp_path / "head.obj", shapes)
+
+
+@pytest.mark.parametrize(
+    ("told", "error", "says"),
+    [
+        ("", ParameterError, "does not say where outer_lip, inner_lip, nose_tip"),
+        ("[landmarks", InputFileError, "is no TOML"),
+        ("[landmark]\n", ParameterError, "no section 'landmark'"),
+        ("[units]\njawOpn = 'x'\n", ParameterError, "no face unit 'jawOpn'"),
+        ("[regions]\nHead = 'face'\n", ParameterError, "no region 'face'"),
+        ("length = 'ft'\n", ParameterError, "no length 'ft'"),
+        (table(HEAD, {"chin": [10**6]}), ParameterError, "chin: 1000000 is no vertex"),
+        (table(HEAD, more="length = 'mm'\n"), ParameterError, "eyes' outer corners are 0.08"),
+        (table(HEAD, more="[units]\njawOpen = 'Mouth_Open'\n"), ParameterError, "no morph target"),
+        (table(HEAD, {"eye_corners": HEAD.landmarks["eye_corners"][::-1].tolist()}),
+         ParameterError, "do not lie as a face's do"),
+    ],
+)  # fmt: skip
+def test_tables_that_are_wrong(folder, told, error, says):
+    refused(error, says, told=told, folder=folder)
+
+
+def test_a_person_of_another_mesh_is_refused(folder):
+    write_obj(folder / "other.obj", HEAD.vertices[:100], [[0, 1, 2]] * np.ones((1, 1), int))
+    told = table(HEAD) + '[people]\nanna = "other.obj"\n'
+    refused(ModelFormatError, r"other.obj is another mesh: .* has 100 vertices", told=told,
+            folder=folder)  # fmt: skip
+
+
+def test_files_that_are_no_heads(tmp_path):
+    for name in ("head.glb", "head.obj", "head.stl"):
+        (tmp_path / name).write_bytes(b"nothing of use")
+    with pytest.raises(InputFileError, match="no whole glTF"):
+        read_morphs(tmp_path / "head.glb")
+    with pytest.raises(InputFileError, match="no vertices"):
+        read_morphs(tmp_path / "head.obj", tmp_path)
+    with pytest.raises(InputFileError, match="neither GLB, glTF nor OBJ"):
+        read_morphs(tmp_path / "head.stl")
+    with pytest.raises(ParameterError, match="needs --deltas"):
+        read_morphs(tmp_path / "head.obj")
+    with pytest.raises(InputFileError, match=r"generic_neutral_mesh.obj does not exist"):
+        read_morphs(tmp_path)
+
+
+def test_the_command_refuses_in_a_line_and_writes_nothing(folder, tmp_path, capsys):
+    words = ["import", str(folder / "head.glb"), "-o", str(tmp_path / "head.face")]
+    assert main([*words, "--renderer", "cpu"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--table head.toml" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_texture_is_laid_by_the_corners_of_facets(tmp_path):
+    """Vertices at its seams get copies, which come behind all others."""
+    skin = facets_of(HEAD, *OUTER_CLASSES)
+    seamed = HEAD.uv[skin].copy()
+    seamed[0] = 0.5  # the first facet lies elsewhere on the texture than its neighbours
+    rows = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in HEAD.vertices.tolist()]
+    rows += [f"vt {u:.6f} {1 - v:.6f}" for u, v in seamed.reshape(-1, 2).tolist()]
+    rows += [
+        "f " + " ".join(f"{n + 1}/{3 * k + c + 1}" for c, n in enumerate(face))
+        for k, face in enumerate(skin.tolist())
+    ]
+    (tmp_path / "head.obj").write_text("\n".join(rows) + "\n")
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    opened = HEAD.vertices + HEAD.unit_matrix(("jawOpen",))[0]
+    write_obj(shapes / "jawOpen.obj", opened, skin[:1])
+    picture = np.zeros((64, 64, 3), np.uint8)
+    picture[:, :, 2] = 200  # red, as OpenCV writes it
+    cv2.imwrite(str(tmp_path / "red.png"), picture)
+    (tmp_path / "head.toml").write_text(table(HEAD) + '[textures]\nneutral = "red.png"\n')
+    mesh = read_morphs(tmp_path / "head.obj", shapes)
+    head = build_head(mesh, read_table(tmp_path / "head.toml")).speaker
+    assert np.abs(head.vertices[:VERTICES] - HEAD.vertices).max() < 1e-4
+    whole, origin = mesh.at_seams()
+    copies = len(origin) - VERTICES
+    assert copies >= 3
+    assert np.abs(whole.vertices[whole.faces] - mesh.vertices[mesh.faces]).max() == 0
+    assert np.abs(whole.uv_of_vertices()[whole.faces] - mesh.uv).max() < 1e-4
+    jaw = head.unit_matrix(("jawOpen",))[0]
+    assert np.abs(jaw[VERTICES:][:copies] - jaw[origin[VERTICES:]]).max() == 0
+    texture = head.texture("neutral")
+    at = head.uv[head.faces[head.facet_class == head.class_id("skin")]].mean(axis=1)
+    seen = texture[(at[:, 1] * 63).astype(int), (at[:, 0] * texture.shape[1]).astype(int)]
+    assert (seen == [200, 0, 0]).all(), "the face lies on the picture"
+    teeth = head.uv[np.unique(facets_of(head, "upper_teeth"))]
+    assert (teeth[:, 0] > 64 / texture.shape[1]).all(), "what was added lies beside it"
+
+
+def test_textures_of_nobody_are_refused(folder):
+    told = table(HEAD) + '[textures]\nanna = "anna.png"\n'
+    refused(ParameterError, "a texture but no shape of 'anna'", told=told, folder=folder)
+    told = table(HEAD) + '[textures]\nneutral = "anna.png"\n'
+    refused(ParameterError, "does not say where a texture lies", told=told, folder=folder)
