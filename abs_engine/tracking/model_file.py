@@ -11,6 +11,7 @@ KINDS = {
     "abs_engine.learned_physics": "shell",
     "abs_engine.talking_face": "talking",
     "abs_engine.speaker_face": "speaker",
+    "abs_engine.worn_mouths": "worn",
 }
 """The model that each format of file is of."""
 
