@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
-from abs_engine.face.appearance.opening import SIDES, MouthSpot, OpeningLooks
+from abs_engine.face.appearance.opening import BESIDE, SIDES, MouthSpot, OpeningLooks
 from abs_engine.face.base import Face
 from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
 from abs_engine.fit.evidence import Term
@@ -79,17 +79,19 @@ OPENING = TermKind(NAME, opening_term, ("values", "borders"))
 
 
 def sided(model: MouthModel) -> tuple[MouthModel, tuple[str | None, ...]]:
-    """The model with skin that is as the lips it lies beside, and what its classes show.
+    """The model with skin that is as the lip it lies beside, and what its classes show.
 
     Skin above the line of the corners is of the upper lip's class, skin below it of the lower
-    lip's; what lies left or right of the corners stays skin.
+    lip's; what lies left or right of the corners, near that line, stays skin.
     """
     names, scene = model.speaker.class_names, model.scene
     corners = scene.mean[model.rings["corners"]].astype(np.float64)
     centre = scene.mean[scene.faces].astype(np.float64).mean(axis=1)
     middle, half = corners.mean(axis=0), 0.5 * float(np.ptp(corners[:, 0]))
     skin = scene.facet_class == names.index("skin")
-    within = skin & (np.abs(centre[:, 0] - middle[0]) < half)
+    beyond = np.abs(centre[:, 0] - middle[0]) > half
+    beside = beyond & (np.abs(centre[:, 1] - middle[1]) < 2 * BESIDE * half)
+    within = skin & ~beside
     above = centre[:, 1] > middle[1]
     classes = scene.facet_class.copy()
     classes[within & above] = names.index("upper_lip")

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.face.appearance.opening import (
+    ACROSS,
+    BESIDE,
     CENTRE,
     SIDES,
     SIZE,
@@ -123,7 +125,8 @@ def sides_of(points: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
     upper, lower = lines[0], np.maximum(*lines)
     sides = np.where(y < upper, 0, np.where(y <= lower, 1, 2))
     left, right = points[:2, 0]
-    sides[:, (x < left) | (x > right)] = SIDES.index("beside")
+    off = np.abs(y - 0.5 * (upper + lower)) < BESIDE * ACROSS
+    sides[off & ((x < left) | (x > right))] = SIDES.index("beside")
     beyond = np.maximum(np.maximum(left - x, x - right), 0)
     away = np.minimum(np.abs(y - upper), np.abs(y - lower)) + beyond * 0.5
     return sides, away

@@ -24,6 +24,8 @@ SIDES = ("above", "inside", "below", "beside")
 """Above the upper inner lip, between the lips, below the lower one; beside the corners."""
 ACROSS, SIZE, CENTRE = 64.0, (96, 88), (47.5, 38.0)
 """Pixels of the normalised picture across a mouth; its width and height; where the mouth lies."""
+BESIDE = 0.1
+"""Mouth widths above and below a corner that are beside it; farther off all is above or below."""
 _ROWS = (-20, -16, -13, -10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 6, 8, 10, 13, 16, 20)
 _COLUMNS, _BETWEEN, _FAR = (-8, -4, 0, 4, 8), (-4, -2, 0, 2, 4), (-14, -2, 2, 14)
 PLACES = (
