@@ -1,9 +1,10 @@
 """How well mouths are tracked in close-ups, against labels by hand, each speaker by the others.
 
-Run it by hand: `python tests/worn_agreement.py [SPEAKER ...] [--own] [--whole]`. For each speaker
-what a mouth looks like is learned from the labelled frames of all others, never from their own;
-with `--own` from nobody's labels, but from the clip itself. The labelled frames are tracked with
-the few before each, as tracking needs no more; with `--whole` all frames are. Nothing is kept.
+Run it by hand: `python tests/worn_agreement.py [SPEAKER ...] [--own] [--whole] [--frames]`. For
+each speaker what a mouth looks like is learned from the labelled frames of all others, never from
+their own; with `--own` from nobody's labels, but from the clip itself. The labelled frames are
+tracked with the few before each, as tracking needs no more; with `--whole` all frames are. Nothing
+is kept. Speakers whose file of labels is empty are named and left out.
 """
 
 from __future__ import annotations
@@ -77,6 +78,7 @@ class Errors:
     points: FloatArray  # (6,): to a point of that contour at a fixed share of the mouth's width
     corners: FloatArray  # (2,)
     aperture: float  # tracked less labelled
+    true: float  # aperture as labelled
     parted: tuple[bool, bool]  # labelled, tracked
 
 
@@ -99,6 +101,7 @@ def errors(setting: ClipSetting, result: FrameResult, labels: FloatArray) -> Err
         np.linalg.norm(drawn - labels[2:], axis=1) / width,
         np.linalg.norm(corners - labels[:2], axis=1) / width,
         aperture - true,
+        true,
         (true > PARTED, aperture > PARTED),
     )
 
@@ -129,7 +132,7 @@ def of_speaker(name: str, clips: dict[str, Labelled], own: bool, whole: bool) ->
     info = probe(clip.video)
     seen = Clip(clip.video, info, Camera.ideal(info.size), None)
     with open_renderer("cpu") as renderer, one_thread():
-        images, opening = found_mouth(seen, OPTIONS, None if own else learn_opening(others), print)
+        images, opening = found_mouth(seen, OPTIONS, None if own else learn_opening(others), str)
         given = OPTIONS, Leaves.of(OPTIONS), renderer
         tracker = fitted_clip(seen, load_speaker(), opening, images, *given)
         return [
@@ -158,6 +161,7 @@ def main() -> None:
     take.add_argument("speakers", nargs="*")
     take.add_argument("--own", action="store_true")
     take.add_argument("--whole", action="store_true")
+    take.add_argument("--frames", action="store_true", help="list apertures, labelled and tracked")
     chosen = take.parse_args()
     files = sorted((FOLDER / "labelled").glob("*.csv"))
     empty = [file.stem for file in files if not file.stat().st_size]
@@ -171,6 +175,9 @@ def main() -> None:
     for name in chosen.speakers or clips:
         found[name] = of_speaker(name, clips, chosen.own, chosen.whole)
         sys.stdout.write(line(name, found[name]) + "\n")
+        if chosen.frames:
+            pairs = [f"{100 * e.true:.1f}>{100 * (e.true + e.aperture):.1f}" for e in found[name]]
+            sys.stdout.write(f"    {'  '.join(pairs)}\n")
         sys.stdout.flush()
     first = list(clips)[: len(clips) // 2]
     for title, names in (
