@@ -1,4 +1,4 @@
-"""How well mouths are tracked in close-ups, against labels by hand, each speaker by the others.
+"""Agreement of mouths tracked in close-ups with labels by hand, each speaker by the others.
 
 Run it by hand: `python tests/worn_agreement.py [SPEAKER ...] [--own] [--whole] [--frames]`. For
 each speaker what a mouth looks like is learned from the labelled frames of all others, never from
@@ -65,7 +65,7 @@ class Labelled:
         return cls(video, {k: p for k, p in points.items() if k in seen}, seen)
 
     def mouths(self) -> list[LabelledMouth]:
-        """What is learned from."""
+        """Frames to learn from."""
         spot = spot_of(list(self.points.values()))
         return [LabelledMouth(self.images[k], p, spot) for k, p in self.points.items()]
 
@@ -86,7 +86,7 @@ SHARES = np.repeat([0.25, 0.5, 0.75], 2)
 
 
 def errors(setting: ClipSetting, result: FrameResult, labels: FloatArray) -> Errors:
-    """How a tracked frame differs from its labels (8, 2)."""
+    """Errors of a tracked frame against its labels (8, 2)."""
     upper, lower = inner_contours(setting, result)
     width = float(np.linalg.norm(labels[1] - labels[0]))
     lines = [upper, lower] * 3

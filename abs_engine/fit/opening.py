@@ -1,6 +1,6 @@
 """Evidence of a mouth's opening: what is drawn above, within, below and beside the inner lips.
 
-The facet likelihood, whose classes are told by local appearance instead of colour. Its borders are
+The facet likelihood, whose classes come from local appearance instead of colour. Its borders are
 the outlines of the inner lips; closed lips are the border between what is above and below.
 """
 
@@ -31,7 +31,7 @@ network sees in common."""
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """How one clip's mouth opens: what was learned, and where in the picture it counts.
+    """Appearance of one clip's mouth: what was learned, and where in the picture it counts.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Opening:
         maps: ClassMaps,
         regions: Sequence[str | None],
     ) -> FacetLikelihood:
-        """How well a drawn mouth suits a frame's maps."""
+        """Likelihood of a drawn mouth by a frame's maps."""
         names = list(regions)
         seam = (names.index("above"), names.index("below")), names.index("inside")
         return likelihood_of(renderer, scene, camera, window, maps, _WEIGHT, seam)

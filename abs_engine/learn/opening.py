@@ -1,4 +1,4 @@
-"""Learns where mouths open from frames with points on their inner lips."""
+"""Learning of mouths' local appearance from frames with points on their inner lips."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ POINTS = (
 _SWAPPED = [1, 0, 6, 7, 4, 5, 2, 3]  # which each point is in a mirror image
 _UPPER, _LOWER = [0, 2, 4, 6, 1], [0, 3, 5, 7, 1]
 _OFF = np.array([0.03, 0.05, 0.06, 0.03])
-"""How far a spot is put off for learning: shares of the width across and down, its logarithm, and
-radians. Mouths are found in a clip about so well."""
+"""Deviations by which a spot is put off for learning: shares of the width across and down, its
+logarithm, and radians. Mouths are found in a clip about so well."""
 _EACH, _COPIES = 250, 2  # pixels of a picture, and pictures of a frame, besides mirrored ones
 _NEAR = 4.0  # pixels about the inner lips that most of these lie within
 _ANYWHERE = 0.15  # share of others
@@ -65,7 +65,7 @@ class LabelledMouth:
 
 
 def spot_of(points: Sequence[FloatArray]) -> MouthSpot:
-    """Where a clip's mouth lies, by points (8, 2) of some of its frames."""
+    """Place of a clip's mouth, by points (8, 2) of some of its frames."""
     left, right = np.median(np.stack(points)[:, :2], axis=0)
     return MouthSpot.between(left, right)
 
@@ -106,7 +106,7 @@ def _pixels(
 
 
 def sides_of(points: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
-    """Which of `SIDES` pixels lie on, and how far from the inner lips, both (88, 96).
+    """Sides (`SIDES`) of pixels, and their distance from the inner lips, both (88, 96).
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class StillMotion:
     pose: Pose
 
     def follower(self) -> StillMotion:
-        """What gives the pose of each frame: itself."""
+        """Itself, as it carries nothing from frame to frame."""
         return self
 
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:

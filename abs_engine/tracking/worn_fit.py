@@ -36,7 +36,7 @@ _WIDER = (0.4, 0.4)
 
 @dataclass(frozen=True, eq=False)
 class WornFit:
-    """What is held for a clip.
+    """Values held for a clip.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class WornHead:
         return shifted(pose, shift, model.pivot), joint.blocks.part(found, IDENTITY)
 
     def spot(self, pose: Pose, person: FloatArray, vectors: FloatArray) -> MouthSpot:
-        """Where the corners are drawn, the median of some fits (K, 6 + P)."""
+        """Place of the mouth as drawn, the median of some fits (K, 6 + P)."""
         model, seen = self.model, []
         scene, base = model.held(person), PoseFrame(pose, model.pivot)
         for vector in vectors:

@@ -1,4 +1,4 @@
-"""Where the mouth lies in a close-up, by the landmark network on a picture continued beyond it."""
+"""Place of the mouth in a close-up, by the landmark network on a picture continued beyond it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LOOKS = 3
 
 
 def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
-    """Where the network sees a mouth (8, 2), px, of which little more is in the picture.
+    """Points (8, 2), px, of a mouth of whose face little more is in the picture.
 
     The picture's border is repeated around it. Where it is not known where the mouth lies, it is
     looked for about the picture's middle, and each look begins where the one before ended.
@@ -50,7 +50,7 @@ def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
 
 
 def find_mouth(images: Sequence[Image]) -> tuple[MouthSpot, list[FloatArray]]:
-    """Where the mouth lies in several frames of a clip, and points (8, 2) of it in each."""
+    """Place of the mouth in several frames of a clip, and points (8, 2) of it in each."""
     first = [mouth_points(image) for image in images]
     left, right = np.median(np.stack(first)[:, :2], axis=0)
     spot = MouthSpot.between(left, right)

@@ -1,4 +1,4 @@
-"""Where a mouth opens, by its local appearance: what lies above, within, below and beside.
+"""Local appearance of a mouth's opening: what lies above, within, below and beside it.
 
 For close-ups of a mouth, grey or in colour. The brightness about a pixel, taken at fixed places
 around it and relative to its surroundings, says which side of the inner lips it lies on. Light,
@@ -41,7 +41,7 @@ _DOUBT = 0.03  # share of each pixel that may be anything
 
 @dataclass(frozen=True)
 class MouthSpot:
-    """Where a mouth lies in a picture, about, and how wide it is.
+    """Approximate place of a mouth in a picture, and its width.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class MouthSpot:
 
 
 def surroundings(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-    """What is known of each pixel of a normalised picture, (88, 96, F): `PLACES`, and its own."""
+    """Features of each pixel of a normalised picture, (88, 96, F): at `PLACES`, and its place."""
     height, width = picture.shape
     wide = np.pad(picture, _REACH, mode="edge")
     near = [
@@ -128,7 +128,7 @@ class OpeningLooks:
     layers: tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]
 
     def probabilities(self, image: NDArray[np.generic], spot: MouthSpot) -> FloatArray:
-        """How probably each pixel about a mouth lies on each of `SIDES`, (4, 88, 96)."""
+        """Probability of each pixel about a mouth to lie on each of `SIDES`, (4, 88, 96)."""
         seen = surroundings(spot.normalised(image))
         found = self.sides(seen.reshape(-1, seen.shape[-1]))
         maps = found.T.reshape(len(SIDES), *seen.shape[:2])
