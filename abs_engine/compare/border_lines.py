@@ -197,12 +197,17 @@ def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, 
 
 
 @_compiled
-def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places, count):
-    """Border at which two parts of the lips meet: each may draw back and show what is behind."""
+def seam(
+    part, maps, lip, lip2, inside, y, x, y2, x2, reach, floor, profile, out, places, count
+):  # fmt: skip
+    """Border at which two parts of the lips meet: each may draw back and show what is behind.
+
+    `lip` and `lip2` are the groups of the two, which may be one.
+    """
     mx, my, nx, ny, length, low, high = line_across(part, y, x, y2, x2, reach)
     if length == 0.0:
         return count
-    profile_of(maps, inside, lip, mx, my, nx, ny, 0, high, profile)
+    profile_of(maps, inside, lip2, mx, my, nx, ny, 0, high, profile)
     best, at = gain_along(profile, 0, high)
     if best > _PARTED * at > 0:
         gain, curve = model_of(profile, 0, high, floor)
@@ -216,7 +221,7 @@ def seam(part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, plac
 
 
 @_compiled
-def lines(group, part, maps, depth, lip, inside, reach, floor, local, out, places):
+def lines(group, part, maps, depth, inside, reach, floor, local, out, places):
     """Every border of a drawing, in `out` and `places`; how many there are.
 
     `group` and `part` are (H, W), 0 where nothing is drawn, or nothing that may part. `out` (K, 4)
@@ -237,16 +242,16 @@ def lines(group, part, maps, depth, lip, inside, reach, floor, local, out, place
                         group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out,
                         places, count,
                     )  # fmt: skip
-                elif not local and 0 < part[y, x] != part[y2, x2] > 0:
+                if not local and 0 < part[y, x] != part[y2, x2] > 0:
                     count = seam(
-                        part, maps, lip, inside, y, x, y2, x2, reach, floor, profile, out, places,
-                        count,
+                        part, maps, group[y, x], group[y2, x2], inside, y, x, y2, x2, reach, floor,
+                        profile, out, places, count,
                     )  # fmt: skip
     return count
 
 
 @_compiled
-def borders(shown, of, part_of, maps, facet, depth, bary, lip, inside, reach, floor, local):
+def borders(shown, of, part_of, maps, facet, depth, bary, inside, reach, floor, local):
     """Every border of a drawing of classes (H, W).
 
     Facet (K,), barycentrics (K, 3), normal (K, 2), gain (K,) and curvature (K,) times its length.
@@ -256,9 +261,9 @@ def borders(shown, of, part_of, maps, facet, depth, bary, lip, inside, reach, fl
     for y in range(height):
         for x in range(width):
             group[y, x], part[y, x] = of[shown[y, x]], part_of[shown[y, x]]
-    most = 2 * pairs(shown)
+    most = 3 * pairs(shown)
     out, places = np.empty((most, 4)), np.empty((most, 2), np.int64)
-    count = lines(group, part, maps, depth, lip, inside, reach, floor, local, out, places)
+    count = lines(group, part, maps, depth, inside, reach, floor, local, out, places)
     of_facet, weights = np.empty(count, np.int32), np.empty((count, 3))
     for k in range(count):
         y, x = places[k]

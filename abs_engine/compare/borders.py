@@ -32,14 +32,13 @@ class Groups:
         What a pixel gives to each group.
     parts : (C,) int32
         1 and 2 for the two lips, whose facets may part where they touch; 0 for all others.
-    lip, inside : int
-        The lips' group, and that of what shows between them; 0 where none parts.
+    inside : int
+        Group of what shows between them; 0 where none parts.
     """
 
     of: NDArray[np.int32]
     maps: NDArray[np.float32]
     parts: NDArray[np.int32]
-    lip: int = 0
     inside: int = 0
 
     def total(self, shown: NDArray[np.int32]) -> float:
@@ -61,8 +60,7 @@ class Groups:
         if lips is None:
             return cls(of, np.ascontiguousarray(kept, np.float32), parts)
         parts[list(lips)] = 1, 2
-        shown = int(of[lips[0]]), int(of[inside])
-        return cls(of, np.ascontiguousarray(kept, np.float32), parts, *shown)
+        return cls(of, np.ascontiguousarray(kept, np.float32), parts, int(of[inside]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +110,7 @@ class Borders:
         return cls(
             *border_lines.borders(
                 drawn.class_id, groups.of, groups.parts, groups.maps, drawn.facet_id, drawn.depth,
-                drawn.barycentrics, groups.lip, groups.inside, min(reach, border_lines.MOST), floor,
+                drawn.barycentrics, groups.inside, min(reach, border_lines.MOST), floor,
                 local,
             )
         )  # fmt: skip

@@ -220,7 +220,8 @@ def load_speaker(path: Path | None = None) -> Speaker:
         landmarks={k: data[k] for k in _LANDMARKS},
         folder=path.parent,
         **{k: data[k] for k in ("vertices", "faces", "uv", "weld", "facet_class")},
-        **{k: data[k] for k in ("units", "identity")},
+        units=data["units"],
+        identity=data["identity"],
         **own,
     )
     check_mesh(speaker.vertices.astype(np.float64), speaker.faces)

@@ -100,7 +100,7 @@ class HeadBinder:
         start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
         view = View(frame.in_usual_light, self.camera, self.renderer, base, window, start, place)
         terms = bound(self.kinds, self.face, view)
-        beside = marks.beside(frame, self.classes.outdoing)
+        beside = () if frame.face is None else marks.beside(frame, self.classes.outdoing)
         problem = self._problem(base, terms, (*priors, *beside))
         usual = at_base(model.prototypes)
         starts = np.vstack([*(x for x in (last, told) if x is not None), usual])

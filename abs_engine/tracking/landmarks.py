@@ -98,6 +98,16 @@ def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | Non
     return None if first is None else landmarks_again(image, first, both)
 
 
+def landmarks_at(image: Image, centre: FloatArray, size: float) -> Landmarks | None:
+    """The points of an upright face of this size (px) about a place (2,), seen there or not.
+
+    None where place or size are no numbers.
+    """
+    level = np.array([1.0, 0.0])
+    right, left = centre - level, centre + level
+    return _looked_at(image, centre, size, right, left, both=True, least=0.0)
+
+
 def landmarks_again(image: Image, last: Landmarks, both: bool = True) -> Landmarks | None:
     """The points of a face that was at `last`, in the frame before or by a first look."""
     right, left = (last.pixels[pair].mean(axis=0) for pair in EYES)
@@ -119,6 +129,7 @@ def _looked_at(
     right: FloatArray,
     left: FloatArray,
     both: bool,
+    least: float = _PRESENT,
 ) -> Landmarks | None:
     """The network's upright square about a face; black lies around the picture.
 
@@ -132,7 +143,7 @@ def _looked_at(
     matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (_SIDE - 1))
     patch = _cut(image, matrix, step)
     found, presence = _seen(patch)
-    if presence < _PRESENT:
+    if presence < least:
         return None
     unlike = 0.0
     if both:

@@ -12,6 +12,7 @@ KINDS = {
     "abs_engine.talking_face": "talking",
     "abs_engine.speaker_face": "speaker",
     "abs_engine.speaker": "head",
+    "abs_engine.worn_mouths": "worn",
 }
 """The model that each format of file is of."""
 

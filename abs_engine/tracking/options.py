@@ -72,6 +72,8 @@ class TrackOptions:
         by colour, else "simplex".
     preset : str or None
         A choice of all of these together, of `core.registry.PRESETS`.
+    worn : bool
+        Whether the camera is worn before the mouth: the lower face alone, the head still.
     """
 
     person: str | None = None
@@ -90,6 +92,7 @@ class TrackOptions:
     terms: tuple[str, ...] | None = None
     driver: str | None = None
     preset: str | None = None
+    worn: bool = False
 
     def __post_init__(self) -> None:
         """Take "colour+texture" for ("colour", "texture")."""

@@ -38,6 +38,7 @@ class Preset:
 
 
 USUAL = Preset("what is used where nothing is chosen", "head", ("colour",), "newton", LANDMARKS)
+CLOSE_UP = Preset("a camera worn before the mouth", "worn", ("opening",), "newton", LANDMARKS)
 HEADS = (USUAL.model, "speaker")
 """Models that colours alone move by their borders."""
 ANY_DRIVER = "simplex"
@@ -59,9 +60,12 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
         If one cannot be imported.
     """
     preset: Preset = USUAL if options.preset is None else PRESETS.get(options.preset)
-    name, own = options.model or preset.model, preset.prepare
+    name, own = options.model or (CLOSE_UP if options.worn else preset).model, preset.prepare
     file = _file(name)
     kind = name if file is None else model_of_file(file)
+    if kind == CLOSE_UP.model:
+        preset = CLOSE_UP
+    _check_worn(options, kind)
     if kind != preset.model:
         own = None
     if file is not None and kind == USUAL.model:
@@ -78,6 +82,19 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     )
     prepare: Prepare = own or model_named(kind)
     return chosen, prepare
+
+
+def _check_worn(options: TrackOptions, kind: str) -> None:
+    """Raise `ParameterError` for what does not go with a camera worn before the mouth."""
+    if options.worn and kind != CLOSE_UP.model:
+        raise ParameterError(
+            f"a close-up of a mouth is not tracked by the model '{kind}'",
+            "leave out --worn, or give the file that 'mouths' learned with --model",
+        )
+    if kind == CLOSE_UP.model and options.preset is not None:
+        raise ParameterError(
+            f"the preset '{options.preset}' is of a whole face", "leave out --preset, or --worn"
+        )
 
 
 def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:

@@ -50,6 +50,9 @@ def _notes() -> str:
             text="which face to track, counted from 1, the largest first (default: the largest)"),
         take.option("--mouth", type=float, nargs=4, metavar="X Y W H",
             text="box around the mouth to track in the first frame, pixels (default: it is found)"),
+        take.option("--worn", is_flag=True,
+            text="the camera is worn before the mouth: a close-up of the lower face, the head "
+            "still in the picture; no face is looked for"),
         take.option("--pupil-distance", type=float, metavar="MM",
             text="distance between the person's pupils; sets the scale (default: 63.4, adults' "
             "mean)"),
@@ -87,6 +90,7 @@ def _notes() -> str:
     examples="abs-engine track talk.mp4 -o run\n"
     "abs-engine track talk.mp4 -o scaled --pupil-distance 61.5 --renderer cpu\n"
     "abs-engine track other.mp4 -o same-way --settings run/settings.toml\n"
+    "abs-engine track close-up.avi -o lips --worn --model mouths.face\n"
     "abs-engine track talk.mp4 -o simplex --driver simplex --json --quiet",
     notes=_notes,
 )  # fmt: skip

@@ -20,7 +20,8 @@ from abs_engine.face.schema import (
     PERSON,
     face_unit,
 )
-from abs_engine.io.assets import Speaker, load_speaker, read_image
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.pictures import read_image
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places

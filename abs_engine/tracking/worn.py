@@ -1,0 +1,177 @@
+"""A camera worn before the mouth: a close-up of the lower face, the head still in the picture.
+
+As in the teleconference experiment of Odisio and Bailly's "Shape and appearance models of talking
+faces". No face is looked for; the mouth is found, and followed by local appearance and outlines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
+from abs_engine.face.head import build_mouth_model
+from abs_engine.face.held_head import held_head
+from abs_engine.fit.opening import NAME, Opening, sided
+from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.io.npz import read_model, write_npz
+from abs_engine.io.video import read_frames
+from abs_engine.learn.opening import LabelledMouth, learn_opening
+from abs_engine.tracking.clip_setting import ClipSetting
+from abs_engine.tracking.frame_state import HeadFrame, Memory
+from abs_engine.tracking.head_fit import scaled
+from abs_engine.tracking.head_frame import HeadBinder
+from abs_engine.tracking.mouth_landmarks import MouthLandmarks
+from abs_engine.tracking.options import (
+    LANDMARKS,
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    Tell,
+    TrackOptions,
+)
+from abs_engine.tracking.scale import pupil_distance, pupil_scale
+from abs_engine.tracking.worn_fit import WornHead
+from abs_engine.tracking.worn_place import find_mouth
+
+Image = NDArray[np.uint8]
+FORMAT, VERSION = "abs_engine.worn_mouths", 1
+_FITTED = 12
+"""Frames of a clip, spread evenly, that its mouth is fitted to,"""
+_SEEN = 1200
+"""of so many at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class StillMotion:
+    """The head where it was in the frames that it was fitted to.
+
+    Parameters
+    ----------
+    pose : Pose
+    """
+
+    pose: Pose
+
+    def follower(self) -> StillMotion:
+        """Itself, as it carries nothing from frame to frame."""
+        return self
+
+    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
+        """The next frame (H, W, 3) RGB with the head's pose."""
+        return HeadFrame(image, self.pose)
+
+    def finish(self) -> None:
+        """Any number of frames will do."""
+
+
+def save_looks(looks: OpeningLooks, path: Path) -> None:
+    """Write a model's file, that `load_looks` reads; raises `OutputError` if it cannot be."""
+    write_npz(path, FORMAT, VERSION, looks.arrays())
+
+
+def load_looks(path: Path) -> OpeningLooks:
+    """Read what `save_looks` wrote; raises `InputFileError`, `ModelFormatError`."""
+    return read_model(path, FORMAT, VERSION, OpeningLooks.of_arrays, "model of mouths")
+
+
+def prepare_worn(
+    clip: Clip, options: TrackOptions, leaves: Leaves, renderer: Renderer, tell: Tell
+) -> ClipTracker:
+    """Find the mouth of a close-up, and fit a head to some of its frames.
+
+    Without a model's file, what the mouth looks like is learned from the clip itself, from where
+    the landmark network puts its inner lips.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError, VideoError
+        If the video, or the model's file, cannot be read.
+    FaceNotFoundError
+        If the video has no frames.
+    ParameterError
+        If what is chosen does not go together.
+    """
+    leaves.check("worn", (NAME,))
+    looks = None if options.model_file is None else load_looks(options.model_file)
+    speaker = load_speaker(options.speaker)
+    images, opening = found_mouth(clip, options, looks, tell)
+    tell("fitting the head")
+    return fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
+
+
+def found_mouth(
+    clip: Clip, options: TrackOptions, looks: OpeningLooks | None, tell: Tell
+) -> tuple[list[Image], Opening]:
+    """Frames of a clip, where its mouth lies and what it looks like; errors as `prepare_worn`."""
+    tell("finding the mouth")
+    images = _spread(clip)
+    spot, points = find_mouth(images)
+    if options.mouth is not None:
+        x, y, width, height = options.mouth
+        spot = MouthSpot(x + 0.5 * (width - 1), y + 0.5 * (height - 1), width)
+    if looks is None:
+        tell("learning its looks")
+        seen = zip(images, points, strict=True)
+        looks = learn_opening([LabelledMouth(i, p, spot) for i, p in seen])
+    return images, Opening(looks, spot)
+
+
+def fitted_clip(
+    clip: Clip,
+    speaker: Speaker,
+    opening: Opening,
+    images: list[Image],
+    options: TrackOptions,
+    leaves: Leaves,
+    renderer: Renderer,
+) -> ClipTracker:
+    """A clip with a head fitted to some of its frames."""
+    scale = pupil_scale(options.pupil_distance)
+    sized = scaled(speaker, scale.pupils / pupil_distance(speaker, speaker.vertices))
+    texture = speaker.texture(next(iter(speaker.people)))
+    whole = build_mouth_model(sized, sized.vertices, texture)
+    model, regions = sided(whole)
+    found = WornHead(model, regions, clip.camera, renderer).fitted(images, opening)
+    face = replace(held_head(model, found.person), regions=regions)
+    face = face.looking(**{NAME: found.opening})
+    marks = MouthLandmarks(model.n_expression)
+    binder = HeadBinder(
+        model, face, clip.camera, renderer, clip.info.rate, marks, leaves.kinds
+    )  # fmt: skip
+    setting = ClipSetting(
+        face, clip.camera, renderer, clip.info.rate, StillMotion(found.pose), binder,
+        leaves.driver.minimiser(), times=clip.info.times,
+    )  # fmt: skip
+    return ClipTracker(clip.video, clip.info, setting, scale, facts={"start": "worn"})
+
+
+def _spread(clip: Clip) -> list[Image]:
+    """Frames of a clip, spread evenly."""
+    kept: list[Image] = []
+    stride = 1
+    for number, image in enumerate(islice(read_frames(clip.video), _SEEN)):
+        if number % stride == 0:
+            kept.append(image)
+        if len(kept) == 4 * _FITTED:
+            kept, stride = kept[::2], 2 * stride
+    if not kept:
+        raise FaceNotFoundError(f"{clip.video} has no frames", "give another video")
+    places = np.linspace(0, len(kept) - 1, min(_FITTED, len(kept))).round().astype(int)
+    return [kept[k] for k in np.unique(places)]
+
+
+WORN = Model(
+    prepare_worn,
+    starts=(LANDMARKS,),
+    without=("physics", "person", "poses", "colours", "face", "evidence"),
+)
+"""Found in the close-up; nothing but the mouth's opening is compared."""

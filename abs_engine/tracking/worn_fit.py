@@ -1,0 +1,144 @@
+"""The mouth of a person fitted to a close-up: the head's pose, who it is, and where it opens."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.blocks import IDENTITY, POSE
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import FACING, Pose, rotations
+from abs_engine.core.pose import PoseFrame, at_base, no_correction, parted
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.opening import MouthSpot
+from abs_engine.face.head import MouthModel
+from abs_engine.fit.head_frame import mouth_window
+from abs_engine.fit.opening import NAME, Opening
+from abs_engine.optimise.newton import Newton
+from abs_engine.tracking.identity_fit import (
+    TOLD_DEVIATION,
+    fit_posture,
+    person_problem,
+)
+from abs_engine.tracking.initial_pose import with_mouth_at
+from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+_ROUNDS = 4
+_WIDER = (0.4, 0.4)
+"""Mouth widths by which the first window is wider and higher: the mouth is about there."""
+
+
+@dataclass(frozen=True, eq=False)
+class WornFit:
+    """Values held for a clip.
+
+    Parameters
+    ----------
+    pose : Pose
+        Of the head, which is still in the picture.
+    person : (Q,) float64
+        Weights of the person modes.
+    opening : Opening
+    vectors : (K, 6 + P) float64
+        Pose corrections and postures of the frames that it was fitted to.
+    """
+
+    pose: Pose
+    person: FloatArray
+    opening: Opening
+    vectors: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class WornHead:
+    """The head that a close-up shows a part of.
+
+    Parameters
+    ----------
+    model : MouthModel
+        As `fit.opening.sided` makes it.
+    regions : tuple of (str or None)
+        What its facet classes show.
+    camera : Camera
+    renderer : Renderer
+    """
+
+    model: MouthModel
+    regions: tuple[str | None, ...]
+    camera: Camera
+    renderer: Renderer
+
+    def fitted(self, images: Sequence[Image], opening: Opening) -> WornFit:
+        """Fit pose, person and postures by turns to some frames of a clip."""
+        model = self.model
+        pose = self._ahead(opening.spot)
+        person = np.zeros(model.n_person)
+        vectors = np.tile(at_base(model.prototypes[0]), (len(images), 1))
+        for turn in range(_ROUNDS):
+            if turn == _ROUNDS // 2:  # the mouth is now known to lie where it is drawn
+                opening = replace(opening, spot=self.spot(pose, person, vectors))
+            terms = self._terms(images, opening, pose, person, _WIDER if turn == 0 else (0.0, 0.0))
+            base = PoseFrame(pose, model.pivot)
+            pairs = zip(terms, vectors, strict=True)
+            vectors = np.stack([fit_posture(model, t, base, person, v).x for t, v in pairs])
+            pose, person = self._shared(images, terms, pose, person, vectors)
+        return WornFit(pose, person, opening, vectors)
+
+    def _ahead(self, spot: MouthSpot) -> Pose:
+        """The head facing the camera, its mouth at a spot."""
+        model, camera = self.model, self.camera
+        corners = model.scene.mean[model.rings["corners"]].astype(np.float64)
+        depth = camera.matrix[0, 0] * float(np.ptp(corners[:, 0])) / spot.width
+        turned = rotations(np.array([[0.0, 0.0, spot.roll]]))[0] @ FACING
+        pose = Pose(turned, np.array([0.0, 0.0, depth]) - turned @ model.pivot)
+        return with_mouth_at(pose, np.array([spot.x, spot.y]), camera, corners.mean(axis=0))
+
+    def _terms(
+        self,
+        images: Sequence[Image],
+        opening: Opening,
+        pose: Pose,
+        person: FloatArray,
+        more: tuple[float, float],
+    ) -> list[FacetLikelihood]:
+        window = mouth_window(self.model, pose, self.camera, person, more)
+        given = self.renderer, self.model.scene, self.camera, window
+        return [
+            opening.likelihood(*given, opening.maps(self.regions, window, i), self.regions)
+            for i in images
+        ]
+
+    def _shared(
+        self,
+        images: Sequence[Image],
+        terms: Sequence[FacetLikelihood],
+        pose: Pose,
+        person: FloatArray,
+        vectors: FloatArray,
+    ) -> tuple[Pose, FloatArray]:
+        """One pose and one person for all frames, their postures held."""
+        model = self.model
+        deviation = TOLD_DEVIATION * np.r_[np.ones(5), pose.translation[2]]
+        frames = [CalibrationFrame(image, pose) for image in images]
+        joint = person_problem(model, frames, [{NAME: t} for t in terms], vectors, deviation)
+        start = joint.blocks.vector({POSE: no_correction(), IDENTITY: person})
+        found = Newton(limit=60).minimise(joint, start, joint.spec).x
+        shift = joint.blocks.part(found, POSE)
+        return shifted(pose, shift, model.pivot), joint.blocks.part(found, IDENTITY)
+
+    def spot(self, pose: Pose, person: FloatArray, vectors: FloatArray) -> MouthSpot:
+        """Place of the mouth as drawn, the median of some fits (K, 6 + P)."""
+        model, seen = self.model, []
+        scene, base = model.held(person), PoseFrame(pose, model.pivot)
+        for vector in vectors:
+            moved, posture = parted(vector)
+            corners = scene.vertices(posture)[model.rings["corners"]]
+            seen.append(self.camera.project(base.pose(moved).apply(corners)))
+        pair = np.median(seen, axis=0)
+        return MouthSpot.between(*pair[np.argsort(pair[:, 0])])

@@ -1,0 +1,57 @@
+"""Place of the mouth in a close-up, by the landmark network on a picture continued beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.face.appearance.opening import MouthSpot
+from abs_engine.tracking.landmarks import landmarks_at
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+INNER = np.array([61, 291, 81, 178, 13, 14, 311, 402])
+"""Landmarks of the corners and of the inner lips, in the order of `learn.opening.POINTS`."""
+_FACE = 2.9  # mouth widths that a face is wide
+_BELOW = 0.27  # faces, by which the mouth lies below the middle of one
+_FIRST = 0.43  # of the picture's width, that the mouth is at first taken to have
+_LOOKS = 3
+
+
+def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
+    """Points (8, 2), px, of a mouth of whose face little more is in the picture.
+
+    The picture's border is repeated around it. Where it is not known where the mouth lies, it is
+    looked for about the picture's middle, and each look begins where the one before ended.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    spot : MouthSpot, optional
+    """
+    height, width = image.shape[:2]
+    margin = max(height, width)
+    wide = cv2.copyMakeBorder(image, margin, margin, margin, margin, cv2.BORDER_REPLICATE)
+    if spot is None:
+        spot = MouthSpot((width - 1) / 2, (height - 1) / 2, _FIRST * width)
+    points = np.full((len(INNER), 2), np.nan)
+    for _ in range(_LOOKS):
+        size = _FACE * spot.width
+        centre = np.array([spot.x, spot.y - _BELOW * size]) + margin
+        seen = landmarks_at(np.asarray(wide, np.uint8), centre, size)
+        if seen is None:
+            break
+        points = seen.pixels[INNER] - margin
+        spot = MouthSpot.between(points[0], points[1])
+    return points
+
+
+def find_mouth(images: Sequence[Image]) -> tuple[MouthSpot, list[FloatArray]]:
+    """Place of the mouth in several frames of a clip, and points (8, 2) of it in each."""
+    first = [mouth_points(image) for image in images]
+    left, right = np.median(np.stack(first)[:, :2], axis=0)
+    spot = MouthSpot.between(left, right)
+    return spot, [mouth_points(image, spot) for image in images]

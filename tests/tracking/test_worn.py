@@ -1,0 +1,174 @@
+"""A camera worn before the mouth: what mouths look like is learned, then a close-up is tracked."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from drawn import lit, speaker, vertices_of
+from heads import seen_at
+from runs import write_kind
+
+from abs_engine.cli import main
+from abs_engine.core.camera import Camera
+from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
+from abs_engine.face.head import lip_rings
+from abs_engine.learn.opening import POINTS, learn_opening, sides_of
+from abs_engine.tracking.initial_pose import with_mouth_at
+from abs_engine.tracking.record import load_run
+from abs_engine.tracking.worn import load_looks
+from abs_engine.tracking.worn_labels import COLUMNS, read_mouths
+from abs_engine.tracking.worn_place import find_mouth
+
+CAMERA = Camera.ideal((160, 120))
+POSE = with_mouth_at(
+    seen_at([0, 0, 0], [0, 0, 250]), np.array([78, 56]), CAMERA,
+    vertices_of(None)[speaker().lip_ring].mean(axis=0),
+)  # fmt: skip
+OPEN = (0.0, 0.12, 0.3, 0.05, 0.2)
+NEW = (0.0, 0.16, 0.26, 0.35)
+LABELLED = ("walter", "amara")
+
+
+def close_up(person: str, amount: float) -> np.ndarray:
+    """A grey close-up (120, 160, 3) of somebody's mouth."""
+    picture = lit(person, POSE, CAMERA, jawOpen=amount).mean(axis=2, keepdims=True)
+    return np.repeat(picture, 3, axis=2).astype(np.uint8)
+
+
+def inner_points(person: str, amount: float) -> np.ndarray:
+    """`POINTS` (8, 2) of the same, px."""
+    at, rings = vertices_of(person, jawOpen=amount), lip_rings(speaker())
+    lines = [CAMERA.project(POSE.apply(at[rings[name]])) for name in ("corners", "upper", "lower")]
+    corners, upper, lower = (line[np.argsort(line[:, 0])] for line in lines)
+    x = corners[0, 0] + np.repeat([0.25, 0.5, 0.75], 2) * np.ptp(corners[:, 0])
+    y = np.array([np.interp(a, *line.T) for a, line in zip(x, [upper, lower] * 3, strict=True)])
+    y[1::2] = np.maximum(y[::2], y[1::2])
+    return np.vstack([corners, np.column_stack([x, y])])
+
+
+def write_clip(path, person: str, amounts) -> None:
+    write_kind(path, "libx264", [close_up(person, a) for a in amounts])
+
+
+def write_labels(folder, change=lambda row: row):
+    path = folder / "labels.csv"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["video", "frame", *COLUMNS])
+        for person in LABELLED:
+            for k, amount in enumerate(OPEN):
+                points = inner_points(person, amount).ravel()
+                table.writerow(change([f"{person}.mp4", k, *points]))
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Labelled clips of two people, what was learned of them, and another clip of one."""
+    made = tmp_path_factory.mktemp("close-ups")
+    for person in LABELLED:
+        write_clip(made / f"{person}.mp4", person, OPEN)
+    write_clip(made / "new.mp4", "amara", NEW)
+    labels = write_labels(made)
+    assert main(["mouths", str(labels), "-o", str(made / "mouths.face"), "--quiet"]) == 0
+    return made
+
+
+@pytest.fixture(scope="module")
+def run(folder):
+    """The other clip, tracked by what was learned."""
+    words = ["track", "new.mp4", "-o", "run", "--worn", "--model", "mouths.face"]
+    paths = [str(folder / w) if "." in w or w == "run" else w for w in words]
+    assert main([*paths, "--renderer", "cpu", "--quiet"]) == 0
+    return folder / "run"
+
+
+def test_a_close_up_is_followed(run):
+    tracked, setting = load_run(run), json.loads((run / "run.json").read_text())
+    assert tracked["found"].all()
+    assert setting["settings"]["model"] == "worn"
+    true = np.array([inner_points("amara", a) for a in NEW])
+    width = np.ptp(true[0, :2, 0])
+    labelled = (true[:, 5] - true[:, 4])[:, 1] / width
+    shares = np.asarray(tracked["aperture"]) / np.asarray(tracked["width"])
+    assert np.corrcoef(labelled, shares)[0, 1] > 0.95
+    assert np.abs(shares - labelled).max() < 0.08
+
+
+def test_the_mouth_is_found_in_a_close_up():
+    images = [close_up("amara", a) for a in OPEN[:2]]
+    spot, points = find_mouth(images)
+    left, right = inner_points("amara", 0.0)[:2]
+    true = MouthSpot.between(left, right)
+    assert len(points) == 2
+    assert abs(spot.x - true.x) < 0.15 * true.width
+    assert abs(spot.y - true.y) < 0.15 * true.width
+    assert 0.75 < spot.width / true.width < 1.33
+
+
+def test_sides_are_where_the_lips_part():
+    spot = MouthSpot(80.0, 60.0, 64.0)
+    points = np.array([[48, 60], [112, 60], [64, 56], [64, 64], [80, 54], [80, 66], [96, 56],
+                       [96, 64]], float)  # fmt: skip
+    sides, _ = sides_of(spot.to_normalised(points))
+    x, y = np.rint(spot.to_normalised(np.array([80.0, 60.0]))).astype(int)
+    assert [sides[y - 15, x], sides[y, x], sides[y + 15, x]] == [0, 1, 2]
+    assert sides[y, x - 40] == sides[y, x + 40] == 3
+    shut = points.copy()
+    shut[3::2, 1] = shut[2::2, 1]
+    assert (sides_of(spot.to_normalised(shut))[0] == 1).sum() < (sides == 1).sum() / 4
+
+
+def test_what_was_learned_is_kept_and_is_the_same_again(folder):
+    kept = load_looks(folder / "mouths.face")
+    again = learn_opening(read_mouths(folder / "labels.csv"))
+    assert isinstance(kept, OpeningLooks)
+    np.testing.assert_array_equal(kept.layers[0][0], again.layers[0][0])
+    image, spot = close_up("amara", 0.2), MouthSpot(80, 60, 70)
+    maps = kept.probabilities(image, spot)
+    np.testing.assert_allclose(maps.sum(axis=0), 1, atol=1e-5)
+
+
+def one_line(capsys) -> str:
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda row: [*row[:-1], ""], "a cell is empty"),
+        (lambda row: [row[0], row[1] + 90, *row[2:]], "has no frame"),
+    ],
+)
+def test_labels_that_do_not_fit_are_refused(folder, tmp_path, capsys, change, said):
+    for person in LABELLED:
+        (tmp_path / f"{person}.mp4").symlink_to(folder / f"{person}.mp4")
+    labels = write_labels(tmp_path, change)
+    assert main(["mouths", str(labels), "-o", str(tmp_path / "m.face"), "--quiet"]) == 2
+    assert said in one_line(capsys)
+    assert not (tmp_path / "m.face").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--model", "head"], "is not tracked by the model 'head'"),
+        (["--preset", "basu1998"], "is of a whole face"),
+        (["--terms", "colour"], "has no colour to compare"),
+        (["--person", "clara"], "does nothing for the model 'worn'"),
+    ],
+)
+def test_what_a_worn_camera_cannot_have_is_refused(folder, tmp_path, capsys, more, said):
+    words = ["track", str(folder / "new.mp4"), "-o", str(tmp_path / "r"), "--worn", "--quiet"]
+    assert main([*words, "--renderer", "cpu", *more]) == 2
+    assert said in one_line(capsys)
+    assert not (tmp_path / "r").exists()
+
+
+def test_points_have_names():
+    assert len(COLUMNS) == 2 * len(POINTS) == 16
