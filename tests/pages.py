@@ -211,7 +211,8 @@ def check(words: list[str]) -> None:
         if name == "track":
             for plugin in chosen.plugin:
                 registry.load_plugin(plugin)
-            check_options(track_options(chosen), probe(chosen.video))
+            for video in chosen.videos:
+                check_options(track_options(chosen), probe(video))
     elif program == ".venv/bin/python":
         if importlib.util.find_spec(arguments[arguments.index("-m") + 1]) is None:
             raise PageError("there is no such module")

@@ -41,7 +41,7 @@ def track_many(
     from distributed import wait
 
     waiting, watched = deque(jobs), {job.name: _Watched(job) for job in jobs}
-    running: dict[Future, Job] = {}
+    running: dict[Future[Outcome], Job] = {}
     while waiting or running:
         while waiting and len(running) < max(1, len(client.nthreads())):
             job = waiting.popleft()
@@ -86,7 +86,7 @@ class _Watched:
         return self._deaths >= DEATHS
 
 
-def _outcome(future: Future, watched: _Watched, deaths: Counter[str]) -> Outcome | None:
+def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -> Outcome | None:
     """What came of a task; None if it is to be tried again."""
     from distributed import KilledWorker
 
