@@ -47,7 +47,16 @@ PAGES = (
 )
 LONG = "# Takes "
 LANGUAGES = ("sh", "python", "toml", "text")
-FOR_THE_READER = ("git", "cd", ".", "./run", ".venv/bin/pre-commit")
+FOR_THE_READER = (
+    "git",
+    "cd",
+    ".",
+    "./run",
+    ".venv/bin/pre-commit",
+    "dask",
+    "snakemake",
+    "apptainer",
+)
 BY_OPENGL = ("doctor", "synth", "--version")
 REPEATABLE = ("synth", "track")
 _FENCE = re.compile(r"^```(.*?)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
