@@ -3,7 +3,7 @@
 python examples/cluster/slurm.py 20 clips/*.mp4 -o runs --renderer cpu
 
 The first word is the number of jobs, the others are those of `abs-engine track`. Account, queue
-and the like come from ~/.config/dask/jobqueue.yaml. With WORKERS=local the jobs run on this machine.
+and the like come from ~/.config/dask/jobqueue.yaml. With WORKERS=local the jobs run right here.
 """
 
 import os
