@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,7 +50,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
         else:
             workers = workers_of(chosen.scheduler)
         progress.announce("waiting for workers")
-        with workers as client:
+        with _said_what_is_kept(folder), workers as client:
             for job, outcome in track_many(client, jobs, deaths):
                 outcomes[job.name] = outcome
                 write_table(folder, jobs, outcomes)
@@ -67,6 +69,17 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
         "failed": {name: outcome.message for name, outcome in failed.items()},
     }
     return Done(lines, facts, 2 if failed else 0)
+
+
+@contextmanager
+def _said_what_is_kept(folder: Path) -> Iterator[None]:
+    """Let who interrupts it know."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"what was done is kept in {folder}; the same command resumes there"
+        ) from None
 
 
 def _jobs(command: Command, chosen: Chosen, options: TrackOptions) -> list[Job]:

@@ -30,9 +30,9 @@ def runs_folder(folder: Path) -> Iterator[Path]:
         check_free(folder)
     try:
         folder.mkdir(exist_ok=True)
-        inside = {path.name for path in folder.iterdir()}
-        if inside - {partial_of(folder / TABLE).name} and TABLE not in inside:
-            raise FileExistsError
+        files = {path.name for path in folder.iterdir() if not path.is_dir()}
+        if files - {partial_of(folder / TABLE).name} and TABLE not in files:
+            raise FileExistsError  # a run, or something else; folders may be runs
         number = lock(folder, os.O_RDONLY)
     except OSError as error:
         raise unwritable(folder, error) from error
