@@ -7,7 +7,7 @@ Run it by hand, with `{out}` where the command names its output:
 The command first runs undisturbed. Then it is killed (SIGKILL, it and its children) at moments
 drawn uniformly from the seconds that it took, and started again, until it ends; then all over
 again, until it was killed often enough. Every end must have the bytes of the undisturbed one in
-every file but `timing.json`, with nothing beside it.
+every file but `timing.json`, with nothing beside it. Of many clips, `--workers` is to be given.
 """
 
 from __future__ import annotations
@@ -66,12 +66,12 @@ def killed_until_done(
     """Start a command until its output is there; how often it was killed, at most `kills` times.
 
     A kill can strike after the output got its name: it is whole then, and the command would say
-    that it exists already.
+    that it exists already. But the folder of many clips is there from the beginning.
     """
     for done in range(kills):
         if runs_through(command, chance.uniform(0.0, longest)):
             return done
-        if out.exists():
+        if out.exists() and "--workers" not in command:
             return done + 1
     runs_through(command, None)
     return kills

@@ -47,7 +47,16 @@ PAGES = (
 )
 LONG = "# Takes "
 LANGUAGES = ("sh", "python", "toml", "text")
-FOR_THE_READER = ("git", "cd", ".", "./run", ".venv/bin/pre-commit")
+FOR_THE_READER = (
+    "git",
+    "cd",
+    ".",
+    "./run",
+    ".venv/bin/pre-commit",
+    "dask",
+    "snakemake",
+    "apptainer",
+)
 BY_OPENGL = ("doctor", "synth", "--version")
 REPEATABLE = ("synth", "track")
 _FENCE = re.compile(r"^```(.*?)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -211,7 +220,8 @@ def check(words: list[str]) -> None:
         if name == "track":
             for plugin in chosen.plugin:
                 registry.load_plugin(plugin)
-            check_options(track_options(chosen), probe(chosen.video))
+            for video in chosen.videos:
+                check_options(track_options(chosen), probe(video))
     elif program == ".venv/bin/python":
         if importlib.util.find_spec(arguments[arguments.index("-m") + 1]) is None:
             raise PageError("there is no such module")

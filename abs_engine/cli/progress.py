@@ -45,10 +45,12 @@ class Progress:
     ----------
     what : str
         What is being done.
+    unit : str
+        What is counted.
     """
 
-    def __init__(self, what: str) -> None:
-        self._what = what
+    def __init__(self, what: str, unit: str = "frames") -> None:
+        self._what, self._unit = what, unit
         self._terminal, self._quiet = sys.stderr.isatty(), asked("quiet")
         self._start = self._shown = time.perf_counter()
         self._dirty = False
@@ -86,7 +88,7 @@ class Progress:
         if now - self._shown < interval and not (self._terminal and done == total):
             return
         self._shown = now
-        text = progress_text(done, total, now - self._start)
+        text = progress_text(done, total, now - self._start, self._unit)
         if self._terminal:
             self._line(f"{self._what}: {text}")
         else:
@@ -154,11 +156,11 @@ class _Clock:
         self._thread.join()
 
 
-def progress_text(done: int, total: int, seconds: float) -> str:
+def progress_text(done: int, total: int, seconds: float, unit: str = "frames") -> str:
     """Such as '30 of 75 frames, 9.8 frames/s, 5 s left'."""
     rate = done / max(seconds, 1e-6)
     if not total:
-        return f"{done} frames, {rate:.1f} frames/s"
+        return f"{done} {unit}, {rate:.1f} {unit}/s"
     left = (total - done) / max(rate, 1e-6)
     clock = f"{left:.0f} s" if left < 100 else f"{left / 60:.0f} min"
-    return f"{done} of {total} frames, {rate:.1f} frames/s, {clock} left"
+    return f"{done} of {total} {unit}, {rate:.1f} {unit}/s, {clock} left"

@@ -19,7 +19,7 @@ from abs_engine.io.inputs import check_file, parse_toml
 
 SETTINGS = "settings.toml"
 """The file of a run."""
-_LEFT_OUT = ("output", "settings", "json", "quiet", "help")
+_LEFT_OUT = ("output", "settings", "workers", "scheduler", "json", "quiet", "help")
 
 
 def settings_option() -> take.Option:

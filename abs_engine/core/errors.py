@@ -64,6 +64,10 @@ class OutputError(AbsEngineError):
     """An output folder or file exists already or cannot be written."""
 
 
+class BusyOutputError(OutputError):
+    """Another process makes an output right now."""
+
+
 class OpenGLError(AbsEngineError):
     """No OpenGL context of the wanted kind can be made on this machine."""
 

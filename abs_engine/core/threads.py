@@ -11,6 +11,7 @@ from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from typing import Any, TypeVar
 
+import cv2
 from threadpoolctl import ThreadpoolController
 
 Item = TypeVar("Item")
@@ -18,6 +19,18 @@ DEPTH = 4
 """Items, or calls, that wait at most: memory does not grow with a clip."""
 _TURN = 1e-4  # seconds
 _END = object()
+_alone = False
+"""Whether this process is to keep to one core; see `keep_to_one_core`."""
+
+
+def keep_to_one_core() -> None:
+    """Work in one thread from now on, also in OpenCV, as other processes use the other cores.
+
+    What is found is the same.
+    """
+    global _alone
+    _alone = True
+    cv2.setNumThreads(1)
 
 
 def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
@@ -26,7 +39,11 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
     Meanwhile threads take turns in Python more often than usual: compiled loops that last a part
     of a millisecond would else wait for 5 ms after each.
     """
-    source, pool = iter(items), ThreadPoolExecutor(1, "ahead")
+    source = iter(items)
+    if _alone:
+        yield from source
+        return
+    pool = ThreadPoolExecutor(1, "ahead")
     with _OFTEN.used():
         try:
             waiting = deque(pool.submit(next, source, _END) for _ in range(depth))
@@ -40,6 +57,11 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
 @contextmanager
 def meanwhile(what: Callable[..., Item], *given: Any) -> Iterator[Future[Item]]:
     """Call `what` in a thread beside what is done inside; the context ends when both are done."""
+    if _alone:
+        made: Future[Item] = Future()
+        made.set_result(what(*given))
+        yield made
+        return
     with _OFTEN.used(), ThreadPoolExecutor(1, "meanwhile") as pool:
         yield pool.submit(what, *given)
 
@@ -50,7 +72,7 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
     It is of use where most of the work is done by compiled loops, BLAS or OpenCV, which let other
     threads run; with a `count` of 1 all is done in this one.
     """
-    if count == 1:
+    if count == 1 or _alone:
         return [what(one) for one in items]
     with _OFTEN.used(), ThreadPoolExecutor(count, "beside") as pool:
         return list(pool.map(what, items))
@@ -78,6 +100,9 @@ class Behind:
 
     def call(self, what: Callable[..., Any], *given: Any) -> None:
         """Call `what` as soon as those before are done."""
+        if _alone:
+            what(*given)
+            return
         self._waiting.append(self._pool.submit(what, *given))
         while len(self._waiting) > self._depth:
             self._waiting.popleft().result()

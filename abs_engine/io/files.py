@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import OutputError
+from abs_engine.core.errors import BusyOutputError, OutputError
 from abs_engine.io.naming import lock, partial_of, rename_new, sweep
 
 
@@ -173,7 +173,9 @@ def png(image: NDArray[np.uint8]) -> bytes:
 def unwritable(path: Path, error: OSError) -> OutputError:
     """The error that a user sees when writing to `path` fails."""
     if isinstance(error, BlockingIOError):
-        return OutputError(f"another process makes {path}", "wait for it, or choose another name")
+        return BusyOutputError(
+            f"another process makes {path}", "wait for it, or choose another name"
+        )
     if isinstance(error, FileExistsError):
         return OutputError(f"{path} exists already", "choose another name or remove it")
     reason = error.strerror or "writing failed"

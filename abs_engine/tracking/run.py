@@ -227,7 +227,7 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
             "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
             "give the camera.json of this video",
         )
-    _check_start(options)
+    check_choices(options)
     if options.mouth is None:
         return
     if options.poses is not None:
@@ -243,8 +243,11 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
         )
 
 
-def _check_start(options: TrackOptions) -> None:
-    """Raise `ParameterError` for what only a start by landmarks can do, beside another start."""
+def check_choices(options: TrackOptions) -> None:
+    """Raise `ParameterError` for what does not go together, whatever the video.
+
+    So for what only a start by landmarks can do, beside another start.
+    """
     pupil_scale(options.pupil_distance)
     for name, value, known in (
         ("start", options.start or STARTS[0], STARTS),

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from abs_engine.cli import options as take
+from abs_engine.cli.clips import are_many, track_clips
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened, print_hints
 from abs_engine.cli.progress import Progress
@@ -41,8 +42,10 @@ def _notes() -> str:
 
 @command(
     "Track and look at the result",
-    take.argument("video", "VIDEO", "a video of somebody who speaks to the camera"),
-    take.output("RUN", "folder of the results; after an interruption the same command resumes"),
+    take.argument("videos", "VIDEO...", "a video of somebody who speaks to the camera, or several",
+        nargs=-1, required=True),
+    take.output("RUN", "folder of the results, of several videos a folder for each; after an "
+        "interruption the same command resumes"),
     settings_option(),
     *take.group(
         "Who is tracked, and where",
@@ -87,33 +90,43 @@ def _notes() -> str:
             "repeated"),
         take.renderer(),
     ),
+    *take.group(
+        "Many videos; a table of them is written, and one that fails stops no other",
+        take.option("--workers", type=take.count, metavar="N",
+            text="how many to track at once, each on one core (default: as many as there are "
+            "cores)"),
+        take.option("--scheduler", metavar="tcp://HOST:PORT",
+            text="track with the workers of this Dask scheduler instead"),
+    ),
     examples="abs-engine track talk.mp4 -o run\n"
     "abs-engine track talk.mp4 -o scaled --pupil-distance 61.5 --renderer cpu\n"
     "abs-engine track other.mp4 -o same-way --settings run/settings.toml\n"
     "abs-engine track close-up.avi -o lips --worn --model mouths.face\n"
-    "abs-engine track talk.mp4 -o simplex --driver simplex --json --quiet",
+    "abs-engine track talk.mp4 -o simplex --driver simplex --json --quiet\n"
+    "abs-engine track clips/*.mp4 -o runs --workers 4",
     notes=_notes,
 )  # fmt: skip
 def track(chosen: Chosen) -> Done:
-    """Track the lips in a video."""
+    """Track the lips in a video, or in many."""
+    if are_many(chosen):
+        return _many(chosen)
     from abs_engine.io.video import probe
 
+    (video,) = chosen.videos
     check_free(chosen.output)
-    info = probe(chosen.video)  # says what is wrong before anything slow is loaded
+    info = probe(video)  # says what is wrong before anything slow is loaded
 
     from abs_engine.tracking.output import OVERLAY, SHEET
     from abs_engine.tracking.run import check_options, track_video
     from abs_engine.tracking.scale import scale_line
 
-    for plugin in chosen.plugin:
-        load_plugin(plugin)
-    options = track_options(chosen)
+    options = _options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened
     _check_files(options)
     with opened(chosen.renderer) as renderer, Progress("tracking") as progress:
         print_hints(renderer)
         run = track_video(
-            chosen.video,
+            video,
             chosen.output,
             renderer,
             options,
@@ -131,6 +144,21 @@ def track(chosen: Chosen) -> Done:
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",
     ]
     return Done(lines, {"output": chosen.output, **run})
+
+
+def _many(chosen: Chosen) -> Done:
+    from abs_engine.tracking.run import check_choices
+
+    options = _options(chosen)
+    check_choices(options)  # what cannot be for any of them
+    _check_files(options)
+    return track_clips(track, chosen, options)
+
+
+def _options(chosen: Chosen) -> TrackOptions:
+    for plugin in chosen.plugin:
+        load_plugin(plugin)
+    return track_options(chosen)
 
 
 def _check_files(options: TrackOptions) -> None:

@@ -21,10 +21,10 @@ from abs_engine.face.schema import (
     face_unit,
 )
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.io.pictures import read_image
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places
+from abs_engine.io.pictures import read_image
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, FloatArray, Marks, find_marks, lip_contours

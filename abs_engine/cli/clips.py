@@ -1,0 +1,117 @@
+"""``abs-engine track`` of many clips: a task each for the workers of a scheduler."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from abs_engine.cli.command import Chosen, Command, Done
+from abs_engine.cli.drawing import opened, print_hints
+from abs_engine.cli.progress import Progress
+from abs_engine.cli.settings import SETTINGS, settings_text
+from abs_engine.core.clock import write_timing
+from abs_engine.core.errors import ParameterError
+
+if TYPE_CHECKING:
+    from abs_engine.clips.job import Job, Outcome
+    from abs_engine.tracking.options import TrackOptions
+
+
+def are_many(chosen: Chosen) -> bool:
+    """Whether a folder of runs is asked for, not one run."""
+    return len(chosen.videos) > 1 or chosen.workers is not None or chosen.scheduler is not None
+
+
+def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done:
+    """Track each clip into a folder of its own, and write their table."""
+    from abs_engine.clips.cluster import local_workers, workers_of
+    from abs_engine.clips.job import FAILED
+    from abs_engine.clips.many import track_many
+    from abs_engine.clips.table import TABLE, runs_folder, write_table
+
+    if chosen.workers is not None and chosen.scheduler is not None:
+        raise ParameterError("a scheduler has workers of its own", "leave out --workers")
+    jobs = _jobs(command, chosen, options)
+    outcomes: dict[str, Outcome] = {}
+    start, deaths = time.perf_counter(), Counter[str]()
+    with runs_folder(chosen.output) as folder, Progress("tracking", "clips") as progress:
+        write_table(folder, jobs, outcomes)
+        if chosen.scheduler is None:
+            with opened(chosen.renderer) as renderer:  # what is wrong with it is said once
+                print_hints(renderer)
+            count = chosen.workers or len(os.sched_getaffinity(0))
+            workers = local_workers(min(count, len(jobs)), folder.absolute())
+        else:
+            workers = workers_of(chosen.scheduler)
+        progress.announce("waiting for workers")
+        with _said_what_is_kept(folder), workers as client:
+            for job, outcome in track_many(client, jobs, deaths):
+                outcomes[job.name] = outcome
+                write_table(folder, jobs, outcomes)
+                progress(len(outcomes), len(jobs))
+        _write_timing(folder, time.perf_counter() - start, outcomes, deaths)
+    failed = {job.name: outcomes[job.name] for job in jobs if outcomes[job.name].status == FAILED}
+    table = chosen.output / TABLE
+    lines = [
+        *(f"failed: {name}: {outcome.message}" for name, outcome in failed.items()),
+        f"{len(jobs) - len(failed)} of {len(jobs)} clips done; wrote {table}",
+    ]
+    facts = {
+        "output": chosen.output,
+        "table": table,
+        "done": len(jobs) - len(failed),
+        "failed": {name: outcome.message for name, outcome in failed.items()},
+    }
+    return Done(lines, facts, 2 if failed else 0)
+
+
+@contextmanager
+def _said_what_is_kept(folder: Path) -> Iterator[None]:
+    """Let who interrupts it know."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"what was done is kept in {folder}; the same command resumes there"
+        ) from None
+
+
+def _jobs(command: Command, chosen: Chosen, options: TrackOptions) -> list[Job]:
+    from abs_engine.clips.job import Job, run_names
+
+    videos = [video.absolute() for video in chosen.videos]
+    folders = [chosen.output.absolute() / name for name in run_names(videos)]
+    plugins = tuple(plugin.absolute() for plugin in chosen.plugin)
+    options = _absolute(options)
+    return [
+        Job(video, folder, chosen.renderer, options, plugins,
+            {SETTINGS: settings_text(command, vars(chosen), folder)})
+        for video, folder in zip(videos, folders, strict=True)
+    ]  # fmt: skip
+
+
+def _absolute(options: TrackOptions) -> TrackOptions:
+    """The same, wherever a worker was started."""
+    given = {one.name: getattr(options, one.name) for one in fields(options)}
+    paths: dict[str, Any] = {
+        name: path.absolute() for name, path in given.items() if isinstance(path, Path)
+    }
+    if options.model is not None and Path(options.model).is_file():
+        paths["model"] = str(Path(options.model).absolute())
+    return replace(options, **paths)
+
+
+def _write_timing(
+    folder: Path, seconds: float, outcomes: dict[str, Outcome], deaths: Counter[str]
+) -> None:
+    each = {name: round(outcome.seconds, 2) for name, outcome in sorted(outcomes.items())}
+    write_timing(
+        folder,
+        {"seconds": round(seconds, 2), "workers_died": dict(sorted(deaths.items())), "clips": each},
+    )

@@ -1,0 +1,100 @@
+"""Workers: those of a local cluster, or of a scheduler that runs already."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from abs_engine.core.errors import ParameterError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+SCRATCH = ".workers"
+"""In the folder of the runs: what workers of a local cluster put away."""
+_ANSWER = "20s"
+_SETTINGS = {
+    "distributed.scheduler.allowed-failures": 0,  # `many` decides what is tried again
+    "distributed.worker.multiprocessing-method": "spawn",
+    # Without Dask's MALLOC_TRIM_THRESHOLD_, which costs a quarter of the time in page faults.
+    "distributed.nanny.pre-spawn-environ": {
+        "OMP_NUM_THREADS": 1,
+        "MKL_NUM_THREADS": 1,
+        "OPENBLAS_NUM_THREADS": 1,
+    },
+}
+
+
+@contextmanager
+def local_workers(count: int, folder: Path) -> Iterator[Client]:
+    """As many processes of this machine, each for one core; one that dies is replaced.
+
+    Parameters
+    ----------
+    count : int
+    folder : Path
+        Of the runs; a folder in it lasts as long as the workers.
+
+    Raises
+    ------
+    ParameterError
+        If Dask is not installed.
+    """
+    _check_installed()
+    import dask
+    from distributed import Client, LocalCluster
+
+    scratch = folder / SCRATCH
+    shutil.rmtree(scratch, ignore_errors=True)  # of a command that was killed
+    try:
+        with (
+            dask.config.set({**_SETTINGS, "temporary-directory": str(scratch)}),
+            LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                local_directory=str(scratch),
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            yield client
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+@contextmanager
+def workers_of(address: str) -> Iterator[Client]:
+    """The workers of a scheduler.
+
+    Raises
+    ------
+    ParameterError
+        If Dask is not installed, or no scheduler answers.
+    """
+    _check_installed()
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=_ANSWER)
+    except (OSError, ValueError) as error:
+        raise ParameterError(
+            f"no scheduler answers at {address}", "check the address, such as tcp://10.0.0.1:8786"
+        ) from error
+    with client:
+        yield client
+
+
+def _check_installed() -> None:
+    try:
+        import distributed
+    except ImportError as error:
+        raise ParameterError(
+            "many clips need Dask distributed", "pip install 'abs-engine[clips]'"
+        ) from error
+    del distributed

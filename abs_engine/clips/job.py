@@ -1,0 +1,86 @@
+"""A clip among many: what a worker is given, and what came of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.tracking.options import TrackOptions
+
+DONE, FAILED, WAITING = "done", "failed", "waiting"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A clip to track.
+
+    Parameters
+    ----------
+    video, folder : Path
+        Absolute; the run is written to `folder`.
+    renderer : str
+        Its name.
+    options : TrackOptions
+    plugins : tuple of Path
+        Files that add models, terms, drivers or renderers; absolute.
+    beside : dict of str to str
+        More files for the run: their text by their names.
+    """
+
+    video: Path
+    folder: Path
+    renderer: str
+    options: TrackOptions
+    plugins: tuple[Path, ...]
+    beside: dict[str, str]
+
+    @property
+    def name(self) -> str:
+        """That of its run."""
+        return self.folder.name
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a clip.
+
+    Parameters
+    ----------
+    status : str
+        `DONE`, `FAILED` or `WAITING`.
+    message : str
+        Why it failed, and what to do; the warnings of one that is done.
+    frames, found, closed : int or None
+        Numbers of frames: all, those in which the face was found, those with closed lips.
+    seconds : float
+        That it took; 0 where it was there before.
+    """
+
+    status: str
+    message: str = ""
+    frames: int | None = None
+    found: int | None = None
+    closed: int | None = None
+    seconds: float = 0.0
+
+
+def run_names(videos: Sequence[Path]) -> list[str]:
+    """A name for each clip's run: that of its file, with its folder's before it if it is not alone.
+
+    Raises
+    ------
+    ParameterError
+        If two are named alike even so.
+    """
+    stems = Counter(video.stem for video in videos)
+    names = [v.stem if stems[v.stem] == 1 else f"{v.parent.name}-{v.stem}" for v in videos]
+    for name, video in zip(names, videos, strict=True):
+        if names.count(name) > 1:
+            raise ParameterError(
+                f"two clips would be tracked to '{name}', one of them {video}",
+                "give each once, or track them to different folders",
+            )
+    return names

@@ -1,0 +1,110 @@
+"""Many clips, a task each; a clip whose worker dies is tried again as long as it gets on."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from abs_engine.clips.job import FAILED, Job, Outcome
+from abs_engine.clips.worker import track_job
+from abs_engine.core.errors import ParameterError
+from abs_engine.io.naming import partial_of
+from abs_engine.tracking.frame_journal import FRAMES
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+DEATHS = 4
+"""Workers that may die one after the other at a clip without a new frame of it."""
+_LOOK = 2.0  # seconds between looks for workers that came or went
+
+
+def track_many(
+    client: Client, jobs: Sequence[Job], deaths: Counter[str]
+) -> Iterator[tuple[Job, Outcome]]:
+    """Track clips, as many at once as there are workers; yields each as it ends.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    jobs : sequence of Job
+        Their names differ.
+    deaths : Counter
+        Counts the workers that died at each clip, by its name.
+
+    Raises
+    ------
+    ParameterError
+        If the scheduler is gone.
+    """
+    from distributed import wait
+
+    waiting, watched = deque(jobs), {job.name: _Watched(job) for job in jobs}
+    running: dict[Future[Outcome], Job] = {}
+    while waiting or running:
+        while waiting and len(running) < max(1, len(client.nthreads())):
+            job = waiting.popleft()
+            key = f"{job.name}-{deaths[job.name]}-{id(client):x}"
+            running[client.submit(track_job, job, key=key, pure=False)] = job
+        try:
+            ended = wait(list(running), timeout=_LOOK, return_when="FIRST_COMPLETED").done
+        except TimeoutError:
+            continue
+        for future in ended:
+            job = running.pop(future)
+            outcome = _outcome(future, watched[job.name], deaths)
+            future.release()
+            if outcome is None:
+                waiting.appendleft(job)
+            else:
+                yield job, outcome
+
+
+class _Watched:
+    """A clip that may kill its workers.
+
+    Parameters
+    ----------
+    job : Job
+    """
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self._journal = partial_of(job.folder) / FRAMES
+        self._kept, self._deaths = self._size(), 0
+
+    def _size(self) -> int:
+        """Bytes of the frames that are kept."""
+        return self._journal.stat().st_size if self._journal.is_file() else 0
+
+    def hopeless(self, deaths: int) -> bool:
+        """Whether workers died too often since its last new frame, now so many more."""
+        kept = self._size()
+        self._deaths = 0 if kept > self._kept else self._deaths + deaths
+        self._kept = kept
+        return self._deaths >= DEATHS
+
+
+def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -> Outcome | None:
+    """What came of a task; None if it is to be tried again."""
+    from distributed import KilledWorker
+
+    if future.status == "finished":
+        outcome: Outcome = future.result()
+        return outcome
+    if future.status != "error":  # cancelled, or lost
+        raise ParameterError(
+            "the scheduler is gone", "start it again; the same command goes on with the clips"
+        )
+    error = future.exception()
+    if not isinstance(error, KilledWorker):
+        return Outcome(FAILED, " ".join(f"{type(error).__name__}: {error}".split()))
+    deaths[watched.job.name] += error.allowed_failures + 1
+    if not watched.hopeless(error.allowed_failures + 1):
+        return None
+    return Outcome(
+        FAILED,
+        f"its worker died {DEATHS} times without a new frame, perhaps for want of memory; "
+        "give workers more memory, or start fewer",
+    )

@@ -1,0 +1,192 @@
+"""Many clips in one command: names, the table, what fails, and what a second call keeps."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from distributed import KilledWorker
+from drawn import lit
+from heads import seen_at
+from runs import write_kind
+
+from abs_engine.cli import main
+from abs_engine.clips.job import FAILED, Job, Outcome, run_names
+from abs_engine.clips.many import DEATHS, _outcome, _Watched
+from abs_engine.clips.table import TABLE, runs_folder, write_table
+from abs_engine.clips.worker import track_job
+from abs_engine.core.errors import OutputError, ParameterError
+from abs_engine.io.naming import partial_of
+from abs_engine.tracking.frame_journal import FRAMES
+from abs_engine.tracking.options import TrackOptions
+
+OPEN = (0.0, 0.2, 0.3)
+
+
+def test_a_run_is_named_as_its_clip():
+    assert run_names([Path("s1/a.mp4"), Path("s1/b.mp4")]) == ["a", "b"]
+
+
+def test_clips_named_alike_have_their_folder_s_name_before():
+    given = [Path("s1/a.mp4"), Path("s2/a.mp4"), Path("s2/b.mp4")]
+    assert run_names(given) == ["s1-a", "s2-a", "b"]
+
+
+@pytest.mark.parametrize("other", ["s1/a.mp4", "s1/a.avi", "old/s1/a.mp4"])
+def test_names_that_cannot_be_told_apart_are_refused(other):
+    with pytest.raises(ParameterError, match="s1-a"):
+        run_names([Path("s1/a.mp4"), Path(other)])
+
+
+def job(folder: Path, name: str = "a") -> Job:
+    return Job(folder / f"{name}.mp4", folder / "runs" / name, "cpu", TrackOptions(), (), {})
+
+
+def test_the_table_is_whole_while_clips_wait(tmp_path):
+    (tmp_path / "runs").mkdir()
+    done = Outcome("done", "", 5, 4, 2, 9.75)
+    write_table(tmp_path / "runs", [job(tmp_path), job(tmp_path, "b")], {"b": done})
+    assert (tmp_path / "runs" / TABLE).read_text() == (
+        "clip,video,status,frames,found,closed,message\n"
+        "a,../a.mp4,waiting,,,,\n"
+        "b,../b.mp4,done,5,4,2,\n"
+    )
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    (tmp_path / "results.csv").touch()
+    with pytest.raises(OutputError, match="exists already"), runs_folder(tmp_path):
+        pass
+
+
+def test_one_command_at_a_time_works_in_a_folder(tmp_path):
+    with (
+        runs_folder(tmp_path / "runs") as folder,
+        pytest.raises(OutputError, match="another process"),
+        runs_folder(folder),
+    ):
+        pass
+
+
+def killed(allowed: int) -> SimpleNamespace:
+    """What is left of a task whose workers died, one more than was allowed."""
+    error = KilledWorker("a", SimpleNamespace(address="tcp://a"), allowed)
+    return SimpleNamespace(status="error", exception=lambda: error)
+
+
+@pytest.mark.parametrize("allowed", [0, DEATHS - 1])
+def test_a_clip_that_kills_its_workers_is_given_up(allowed, tmp_path):
+    watched, deaths = _Watched(job(tmp_path)), Counter()
+    ends = [_outcome(killed(allowed), watched, deaths) for _ in range(DEATHS // (allowed + 1))]
+    assert ends[:-1] == [None] * (len(ends) - 1)
+    assert ends[-1].status == FAILED
+    assert "died 4 times" in ends[-1].message
+    assert deaths == {"a": DEATHS}
+
+
+@pytest.mark.parametrize("allowed", [0, DEATHS - 1])
+def test_a_clip_that_gets_on_is_never_given_up(allowed, tmp_path):
+    watched, deaths = _Watched(job(tmp_path)), Counter()
+    partial_of(watched.job.folder).mkdir(parents=True)
+    for _ in range(3 * DEATHS):
+        with (partial_of(watched.job.folder) / FRAMES).open("ab") as file:
+            file.write(b"frame")
+        assert _outcome(killed(allowed), watched, deaths) is None
+
+
+def test_a_fault_of_ours_is_reported_as_it_is(tmp_path):
+    future = SimpleNamespace(status="error", exception=lambda: IndexError("of a\nlist"))
+    outcome = _outcome(future, _Watched(job(tmp_path)), Counter())
+    assert outcome == Outcome(FAILED, "IndexError: of a list")
+
+
+def test_a_worker_reports_a_clip_that_is_not_there(tmp_path, monkeypatch):
+    monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
+    outcome = track_job(job(tmp_path))
+    assert outcome.status == FAILED
+    assert str(tmp_path / "a.mp4") in outcome.message
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != "timing.json")
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory):
+    """Two clips, one of them no video, tracked by two workers of a local cluster."""
+    folder = tmp_path_factory.mktemp("clips")
+    pictures = [
+        lit("amara", seen_at([0, 0.03 * k, 0], [0, 0, 700]), jawOpen=amount)
+        for k, amount in enumerate(OPEN)
+    ]
+    write_kind(folder / "head.mp4", "libx264", pictures)
+    (folder / "text.mp4").write_text("no video")
+    words = [str(folder / name) for name in ("head.mp4", "text.mp4")]
+    words = ["track", *words, "-o", str(folder / "runs"), "--renderer", "cpu", "--quiet"]
+    assert main([*words, "--workers", "2"]) == 2
+    return folder, words
+
+
+@pytest.mark.slow
+def test_a_clip_that_fails_stops_no_other(tracked):
+    folder, _ = tracked
+    with (folder / "runs" / TABLE).open(newline="") as file:
+        head, text = csv.DictReader(file)
+    assert (head["status"], head["frames"], head["found"]) == ("done", "3", "3")
+    assert text["status"] == "failed"
+    assert "text.mp4" in text["message"]
+    assert {p.name for p in (folder / "runs").iterdir()} == {"head", TABLE, "timing.json"}
+
+
+@pytest.mark.slow
+def test_a_run_is_that_of_its_clip_alone(tracked):
+    folder, _ = tracked
+    alone = ["track", str(folder / "head.mp4"), "-o", str(folder / "runs-head"), "--quiet"]
+    assert main([*alone, "--renderer", "cpu"]) == 0
+    ours, other = contents(folder / "runs" / "head"), contents(folder / "runs-head")
+    paths = [json.loads(one.pop("run.json")) for one in (ours, other)]
+    assert [one["settings"].pop("video_path") for one in paths] == ["../../head.mp4", "../head.mp4"]
+    assert paths[0] == paths[1]
+    assert ours == other
+
+
+@pytest.mark.slow
+def test_the_same_again_keeps_what_is_done(tracked, capsys):
+    folder, words = tracked
+    before, made = contents(folder / "runs"), (folder / "runs" / "head").stat().st_mtime_ns
+    assert main([*words, "--workers", "1"]) == 2
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("failed: text: ")
+    assert said[1].startswith("1 of 2 clips done")
+    assert contents(folder / "runs") == before
+    assert (folder / "runs" / "head").stat().st_mtime_ns == made
+
+
+def test_a_run_with_other_options_is_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
+    one = job(tmp_path)
+    one.folder.mkdir(parents=True)
+    one.video.touch()
+    (one.folder / "run.json").write_text('{"settings": {"video_sha256": ""}}')
+    outcome = track_job(replace(one, beside={"settings.toml": "driver = 'newton'"}))
+    assert "holds something else" in outcome.message
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "leave out --workers"),
+        (["--workers", "2", "--terms", "color"], "did you mean 'colour'"),
+        (["--workers", "0"], "not 1 or more"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_is_made(more, said, tmp_path, capsys):
+    assert main(["track", "a.mp4", "-o", str(tmp_path / "runs"), *more]) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
