@@ -47,7 +47,8 @@ def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> s
     for name, one in _known(command).items():
         value = typed[one.name or ""]
         several = value if isinstance(value, tuple) else (value,)
-        values = [_written(v, one, folder) for v in several if v is not None]
+        given = [v for v in several if v is not None and not (v is False and one.default is False)]
+        values = [_written(v, one, folder) for v in given]
         if values:
             kept[name] = values if isinstance(value, tuple) else values[0]
     head = f"# abs-engine {engine_version()}: {command.name} VIDEO -o RUN --settings {SETTINGS}\n"

@@ -94,9 +94,7 @@ def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -
         outcome: Outcome = future.result()
         return outcome
     if future.status != "error":  # cancelled, or lost
-        raise ParameterError(
-            "the scheduler is gone", "start it again; the same command goes on with the clips"
-        )
+        raise ParameterError("the scheduler is gone", "start one; the same command resumes")
     error = future.exception()
     if not isinstance(error, KilledWorker):
         return Outcome(FAILED, " ".join(f"{type(error).__name__}: {error}".split()))

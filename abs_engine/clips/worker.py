@@ -1,4 +1,4 @@
-"""What a worker does with one clip."""
+"""A worker's part: one clip is tracked, or found to be done."""
 
 from __future__ import annotations
 

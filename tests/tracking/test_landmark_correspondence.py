@@ -119,7 +119,9 @@ def test_another_mesh_is_refused(tmp_path, kind):
     one.save(tmp_path / FILE)
     most = int(corners.max()) if kind == "fewer vertices" else len(speaker().vertices)
     other = replace(speaker(), folder=tmp_path, vertices=speaker().vertices[:most])
-    with pytest.raises(ModelFormatError, match=r"another mesh; make it again with assets/make_lan"):
+    with pytest.raises(
+        ModelFormatError, match=r"'corners' of .*; make it again with assets/make_lan"
+    ):
         load_correspondence(other)
 
 

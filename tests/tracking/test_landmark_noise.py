@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from drawn import correspondence
 
-from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.io.arrays import check_arrays
+from abs_engine.tracking.landmark_noise import LAYOUT, LandmarkNoise, learn_noise
 from abs_engine.tracking.landmarks import COUNT
 
 
@@ -55,7 +59,7 @@ def test_of_a_known_person_its_error_is_no_noise():
 
 def test_it_is_kept_in_a_file():
     noise = correspondence().noise
-    again = LandmarkNoise.of_arrays(noise.arrays())
+    again = LandmarkNoise.of_arrays(check_arrays(Path(), noise.arrays(), LAYOUT, ""))
     for name, value in vars(noise).items():
         np.testing.assert_allclose(getattr(again, name), value, atol=2e-2, err_msg=name)
 
@@ -70,8 +74,8 @@ def test_it_is_kept_in_a_file():
     ],
 )
 def test_what_is_of_other_landmarks_is_refused(change):
-    with pytest.raises(ValueError, match="468"):
-        LandmarkNoise.of_arrays(correspondence().noise.arrays() | change)
+    with pytest.raises(ModelFormatError, match="noise_"):
+        check_arrays(Path("f"), correspondence().noise.arrays() | change, LAYOUT, "again")
 
 
 def test_one_person_alone_has_no_error_of_its_own():
