@@ -159,6 +159,12 @@ class _Seen:
         return whole.T
 
 
+def _imported(path: Path) -> tuple[Any, ...]:
+    from abs_engine.io.assets import load_speaker
+
+    return (load_speaker(path),)
+
+
 def _track(path: Path) -> tuple[Any, ...]:
     from abs_engine.cli.commands.track import track
 
@@ -182,6 +188,8 @@ MARKERS = ("points", "residual")
 MOVED = ("rotations", "translations", "mirror")
 CURVES = ("weights", "rotations", "curves", "aperture", "width", "protrusion")
 SPEAKER = ("outer_lip", "inner_lip_upper", "inner_lip_lower", "class_names", "nose_tip", "chin")
+OWN = ("own_texture", "points_lips", "looks_x")
+FACTORS = ("network_noise_between", "network_noise_within")
 TALKING = (
     *("lips", "marks", "regions", "scene.texture", "tex_lin.common", "la_lin.left_out"),
     *(f"rings.{name}" for name in ("outer", "upper", "lower", "points", "corners")),
@@ -192,6 +200,12 @@ FACE = ("seen", "noise_between", "noise_within", "cheeks", "expression_mixing")
 
 READERS = (
     Reader("head of a speaker", "head.npz", whole.speaker, "io.assets:load_speaker", free=SPEAKER),
+    Reader("imported head", "head.face", whole.imported, "io.assets:load_speaker",
+           optional=OWN, free=(*SPEAKER, *OWN)),
+    Reader("landmarks of an imported head", "head.face", whole.imported_and_seen,
+           "tracking.landmark_correspondence:load_correspondence", _imported,
+           optional=OWN, free=(*SPEAKER, *OWN, *FACTORS), empty=FACTORS),
+    Reader("mouths of close-ups", "mouths.face", whole.mouths, "tracking.worn:load_looks"),
     Reader("points of a head", "points.json", whole.points, "io.assets:load_points",
            lambda path: (path, whole.V, whole.F), optional=("lips", "what"), unread=("what",)),
     Reader("landmarks of a head", "landmarks.npz", whole.correspondence,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import json
 from pathlib import Path
 from typing import Any
@@ -29,13 +30,13 @@ FACES = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 2]], np.int32)
 V, F, T = len(VERTICES), len(FACES), 4
 
 
-def speaker(_: Path) -> bytes:
+def speaker_arrays() -> dict[str, Any]:
     draw, names = rng(), np.array([f"unit{k}" for k in range(52)])
     lists = {"outer_lip": 5, "inner_lip_upper": 3, "inner_lip_lower": 3, "outer_lip_20": 12,
              "inner_lip_8": 8, "mouth_corners": 2, "eye_corners": 4, "nose_tip": 1,
              "chin": 1}  # fmt: skip
-    return npz(
-        "abs_engine.speaker", 1, vertices=VERTICES, faces=FACES,
+    return dict(
+        vertices=VERTICES, faces=FACES,
         uv=draw.random((V, 2), np.float32), weld=np.arange(V, dtype=np.int32),
         facet_class=np.ones(F, np.uint8), class_names=np.array(["background", "skin"]),
         unit_names=names, units=draw.normal(size=(52, V, 3)).astype(np.float16),
@@ -43,6 +44,34 @@ def speaker(_: Path) -> bytes:
         people_names=np.array(["x"]), people=np.ones((1, 2), np.float32),
         **{name: np.arange(n, dtype=np.int32) % V for name, n in lists.items()},
     )  # fmt: skip
+
+
+def speaker(_: Path) -> bytes:
+    return npz("abs_engine.speaker", 1, **speaker_arrays())
+
+
+def imported(_: Path) -> bytes:
+    own = {"own_texture": np.full((6, 8, 3), 9, np.uint8), "points_lips": np.arange(3)}
+    own["looks_x"] = np.full((4, 4, 3), 7, np.uint8)
+    return npz("abs_engine.speaker", 1, **speaker_arrays(), **own)
+
+
+def imported_and_seen(_: Path) -> bytes:
+    network = {f"network_{name}": value for name, value in correspondence_arrays().items()}
+    texture = np.full((6, 8, 3), 9, np.uint8)
+    return npz("abs_engine.speaker", 1, **speaker_arrays(), own_texture=texture, **network)
+
+
+def mouths(_: Path) -> bytes:
+    from abs_engine.face.appearance.opening import PLACES, SIDES
+
+    draw, widths = rng(), (len(PLACES) + 3, 6, 5, len(SIDES))
+    layers: dict[str, Any] = {"layers": len(widths) - 1}
+    for k, (m, n) in enumerate(itertools.pairwise(widths)):
+        layers[f"weights{k}"] = draw.normal(size=(m, n)).astype(np.float32)
+        layers[f"offsets{k}"] = np.zeros(n, np.float32)
+    flat = np.ones(widths[0], np.float32)
+    return npz("abs_engine.worn_mouths", 1, mean=flat, spread=flat, **layers)
 
 
 def points(_: Path) -> bytes:
@@ -332,12 +361,16 @@ def noise_arrays() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def correspondence(_: Path) -> bytes:
+def correspondence_arrays() -> dict[str, Any]:
     flat = np.ones((468, 3), np.float32)
-    return npz(
-        "abs_engine.landmarks", 2, corners=np.zeros((468, 3), np.int32), weights=flat / 3,
-        deviation=flat, **noise_arrays(),
-    )  # fmt: skip
+    return {
+        "corners": np.zeros((468, 3), np.int32), "weights": flat / 3, "deviation": flat,
+        **noise_arrays(),
+    }  # fmt: skip
+
+
+def correspondence(_: Path) -> bytes:
+    return npz("abs_engine.landmarks", 2, **correspondence_arrays())
 
 
 def speaker_face(_: Path) -> bytes:

@@ -47,12 +47,17 @@ def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> s
     for name, one in _known(command).items():
         value = typed[one.name or ""]
         several = value if isinstance(value, tuple) else (value,)
-        given = [v for v in several if v is not None and not (v is False and one.default is False)]
+        given = [v for v in several if v is not None and not (v is False and _off(one))]
         values = [_written(v, one, folder) for v in given]
         if values:
             kept[name] = values if isinstance(value, tuple) else values[0]
     head = f"# abs-engine {engine_version()}: {command.name} VIDEO -o RUN --settings {SETTINGS}\n"
     return f"{head}# Paths are relative to the folder of this file.\n{tomli_w.dumps(kept)}"
+
+
+def _off(option: take.Option) -> bool:
+    """Whether an option is a flag that says nothing where it is not given."""
+    return option.is_flag and not option.secondary_opts
 
 
 def read_settings(path: Path, command: Command) -> dict[str, Any]:

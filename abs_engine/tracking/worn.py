@@ -20,6 +20,7 @@ from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
 from abs_engine.face.head import build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.fit.opening import NAME, Opening, sided
+from abs_engine.io.arrays import Layout, real, whole
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.npz import read_model, write_npz
 from abs_engine.io.video import read_frames
@@ -44,6 +45,17 @@ from abs_engine.tracking.worn_place import find_mouth
 
 Image = NDArray[np.uint8]
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
+_LAYERS = 3
+_LAYOUT: Layout = {
+    "mean": real("width 0", dtype=np.float32),
+    "spread": real("width 0", dtype=np.float32, low=1e-9),
+    "layers": whole(low=_LAYERS, high=_LAYERS),
+    **{
+        f"weights{k}": real(f"width {k}", f"width {k + 1}", dtype=np.float32)
+        for k in range(_LAYERS)
+    },
+    **{f"offsets{k}": real(f"width {k + 1}", dtype=np.float32) for k in range(_LAYERS)},
+}
 _FITTED = 12
 """Frames of a clip, spread evenly, that its mouth is fitted to,"""
 _SEEN = 1200
@@ -80,7 +92,7 @@ def save_looks(looks: OpeningLooks, path: Path) -> None:
 
 def load_looks(path: Path) -> OpeningLooks:
     """Read what `save_looks` wrote; raises `InputFileError`, `ModelFormatError`."""
-    return read_model(path, FORMAT, VERSION, OpeningLooks.of_arrays, "model of mouths")
+    return read_model(path, FORMAT, VERSION, OpeningLooks.of_arrays, "model of mouths", _LAYOUT)
 
 
 def prepare_worn(
