@@ -1,6 +1,6 @@
 """Take the face detector and the landmark and iris networks out of MediaPipe's wheel.
 
-Their licence comes with them.
+Their licence comes with them. The landmark network is cut in two, see `cut_landmarks.py`.
 
 Usage: ``python assets/take_detector.py WHEEL [OUTPUT_FOLDER]``
 """
@@ -13,27 +13,28 @@ import sys
 import zipfile
 from pathlib import Path
 
+from cut_landmarks import parts
+
 FETCH = "pip download mediapipe==0.10.14 --no-deps --python-version 3.11 --only-binary :all:"
 NETWORK = "mediapipe/modules/face_detection/face_detection_short_range.tflite"
-LANDMARKS = "mediapipe/modules/face_landmark/face_landmark.tflite"
+LANDMARKS = "mediapipe/modules/face_landmark/face_landmark_with_attention.tflite"
 IRIS = "mediapipe/modules/iris_landmark/iris_landmark.tflite"
 LICENCE = "mediapipe-0.10.14.dist-info/LICENSE"
 SHA256 = {  # the wheels of all platforms hold these same files
     NETWORK: "bbff11cebd1eb27a1e004cae0b0e63ec8c551cbf34a4451148b4908b8db3eca8",
-    LANDMARKS: "1055cb9d4a9ca8b8c688902a3a5194311138ba256bcc94e336d8373a5f30c814",
+    LANDMARKS: "e06a804e0144f9929eda782122916b35d60c697c3c9344013ca2bbe76a6ce2b4",
     IRIS: "d1744d2a09c25f501d39eba4faff47e53ecca8852c5ce19bce8eeac39357521f",
     LICENCE: "8707eef0533987efc5b155d64761eeb6e20793f50b9bd1a68dad1cf4719d0ed8",
 }
 NAMES = {
     NETWORK: Path(NETWORK).name,
-    LANDMARKS: Path(LANDMARKS).name,
     IRIS: Path(IRIS).name,
     LICENCE: "LICENSE.txt",
 }
 
 
 def members(wheel: Path) -> dict[str, bytes]:
-    """The files of `NAMES` in a wheel, by their names there.
+    """The files of `SHA256` in a wheel, by their names there.
 
     Raises
     ------
@@ -42,7 +43,7 @@ def members(wheel: Path) -> dict[str, bytes]:
     """
     try:
         with zipfile.ZipFile(wheel) as opened:
-            found = {name: opened.read(name) for name in NAMES}
+            found = {name: opened.read(name) for name in SHA256}
     except (OSError, KeyError, zipfile.BadZipFile) as error:
         raise ValueError(f"{wheel} does not hold the networks") from error
     for name, content in found.items():
@@ -52,7 +53,7 @@ def members(wheel: Path) -> dict[str, bytes]:
 
 
 def main() -> int:
-    """Write the four files; 2 if the wheel is missing or another one."""
+    """Write the files; 2 if the wheel is missing or another one."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("wheel", nargs="?", type=Path, help="mediapipe-0.10.14-...whl")
     parser.add_argument(
@@ -65,8 +66,9 @@ def main() -> int:
         sys.stderr.write(f"{error}; fetch it with:  {FETCH}\n")
         return 2
     options.output.mkdir(parents=True, exist_ok=True)
-    for name, content in found.items():
-        (options.output / NAMES[name]).write_bytes(content)
+    files = {NAMES[name]: content for name, content in found.items() if name in NAMES}
+    for name, content in (files | parts(found[LANDMARKS])).items():
+        (options.output / name).write_bytes(content)
     return 0
 
 

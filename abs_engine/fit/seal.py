@@ -1,9 +1,9 @@
-"""A decision about lips that were found a little apart: they touch as often as the speaker's do.
+"""A decision about lips that were found a little apart: closed and parted are compared.
 
 A picture hardly shows a gap of half a millimetre. Two cases are compared where a search has ended:
-the lips touch, which they do in a share w of all frames, or they are open by the gap that was
-found, which any gap up to the widest is as probable as. Lips touch unless the picture is against it
-by more than log(w / (1 - w) * widest / RESOLUTION).
+the lips touch, which they do in a share w of all frames, the speaker's or anybody's, or they are
+open by the gap that was found, which any gap up to the widest is as probable as. Lips touch unless
+the picture is against it by more than log(w / (1 - w) * widest / RESOLUTION).
 """
 
 from __future__ import annotations
@@ -22,11 +22,14 @@ RESOLUTION = 0.5
 WIDEST = 1.5
 """mm: lips that are farther apart than that are open. It hardly matters: with 5 mm the picture is
 against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm apart."""
+USUAL, USUAL_GAP = 0.25, 15.0
+"""Share of frames in which anybody's lips touch in speech, and mm by which they part at most. With
+them gaps of closed lips become 0 in GRID's labelled clips, and precision and recall stay."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seal:
-    """Frequency with which a speaker's lips touch.
+    """Frequency with which lips touch.
 
     Parameters
     ----------
@@ -59,6 +62,11 @@ class Seal:
         if not 0 < share < 1:
             return None
         return cls(gap, slope, float(np.log(share / (1 - share) * gaps.max() / RESOLUTION)))
+
+    @classmethod
+    def usual(cls, gap: float, slope: FloatArray) -> Seal:
+        """Of anybody's lips (`gap`, `slope`), which touch as often as people's do in speech."""
+        return cls(gap, slope, float(np.log(USUAL / (1 - USUAL) * USUAL_GAP / RESOLUTION)))
 
     def apart(self, x: FloatArray) -> float:
         """The gap, mm, at parameters (N,)."""

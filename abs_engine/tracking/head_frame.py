@@ -135,12 +135,12 @@ class HeadBinder:
 
     @cached_property
     def _seal(self) -> Seal | None:
-        """Frequency with which the lips of a known speaker touch."""
-        if self.seen is None:
-            return None
+        """Frequency with which the lips touch: a known speaker's, or anybody's."""
         scene, points = self.face.scene, self.face.rings["points"]
         mean, modes = (part.astype(np.float64) for part in (scene.mean, scene.modes))
         gap, slope = float(lip_gap(mean[points])), at_base(lip_gap(modes[:, points]))
+        if self.seen is None:
+            return Seal.usual(gap, slope)
         return Seal.of(gap, slope, self.seen, CLOSED_APERTURE)
 
 

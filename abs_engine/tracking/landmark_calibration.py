@@ -33,7 +33,7 @@ from abs_engine.tracking.frame_state import SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.identity_fit import Calibration, fit_posture, person_problem
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.landmark_fit import LIPS_TOGETHER, FrameLandmarks
+from abs_engine.tracking.landmark_fit import INNER_TOGETHER, FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 from abs_engine.tracking.light import SkinLight
@@ -220,7 +220,7 @@ def _round(
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)
 
-    share = len(LIPS) / LIPS_TOGETHER / len(placed)  # all frames say as much as one
+    share = len(LIPS) / INNER_TOGETHER / len(placed)  # all frames say as much as one
     seen = [LipOutline(head.lips, f.face.landmarks, share) for f in placed]
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]

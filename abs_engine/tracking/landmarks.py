@@ -1,9 +1,7 @@
-"""468 points of a face by the face mesh network of Kartynnik et al. (2019), run by OpenCV.
+"""468 points of a face as a network sees them (`tracking.attention_mesh`).
 
-"Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", arXiv:1907.06724. The
-network is MediaPipe's, as shipped in `assets/detector`. It says where to begin, and is one soft
-piece of evidence with a measured noise (`tracking.landmark_correspondence`); what is reported comes
-from rendering and comparing. A process has one network, which threads use by turns.
+It says where to begin, and is one soft piece of evidence with a measured noise
+(`tracking.landmark_correspondence`); what is reported comes from rendering and comparing.
 """
 
 from __future__ import annotations
@@ -17,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.io.assets import shipped
+from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
 from abs_engine.tracking.face_detection import MARKS, Face
-from abs_engine.tracking.network import Network
 
 FloatArray = NDArray[np.float64]
-_NETWORK = Network("face_landmark.tflite", "conv2d_31", "conv2d_21")
 Image = NDArray[np.uint8]
 
 COUNT = 468
@@ -36,7 +33,6 @@ INNER_RING = np.array(
 LIPS = np.concatenate([OUTER_RING, INNER_RING])
 EYES = (np.array([33, 133]), np.array([263, 362]))
 """Corners of the subject's right and left eye, the outer one first."""
-_SIDE = 192  # pixels, of the picture that the network looks at
 _AROUND = 1.5  # times a face's size: what it looks at (as MediaPipe does)
 _PRESENT = 0.5  # least probability that it looks at a face
 
@@ -138,31 +134,22 @@ def _looked_at(
     along, across = _axes(right, left)
     if not (np.isfinite(centre).all() and size > 1.0):
         return None
-    step = _AROUND * size / _SIDE  # image pixels for one of the network's
+    step = _AROUND * size / SIDE  # image pixels for one of the network's
     matrix = np.column_stack([step * along, step * across, np.zeros(2)])
-    matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (_SIDE - 1))
+    matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (SIDE - 1))
     patch = _cut(image, matrix, step)
-    found, presence = _seen(patch)
+    found, presence = seen_mesh(patch)
     if presence < least:
         return None
     unlike = 0.0
     if both:
-        other = _seen(patch[:, ::-1])[0][mirrored()]
-        other = np.column_stack([_SIDE - other[:, 0], other[:, 1:]])
+        other = seen_mesh(patch[:, ::-1])[0][mirrored()]
+        other = np.column_stack([SIDE - other[:, 0], other[:, 1:]])
         away = ((found - other)[:, :2] ** 2).sum(axis=1)
-        unlike = float(np.sqrt(away.mean())) * _AROUND / _SIDE
+        unlike = float(np.sqrt(away.mean())) * _AROUND / SIDE
         found = 0.5 * (found + other)
     there = (found[:, :2] - 0.5) @ matrix[:, :2].T + matrix[:, 2]
     return Landmarks(np.column_stack([there, step * found[:, 2]]), presence, unlike)
-
-
-def _seen(patch: Image) -> tuple[FloatArray, float]:
-    """The points (468, 3) in a square of `_SIDE` pixels, and how probably it shows a face."""
-    present, points = _NETWORK.seen(patch.astype(np.float32) / 255.0)
-    logit = float(present.ravel()[0])
-    return points.reshape(COUNT, 3).astype(np.float64), float(
-        1 / (1 + np.exp(-np.clip(logit, -50.0, 50.0)))
-    )
 
 
 @cache
@@ -172,24 +159,24 @@ def mirrored() -> NDArray[np.int_]:
 
 
 def _cut(image: Image, matrix: FloatArray, step: float) -> Image:
-    """The square of `_SIDE` pixels that `matrix` (2, 3) maps to the image."""
+    """The square of `SIDE` pixels that `matrix` (2, 3) maps to the image."""
     low, high = _bounds(matrix, image.shape)
     if (high <= low).any():
-        return np.zeros((_SIDE, _SIDE, 3), np.uint8)
+        return np.zeros((SIDE, SIDE, 3), np.uint8)
     part = image[low[1] : high[1], low[0] : high[0]]
     if step > 1:  # else pixels would be skipped
         part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 * step), np.uint8)
     moved = matrix.copy()
     moved[:, 2] -= low
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    return np.asarray(cv2.warpAffine(part, moved, (_SIDE, _SIDE), flags=flags), np.uint8)
+    return np.asarray(cv2.warpAffine(part, moved, (SIDE, SIDE), flags=flags), np.uint8)
 
 
 def _bounds(
     matrix: FloatArray, shape: tuple[int, ...]
 ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
     """The first and last column and row of the image that the square reaches."""
-    ends = np.array([[0, 0], [_SIDE, 0], [0, _SIDE], [_SIDE, _SIDE]]) - 0.5
+    ends = np.array([[0, 0], [SIDE, 0], [0, SIDE], [SIDE, SIDE]]) - 0.5
     corners = ends @ matrix[:, :2].T + matrix[:, 2]
     limits = np.array([shape[1], shape[0]])
     low = np.clip(np.floor(corners.min(axis=0)).astype(int) - 2, 0, limits)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.fit.seal import RESOLUTION, Seal, sealed
+from abs_engine.fit.seal import RESOLUTION, USUAL, USUAL_GAP, Seal, sealed
 from abs_engine.fit.search import Found
 from abs_engine.optimise.base import Solution
 
@@ -40,6 +40,16 @@ def test_its_worth_is_how_much_oftener_lips_touch(seal):
     assert seal.worth == pytest.approx(np.log(3 * 10.1 / RESOLUTION))
     assert Seal.of(0.1, SLOPE, SEEN[:3], 1.0) is None
     assert Seal.of(0.1, SLOPE, SEEN[3:], 1.0) is None
+
+
+def test_lips_of_anybody_touch_as_in_speech():
+    worth = np.log(USUAL / (1 - USUAL) * USUAL_GAP / RESOLUTION)
+    usual = Seal.usual(0.1, SLOPE)
+    assert usual.worth == pytest.approx(worth)
+    for against, closes in ((0.9 * worth, True), (1.1 * worth, False)):
+        picture = Picture([1.0, 0.2, 0.3], against * (SLOPE @ SLOPE) / 0.8**2)  # 0.8 mm apart
+        made = sealed(picture, found(picture), usual)
+        assert usual.apart(made.x) == pytest.approx(0.0 if closes else 0.8, abs=1e-9)
 
 
 def test_a_gap_that_the_picture_hardly_shows_is_closed_by_the_least_movement(seal):

@@ -202,7 +202,7 @@ def test_a_face_that_has_left_is_none():
     assert landmarks_again(np.full((240, 320, 3), 90, np.uint8), seen) is None
 
 
-@pytest.mark.parametrize("name", ["face_landmark", "iris_landmark"])
+@pytest.mark.parametrize("name", ["face_mesh", "face_lips", "iris_landmark"])
 def test_the_network_is_the_one_that_the_provenance_names(name):
     folder = shipped("detector")
     content = (folder / f"{name}.tflite").read_bytes()
