@@ -15,8 +15,7 @@ from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_
 
 Image = NDArray[np.uint8]
 
-_APART, _SIZE = 0.6, 1.5  # face heights, and times the size: farther off, a face is another one
-_FAST = 1.5  # times as far, one that has moved fast may be: the network still saw part of it
+_APART, _SIZE = 0.75, 1.5  # face heights, and times the size: farther off, a face is another one
 _WIDENING, _MOST_SIZE = 0.03, 3.0  # by how much more with each frame that it is lost; at most
 _OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square
 _DOUBTFUL, _WRONG = 0.03, 0.05
@@ -133,16 +132,16 @@ class FaceFollower:
         found = landmarks_again(image, last) if self._lost == 0 else None
         if found is not None and found.unlike < _DOUBTFUL:
             return found
-        caught = self._again(image, last, 1.0 if found is None else _FAST)
+        caught = self._again(image, last)
         seen = [m for m in (_believed(found), caught) if m is not None]
         return min(seen, key=lambda m: m.unlike, default=None)
 
-    def _again(self, image: Image, last: Landmarks, farther: float) -> Landmarks | None:
+    def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
         """The face near where it was; after a while without it, the largest one."""
         faces = by_size(find_faces(image))
         centre, size = last.pixels.mean(axis=0), last.size
         slack = 1 + _WIDENING * min(self._lost, _PATIENCE)
-        reach, ratio = farther * _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
+        reach, ratio = _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
         near = [
             f
             for f in faces

@@ -34,7 +34,8 @@ LIPS = np.concatenate([OUTER_RING, INNER_RING])
 EYES = (np.array([33, 133]), np.array([263, 362]))
 """Corners of the subject's right and left eye, the outer one first."""
 _AROUND = 1.5  # times a face's size: what it looks at (as MediaPipe does)
-_PRESENT = 0.5  # least probability that it looks at a face
+_LEAST = 8.0  # pixels, of a face: of a smaller one a picture shows nothing
+_PRESENT = 0.8  # least probability of a face: 0.94 and more of faces, at most 0.74 beside one
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +133,7 @@ def _looked_at(
     In `both` the square and its mirror image it errs in different ways: the mean errs less.
     """
     along, across = _axes(right, left)
-    if not (np.isfinite(centre).all() and size > 1.0):
+    if not (np.isfinite(centre).all() and size > _LEAST):
         return None
     step = _AROUND * size / SIDE  # image pixels for one of the network's
     matrix = np.column_stack([step * along, step * across, np.zeros(2)])

@@ -33,7 +33,7 @@ BELIEVING = "measures, belief"
 HELD, AGAIN = "held to the landmarks", "started again"
 """Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
 one that was begun again from postures that are known."""
-MOST_OFF, ASTRAY = 2.6, 9.0
+MOST_OFF, ASTRAY = 2.6, 12.0
 """Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks, about
 1.5 mm of a person who is known, and from which on the landmarks are taken to be wrong."""
 

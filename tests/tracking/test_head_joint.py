@@ -151,8 +151,8 @@ def test_texture_ties_the_frames_to_each_other():
         off = [between(found.poses[0], p).angle_to(between(POSES[0], q))
                for p, q in zip(found.poses[1:], POSES[1:], strict=True)]  # fmt: skip
         errors.append(np.degrees(np.sqrt(np.mean(np.square(off)))))
-    assert errors[1] < 0.7 * errors[0]
-    assert errors[1] < 1.5
+    assert errors[1] < 0.8 * errors[0]  # landmarks alone are off by 1.05 degrees
+    assert errors[1] < 1.0
 
 
 def between(one, other):

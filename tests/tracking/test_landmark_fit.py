@@ -12,15 +12,16 @@ from heads import seen_at
 
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.tracking.landmark_fit import (
-    LIPS_TOGETHER,
+    INNER_TOGETHER,
     OTHERS_TOGETHER,
+    OUTER_TOGETHER,
     FrameLandmarks,
     HeldPose,
     fit_frame,
     turned,
 )
 from abs_engine.tracking.landmark_shape import BIAS_SHARE, CLOSEST, WITHIN
-from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS
+from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 
 MODES = 10
@@ -228,7 +229,9 @@ def test_information_is_the_curvature_of_the_landmarks_misfit():
     sight = there / np.linalg.norm(there, axis=1, keepdims=True)
     facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
     trust = np.clip((facing - 0.15) / 0.85, 0.05, 1.0)
-    trust /= np.where(np.isin(np.arange(COUNT), LIPS), LIPS_TOGETHER, OTHERS_TOGETHER)
+    together = np.full(COUNT, OTHERS_TOGETHER)
+    together[INNER_RING], together[OUTER_RING] = INNER_TOGETHER, OUTER_TOGETHER
+    trust /= together
     steps = np.diag(np.r_[np.full(3, 1e-4), np.full(3 + m, 1e-2)])
     slope = np.stack([(off(s) - off(-s)) / (2 * s.max()) for s in steps])
     slope[:, LIPS, 2] = 0.0  # depths of lips are left out
