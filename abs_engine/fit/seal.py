@@ -19,7 +19,7 @@ from abs_engine.fit.search import Found
 FloatArray = NDArray[np.float64]
 RESOLUTION = 0.5
 """mm: gaps that differ by less are not distinguished in a picture."""
-WIDEST = 1.5
+WIDEST = 3.0
 """mm: lips that are farther apart than that are open. It hardly matters: with 5 mm the picture is
 against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm apart."""
 USUAL, USUAL_GAP = 0.25, 15.0
