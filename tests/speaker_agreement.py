@@ -52,15 +52,15 @@ def table(clips: Path, folders: list[Path]) -> list[str]:
         pairs = zip(own, names, strict=True)
         hits = [met(run["closed"], list(words(clips / f"{name}.align"))) for run, name in pairs]
         closures, vowels = np.sum(hits, axis=0)
-        sums = [json.loads((folder / name / "run.json").read_text())["summary"] for name in names]
+        took = [json.loads((folder / name / "timing.json").read_text()) for name in names]
         still = np.concatenate([run["aperture"][k] for run, k in zip(own, rest, strict=True)])
         lines.append(
             f"{folder.name:12s} closures {closures[0]} of {closures[1]}  open vowels closed "
             f"{vowels[0]} of {vowels[1]}  aperture closed, sd {still.std():.3f} mm  "
             f"score {np.mean([np.nanmean(run['score']) for run in own]):.3f}  "
             f"contradicted {sum(int(run['contradicted'].sum()) for run in own)}  "
-            f"{1e3 * np.median([s['seconds_per_frame'] for s in sums]):.0f} ms a frame after "
-            f"{np.median([s['preparation_seconds'] for s in sums]):.1f} s"
+            f"{1e3 * np.median([s['seconds_per_frame'] for s in took]):.0f} ms a frame after "
+            f"{np.median([s['preparation_seconds'] for s in took]):.1f} s"
         )
     return lines
 
