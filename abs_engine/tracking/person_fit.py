@@ -29,6 +29,8 @@ from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
+LEAST_SHOWN = 3
+"""Frames with a mouth to be seen, from which on those in which it is hidden are left out."""
 PERSON_SPREAD = 0.35
 """How far a mouth may differ from that of a head fitted to landmarks, as a share of how far people
 differ from the average."""
@@ -127,8 +129,21 @@ def fit_person(
         model, head.shape, head.textured, average.correspondence, camera, renderer, light
     )
     found, shape = calibrate_placed(placed, chosen, known, chromatic)
-    look = UsualLook.of([MouthLook.of(found.classes, light.balanced(i, s), s) for i, s in chosen])
+    look, shown = looks(found.classes, light, chosen)
+    if LEAST_SHOWN <= len(shown) < len(chosen):
+        found, shape = calibrate_placed(placed, shown, known, chromatic)
+        look, _ = looks(found.classes, light, shown)
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
         head.shape.deviation, found.classes, light, look,
     )  # fmt: skip
+
+
+def looks(
+    classes: ColourClasses, light: SkinLight, frames: Sequence[tuple[Image, Landmarks]]
+) -> tuple[UsualLook | None, list[tuple[Image, Landmarks]]]:
+    """The usual look of the mouth, and the frames in which it is not hidden."""
+    each = [MouthLook.of(classes, light.balanced(image, seen), seen) for image, seen in frames]
+    usual = UsualLook.of(each)
+    pairs = zip(frames, each, strict=True)
+    return usual, [f for f, look in pairs if usual and look and not usual.hidden(look)]

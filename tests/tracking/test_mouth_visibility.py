@@ -13,7 +13,9 @@ from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colours_by_head import learn_placed
 from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
+from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+from abs_engine.tracking.person_fit import looks
 
 PERSON = "clara"
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35}, {"mouthPucker": 0.6, "jawOpen": 0.1})
@@ -133,3 +135,12 @@ def test_what_is_usual_is_the_median():
     assert found.hidden(MouthLook(0.2, 0.4, 0.1))
     assert found.hidden(MouthLook(0.3, 0.3, 0.1))
     assert found.hidden(MouthLook(0.3, 0.4, 0.05))
+
+
+def test_frames_with_a_hidden_mouth_are_not_learned_from():
+    seen = clip()
+    (image, marks), microphone = seen[0], (40, 40, 44)
+    behind = [(disc(image, marks, microphone, 1.6), marks)]
+    usual, shown = looks(colours(), SkinLight.of(seen), [*seen, *behind])
+    assert usual is not None
+    assert [id(picture) for picture, _ in shown] == [id(picture) for picture, _ in seen]
