@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from abs_engine.report.colours import Stroke, system_stroke, truth_stroke
 from abs_engine.report.data import ReportData
 from abs_engine.report.document import safe
+from abs_engine.report.drawing.colours import Stroke, system_stroke, truth_stroke
 
 
 def key(data: ReportData) -> str:

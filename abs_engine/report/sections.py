@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from abs_engine.evaluate.catalogue import METRICS, Metric
-from abs_engine.report import colours
 from abs_engine.report.data import FloatArray, ReportData, Rows, System
 from abs_engine.report.document import safe
+from abs_engine.report.drawing import colours
 from abs_engine.report.embed import data_url
 from abs_engine.report.pieces import key, short, swatch
 from abs_engine.report.quantities import SHARE

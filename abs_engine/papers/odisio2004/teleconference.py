@@ -34,7 +34,7 @@ from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
 from abs_engine.papers.odisio2004.sequence import Tracked, track
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.report.articulation.figures import figure_bytes
+from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.cameras import stand
 from abs_engine.studio.french import SENTENCES, Sentence
 from abs_engine.studio.plan import ClipPlan, compose, vectors
