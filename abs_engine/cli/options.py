@@ -114,6 +114,14 @@ def view() -> tuple[Option, Option]:
     )
 
 
+def metrics() -> Option:
+    """Files that add metrics."""
+    return file(
+        "--plugin", multiple=True, metavar="FILE.py",
+        text="Python file that adds metrics of your own; may be repeated",
+    )  # fmt: skip
+
+
 def seed(what: str) -> Option:
     """The seed of random draws."""
     return option("--seed", type=int, default=0, metavar="N", text=f"seed of {what} (default: 0)")

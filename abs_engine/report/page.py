@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
-from abs_engine.report import charts, colours, glance, sections
+from abs_engine.report import charts, glance, sections
 from abs_engine.report.data import Head, ReportData
 from abs_engine.report.document import document, web
+from abs_engine.report.drawing import colours
 from abs_engine.report.embed import Store, deflated, json_bytes
 
 _SCRIPTS = ("arrays.js", "heads.js", "stage.js", "player.js", "main.js")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from abs_engine.evaluate.catalogue import METRICS, Metric
+from abs_engine.evaluate.catalogue import Metric, catalogue
 from abs_engine.report.data import FloatArray, ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
@@ -121,7 +121,7 @@ above.</span></p>{"".join(parts)}</section>"""
 
 def scores(data: ReportData) -> str:
     """The table of scores and, folded, what they mean."""
-    used = [m for m in METRICS if any(m.key in s.scores for s in data.systems)]
+    used = [m for m in catalogue() if any(m.key in s.scores for s in data.systems)]
     if not used:
         return ""
     head = "".join(f"<th>{safe(s.name)}</th>" for s in data.systems)
