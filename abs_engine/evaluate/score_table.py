@@ -78,13 +78,13 @@ def as_csv(systems: Systems) -> str:
 def _cell(score: Score | None) -> str:
     if score is None or math.isnan(score.value):
         return "-"
-    middle = _short(score.value)
+    middle = short(score.value)
     return (
-        middle if math.isnan(score.low) else f"{middle} [{_short(score.low)}, {_short(score.high)}]"
+        middle if math.isnan(score.low) else f"{middle} [{short(score.low)}, {short(score.high)}]"
     )
 
 
-def _short(number: float) -> str:
+def short(number: float) -> str:
     """Three digits after the point, fewer where the number is large, none where it is whole."""
     if math.isnan(number) or number == round(number) or abs(number) >= 1000:
         return f"{number:.0f}"

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from abs_engine.evaluate.catalogue import Metric, catalogue
+from abs_engine.evaluate.score_table import short
 from abs_engine.report.data import FloatArray, ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
 from abs_engine.report.embed import data_url
-from abs_engine.report.pieces import key, short, swatch
+from abs_engine.report.pieces import key, swatch
 from abs_engine.report.quantities import SHARE
 
 SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
