@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -108,18 +108,6 @@ class Tracked:
     restarted: NDArray[np.bool_]
     seconds: float = 0.0
 
-    @classmethod
-    def of(cls, rows: Sequence[FrameResult], seconds: float) -> Tracked:
-        """The parameters that the fits of all frames found."""
-        return cls(
-            np.array([parted(row.vector)[1] for row in rows]),
-            tuple(row.pose for row in rows if row.pose is not None),
-            np.array([row.value / row.unit for row in rows]),
-            np.array([row.evaluations for row in rows], np.int64),
-            np.array([row.status == AGAIN for row in rows]),
-            seconds,
-        )
-
     def __len__(self) -> int:
         """Return the number of frames, T."""
         return len(self.alpha)
@@ -180,7 +168,14 @@ def track(
             progress(len(rows))
     if not rows:
         raise ParameterError("the sequence has no picture", "give at least one")
-    return Tracked.of(rows, time.perf_counter() - started)
+    return Tracked(
+        np.array([parted(row.vector)[1] for row in rows]),
+        tuple(row.pose for row in rows if row.pose is not None),
+        np.array([row.value / row.unit for row in rows]),
+        np.array([row.evaluations for row in rows], np.int64),
+        np.array([row.status == AGAIN for row in rows]),
+        time.perf_counter() - started,
+    )
 
 
 def clip_setting(
