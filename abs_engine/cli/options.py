@@ -102,7 +102,9 @@ def group(title: str, *options: Option) -> Iterator[Option]:
 
 def output(metavar: str, text: str, required: bool = True) -> Option:
     """Option for the path of a new output."""
-    text += ", must not exist" if "must not exist" not in text else ""
+    if "must not exist" not in text:
+        what, *more = text.split("; ")
+        text = "; ".join([f"{what} (must not exist)", *more])
     return option("-o", "--output", text=text, type=PATH, metavar=metavar, required=required)
 
 
