@@ -70,7 +70,7 @@ def report(
         draw(run, truth).savefig(Path(folder) / CURVES, dpi=100)
     except OSError as error:
         raise OutputError(
-            f"{folder} cannot be written ({error.strerror})", "name a folder of yours"
+            f"{folder} cannot be written ({error.strerror})", "name a folder that you may write to"
         ) from error
     return scores
 

@@ -119,7 +119,7 @@ def write_report(
             raise ParameterError("without a dataset there is no clip or camera", "give --truth")
         data = _without_truth(paths, options, tell)
     elif options.speaker is not None:
-        raise ParameterError("a truth is of its own head", "leave out --speaker, or --truth")
+        raise ParameterError("a dataset brings its own head", "leave out --speaker, or --truth")
     else:
         data = _with_truth(paths, Path(options.truth), options, tell)
     tell("writing the page")

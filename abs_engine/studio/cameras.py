@@ -124,7 +124,8 @@ def glass(entry: MirrorEntry, name: str) -> FloatArray:
     """
     if (entry.corners is None) == (entry.centre is None):
         raise ParameterError(
-            f"the mirror of camera '{name}' is nowhere or twice", "give corners or centre"
+            f"the mirror of camera '{name}' has both corners and a centre, or neither",
+            "give corners or centre",
         )
     try:
         if entry.corners is not None:

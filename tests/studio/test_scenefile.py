@@ -166,7 +166,7 @@ def test_text_in_quotes_and_odd_characters_comes_back():
             "board={kind='charuco',columns=3,rows=5,square=9}",
             "occluder 1, board: a board of 3 x 5 squares of 9 mm is none",
         ),
-        ("[[camera]]\nsensor = { read = -1 }", "sensor: blur, noise and bands are not negative"),
+        ("[[camera]]\nsensor = { read = -1 }", "sensor: blur, noise and bands cannot be negative"),
     ],
 )
 def test_what_a_scene_may_not_say(text, words):

@@ -50,8 +50,8 @@ CORPUS, points of a face in a posture for each viseme:
   coordinates = "y"                  of x, y and z
   positive = "-y"                    the direction in which the parameter grows
 
---model writes curves of the parameters instead, for points that have the names of the model's, as in
-the third example.
+--model writes curves of the parameters instead, for points named as in the model; see the third
+example.
 """
 
 

@@ -78,7 +78,7 @@ def _label_source(
     request: Request, speaker: Speaker, renderer: Renderer, film: bool
 ) -> LabelSource:
     if request.truth is not None and request.run is not None:
-        raise ParameterError("labels are those of a run or of a dataset", "give only one of them")
+        raise ParameterError("labels come from a run or from a dataset", "give only one of them")
     if request.truth is not None:
         return TruthSource(open_truth(request, request.truth, speaker, request.kind))
     if request.run is not None:

@@ -89,7 +89,7 @@ def _errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
         )
     ):
         raise ParameterError(
-            "errors are those of an array or of a run beside its dataset",
+            "errors come from an array, or from a run with its dataset",
             "give --values FILE, or RUN --truth DIR",
         )
     if request.values is not None:
