@@ -87,7 +87,7 @@ class _Watched:
 
 
 def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -> Outcome | None:
-    """What came of a task; None if it is to be tried again."""
+    """Outcome of a task; None if it is to be tried again."""
     from distributed import KilledWorker
 
     if future.status == "finished":
