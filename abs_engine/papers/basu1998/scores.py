@@ -61,7 +61,7 @@ class Goal:
         return self.judged(number(results, self.key))
 
     def judged(self, value: float | None) -> str:
-        """Verdict, by how much a number meets the bound or misses it; empty without one of the two."""
+        """Verdict, by how much a number meets or misses the bound; empty without one of them."""
         if value is None or self.bound is None:
             return ""
         ahead = value - self.bound if self.least else self.bound - value
