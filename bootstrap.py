@@ -124,7 +124,7 @@ class Machine:
         return shutil.which(program) is not None
 
     def context_error(self) -> str:
-        """Reason why the environment's moderngl gives no OpenGL context; empty when it gives one."""
+        """Reason why the environment's moderngl gives no OpenGL context; empty if it gives one."""
         status, output = self.run([self.venv / "bin/python", "-c", CONTEXT_PROBE])
         if status == 0:
             return ""
