@@ -62,12 +62,7 @@ def track_many(
 
 
 class _Watched:
-    """A clip that may kill its workers.
-
-    Parameters
-    ----------
-    job : Job
-    """
+    """A clip that may kill its workers."""
 
     def __init__(self, job: Job) -> None:
         self.job = job

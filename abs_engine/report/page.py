@@ -30,12 +30,7 @@ DecompressionStream); open it in a newer one.</p>
 
 
 def report_page(data: ReportData) -> str:
-    """The whole page as HTML.
-
-    Parameters
-    ----------
-    data : ReportData
-    """
+    """The whole page as HTML."""
     store = Store()
     told = page_data(data, store)
     body = "\n".join(

@@ -201,10 +201,6 @@ class HeadFollower:
     and a new reference is taken where it is found; or, as that wanders, where it has moved since
     the frame before if it was seen there (see `carried`). Where the detector finds none, as in a
     close-up, the old reference is tried again where it was.
-
-    Parameters
-    ----------
-    motion : HeadMotion
     """
 
     def __init__(self, motion: HeadMotion) -> None:

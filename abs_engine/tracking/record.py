@@ -88,12 +88,7 @@ _LAYOUT: Layout = {
 
 
 class Recorder:
-    """Collects the results of a clip.
-
-    Parameters
-    ----------
-    setting : ClipSetting
-    """
+    """Collects the results of a clip."""
 
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting

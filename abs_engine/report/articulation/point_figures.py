@@ -25,10 +25,6 @@ def point_nomograms(model: ArticulatoryModel) -> Figure:
 
     Each point is drawn as its way from -2 to +2 standard deviations of one parameter, with a dot
     at the end; those that the parameter is made of are red.
-
-    Parameters
-    ----------
-    model : ArticulatoryModel
     """
     count = len(model.parameters)
     across = min(count, _ABREAST)
