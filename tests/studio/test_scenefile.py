@@ -164,7 +164,7 @@ def test_text_in_quotes_and_odd_characters_comes_back():
         (
             "[[occluder]]\nkind='board'\nstart=0\nend=1\n"
             "board={kind='charuco',columns=3,rows=5,square=9}",
-            "occluder 1, board: a board of 3 x 5 squares of 9 mm is none",
+            "occluder 1, board: a board of 3 x 5 squares of 9 mm cannot be",
         ),
         ("[[camera]]\nsensor = { read = -1 }", "sensor: blur, noise and bands cannot be negative"),
     ],
