@@ -218,7 +218,7 @@ def test_what_a_scene_may_not_say(text, words):
         ("[[camera]]\ndistortion = [-3.0]", "folds the picture over itself"),
         ("[[camera]]\ndistortion = [0,0,0,0,0,0,0,0,0]", "9 distortion coefficients"),
         ("[[camera]]\ncrf = 80", "crf 80"),
-        ("[[camera]]\nmirror = {}", "nowhere or twice"),
+        ("[[camera]]\nmirror = {}", "both corners and a centre, or neither"),
         ("[[camera]]\nmirror = { centre = [0, 0, 400], yaw_degrees = 20 }", "behind the mirror"),
         ("[[camera]]\nmirror = { centre = [0, 0, -400] }", "camera 'camera': a corner"),
         ('[[speaker]]\nname = "x"\nskin = "pink"\n[[clip]]\nspeaker = "x"', "skin tone 'pink'"),
