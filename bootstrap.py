@@ -1,4 +1,4 @@
-"""What `./run` does: set this machine up, then start the demo, the tests, the linters or the docs.
+"""The work of `./run`: sets this machine up, starts the demo, the tests, the linters or the docs.
 
 Only the standard library is used, since nothing else is there yet. Everything is put into `.venv`
 beside this file; what is installed outside is Mesa's OpenGL, only where no OpenGL loads, and for
@@ -124,7 +124,7 @@ class Machine:
         return shutil.which(program) is not None
 
     def context_error(self) -> str:
-        """Why the environment's moderngl gives no OpenGL context; empty when it gives one."""
+        """Reason why the environment's moderngl gives no OpenGL context; empty if it gives one."""
         status, output = self.run([self.venv / "bin/python", "-c", CONTEXT_PROBE])
         if status == 0:
             return ""

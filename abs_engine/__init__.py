@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from abs_engine.core.registry import (
         DRIVERS,
         EXPORTERS,
+        METRICS,
         MODELS,
         PRESETS,
         RENDERERS,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Renderer, Scene
     from abs_engine.dataset import Dataset, Truth, load_dataset, load_truth
     from abs_engine.evaluate.bench import run_bench
+    from abs_engine.evaluate.catalogue import Metric
     from abs_engine.evaluate.check import check_dataset
     from abs_engine.evaluate.truth_report import score
     from abs_engine.export.exporter import Exporter, Loss, TrackedRun
@@ -105,6 +107,8 @@ _HOME = {
     "RENDERERS": "core.registry",
     "PRESETS": "core.registry",
     "EXPORTERS": "core.registry",
+    "METRICS": "core.registry",
+    "Metric": "evaluate.catalogue",
     "Exporter": "export.exporter",
     "TrackedRun": "export.exporter",
     "Loss": "export.exporter",
@@ -127,6 +131,7 @@ _HOME = {
 __all__ = [
     "DRIVERS",
     "EXPORTERS",
+    "METRICS",
     "MODELS",
     "PRESETS",
     "RENDERERS",
@@ -146,6 +151,7 @@ __all__ = [
     "GuidedPCA",
     "Loss",
     "Mesh",
+    "Metric",
     "ParamSpec",
     "Pose",
     "Predictor",

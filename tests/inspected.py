@@ -23,10 +23,10 @@ from abs_engine.dataset.picture import write_picture
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.report.inspect.body import Body, person_body, posed
+from abs_engine.report.drawing.paint import paint
+from abs_engine.report.drawing.view import View
+from abs_engine.report.inspect.body import Body, coat, person_body, posed
 from abs_engine.report.inspect.labels import LabelFrame, drawn_labels
-from abs_engine.report.inspect.paint import coat, paint
-from abs_engine.report.inspect.view import View
 from abs_engine.tracking.record import FORMAT, VERSION
 from abs_engine.tracking.run_mesh import RunMesh
 

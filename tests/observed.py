@@ -176,7 +176,8 @@ def _mirrored(
     window: Window, into: np.ndarray,
 ) -> None:  # fmt: skip
     """The head that stands, reflected, behind the glass; as a scene that does not deform."""
-    points, faces = mirror.reflect_mesh(pose.apply(scene.vertices(weights)), scene.faces)
+    points = mirror.reflect(pose.apply(scene.vertices(weights)))
+    faces = np.ascontiguousarray(scene.faces[:, [0, 2, 1]])  # still counter-clockwise
     still = Scene(
         points, np.zeros((0, *points.shape)), faces, scene.uv, scene.facet_class, scene.texture
     )

@@ -87,7 +87,7 @@ class Board:
             )
         if min(self.columns, self.rows) < 4 or not 0 < self.square < np.inf:
             raise ParameterError(
-                f"a board of {self.columns} x {self.rows} squares of {self.square:g} mm is none",
+                f"a board of {self.columns} x {self.rows} squares of {self.square:g} mm cannot be",
                 "give four squares or more each way, and their side",
             )
         if self.kind == "charuco":
@@ -95,7 +95,8 @@ class Board:
                 raise ParameterError("the markers do not fit the squares", "measure them again")
             if not hasattr(cv2.aruco, f"DICT_{self.dictionary}"):
                 raise ParameterError(
-                    f"there are no markers '{self.dictionary}'", "give such as 4X4_50 or 5X5_100"
+                    f"there are no markers '{self.dictionary}'",
+                    "give one such as 4X4_50 or 5X5_100",
                 )
 
     @property

@@ -59,12 +59,12 @@ class HeadChoice:
         ways = [bool(self.rigid), self.motion is not None, self.unturned is not None]
         if sum(ways) > 1:
             raise ParameterError(
-                "the head frame is asked for in several ways",
+                "the head frame is given in several ways",
                 "choose rigid points, the head's pose, or a head that does not turn",
             )
         if not any(ways):
             raise TooFewPointsError(
-                "nothing is said of the head's motion, and the nose alone does not fix its "
+                "nothing is said about the head's motion, and the nose alone does not fix its "
                 "rotation",
                 "name three points of the skull (--rigid), give the head's pose (--pose), or say "
                 "that the head does not turn (--unturned)",

@@ -102,7 +102,9 @@ def group(title: str, *options: Option) -> Iterator[Option]:
 
 def output(metavar: str, text: str, required: bool = True) -> Option:
     """Option for the path of a new output."""
-    text += ", must not exist" if "must not exist" not in text else ""
+    if "must not exist" not in text:
+        what, *more = text.split("; ")
+        text = "; ".join([f"{what} (must not exist)", *more])
     return option("-o", "--output", text=text, type=PATH, metavar=metavar, required=required)
 
 
@@ -112,6 +114,14 @@ def view() -> tuple[Option, Option]:
         option("--clip", metavar="NAME", text="clip of the dataset, if it has several"),
         option("--camera", metavar="NAME", text="camera of the clip, if it has several"),
     )
+
+
+def metrics() -> Option:
+    """Files that add metrics."""
+    return file(
+        "--plugin", multiple=True, metavar="FILE.py",
+        text="Python file that adds metrics of your own; may be repeated",
+    )  # fmt: skip
 
 
 def seed(what: str) -> Option:

@@ -45,7 +45,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a clip.
+    """Outcome of a clip.
 
     Parameters
     ----------

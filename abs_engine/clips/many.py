@@ -62,12 +62,7 @@ def track_many(
 
 
 class _Watched:
-    """A clip that may kill its workers.
-
-    Parameters
-    ----------
-    job : Job
-    """
+    """A clip that may kill its workers."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -87,7 +82,7 @@ class _Watched:
 
 
 def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -> Outcome | None:
-    """What came of a task; None if it is to be tried again."""
+    """Outcome of a task; None if it is to be tried again."""
     from distributed import KilledWorker
 
     if future.status == "finished":

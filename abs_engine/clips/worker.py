@@ -61,7 +61,7 @@ def _tracked(job: Job) -> dict[str, Any]:
 
 
 def _known(job: Job) -> dict[str, Any] | None:
-    """What ``run.json`` says of a run that is there; None if there is none.
+    """Content of the ``run.json`` of a run that is there; None if there is none.
 
     Raises
     ------

@@ -137,6 +137,11 @@ class Pose:
         """Map head-frame points (..., 3) in mm to the camera frame."""
         return np.asarray(points @ self.rotation.T + self.translation)
 
+    @property
+    def inverse(self) -> Pose:
+        """The motion back; its translation is where the camera stands, in the head frame."""
+        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+
     def angle_to(self, other: Pose) -> float:
         """Angle between the two rotations, radians, 0 to pi."""
         cosine = (np.trace(self.rotation.T @ other.rotation) - 1) / 2

@@ -121,6 +121,12 @@ def load_plugin(path: Path) -> None:
     PLUGINS.append(path)
 
 
+def load_plugins(paths: Iterable[Path]) -> None:
+    """Run Python files that add entries; errors as `load_plugin`."""
+    for path in paths:
+        load_plugin(path)
+
+
 def _why(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())
 
@@ -149,3 +155,5 @@ PRESETS = Registry("preset", ("model", "terms", "driver", "start"))
 """Choices of all of these together."""
 EXPORTERS = Registry("exporter", ("text", "write", "suffix"))
 """Formats that runs are written in."""
+METRICS = Registry("metric", ("key", "label", "unit", "definition", "measure", "root"))
+"""Numbers that scores have besides the engine's own."""

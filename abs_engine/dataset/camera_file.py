@@ -123,7 +123,7 @@ def load_placed_camera(path: Path) -> PlacedCamera:
     except KeyError as error:
         raise ModelFormatError(f"{path} lacks the field {error}", MEND) from error
     except (TypeError, IndexError, AttributeError) as error:
-        raise ModelFormatError(f"{path} has a field that is a wrong one ({error})", MEND) from error
+        raise ModelFormatError(f"{path} has a field with a wrong value ({error})", MEND) from error
     except ParameterError as error:
         raise ParameterError(f"{path}: {error.problem}", error.remedy) from error
     except ValueError as error:

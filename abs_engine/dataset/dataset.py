@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,9 @@ from abs_engine.dataset.sums import check_sums, read_sums
 from abs_engine.dataset.view import Truth, load_view
 from abs_engine.io.arrays import Layout, check_arrays, of_json, plain, real, text, whole
 from abs_engine.io.inputs import parse_json
+
+_DEPTH = 2  # DATASET/CLIP/CAMERA
+_MOST_NAMED = 6
 
 LONGEST = 10_000_000
 """Frames of a clip: no clip has more."""
@@ -231,34 +234,42 @@ def load_truth(path: Path, *, verify: bool = False) -> Truth:
     ParameterError
         If there are several clips or cameras to choose from.
     """
-    folder, given = _root(Path(path))
+    folder, given = dataset_root(Path(path))
     dataset = read_record(folder)
     found = [view for view in dataset.views if view[: len(given)] == given]
     if not found:
         raise InputFileError(
-            f"{path} is not a clip of {folder}", f"choose {_choices(dataset.views)}"
+            f"{path} is not a clip of {folder}", f"choose {choices(dataset.views)}"
         )
     if len(found) > 1:
         raise ParameterError(
-            f"{path} holds {len(found)} clips by cameras", f"name one: {_choices(tuple(found))}"
+            f"{path} holds {len(found)} clips by cameras", f"name one: {choices(found)}"
         )
     names = _all_files(dataset, found[0]) if verify else _number_files(dataset, tuple(found))
     check_sums(folder, names)
     return dataset.view(*found[0])
 
 
-def _root(path: Path) -> tuple[Path, tuple[str, ...]]:
-    """The dataset's folder, and the names of clip and camera that the path gives."""
+def dataset_root(path: Path) -> tuple[Path, tuple[str, ...]]:
+    """The dataset's folder, and the names of clip and camera that the path gives.
+
+    Raises
+    ------
+    InputFileError
+        If neither the path nor what is above it is a dataset.
+    """
     whole = path.resolve()
-    for depth in range(3):
-        folder = (path, *whole.parents)[depth] if depth else path
+    for depth, folder in enumerate((path, *whole.parents[:_DEPTH])):
         if (folder / codec.DATASET).is_file():
             return folder, whole.parts[len(whole.parts) - depth :] if depth else ()
-    return path, ()
+    raise InputFileError(
+        f"{path} is not ground truth: {codec.DATASET} is missing", "check the path"
+    )
 
 
-def _choices(views: tuple[tuple[str, str], ...]) -> str:
-    shown = ["/".join(view) for view in views[:6]]
+def choices(views: Sequence[tuple[str, str]]) -> str:
+    """Names of some of the views of a dataset, for an error."""
+    shown = ["/".join(view) for view in views[:_MOST_NAMED]]
     return ", ".join(shown) + (", ..." if len(views) > len(shown) else "")
 
 

@@ -58,7 +58,7 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
         raise ModelFormatError(f"{path} is not {size[0]}x{size[1]}", AGAIN)
     image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path) else None
     if image is None:
-        raise InputFileError(f"{path} is no whole picture", AGAIN)
+        raise InputFileError(f"{path} is not a whole picture", AGAIN)
     shape = (size[1], size[0]) if channels == 1 else (size[1], size[0], channels)
     if image.dtype != dtype or image.shape != shape:
         raise ModelFormatError(

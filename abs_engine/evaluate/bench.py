@@ -62,7 +62,7 @@ def run_bench(
         If there are no rounds.
     """
     if rounds < 1:
-        raise ParameterError(f"{rounds} rounds measure nothing", "take one at least")
+        raise ParameterError(f"{rounds} rounds measure nothing", "take at least one")
     renderers: dict[str, str] = {}
     notes: dict[str, None] = {}  # in order, each once
     works = tuple(_measure(ball_work(*size), rounds, renderers, notes) for size in sizes)

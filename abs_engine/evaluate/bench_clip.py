@@ -133,7 +133,7 @@ def bench_clip(
         If a process fails; its last line says why.
     """
     if turns < 1:
-        raise ParameterError(f"{turns} turns measure nothing", "take one at least")
+        raise ParameterError(f"{turns} turns measure nothing", "take at least one")
     if peer_python is not None and not peer_python.is_file():
         raise ParameterError(
             f"{peer_python} is not a file", "give the path of a Python interpreter"

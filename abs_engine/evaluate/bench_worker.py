@@ -25,10 +25,6 @@ class WorkerError(Exception):
 class PyrenderWorker:
     """A process that evaluates one work with pyrender. Use it in a `with` statement.
 
-    Parameters
-    ----------
-    work : Work
-
     Raises
     ------
     WorkerError

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+from numpy.typing import NDArray
+
+from abs_engine.core.registry import METRICS
+from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import CLOSED_BELOW
+from abs_engine.evaluate.estimate import Estimate
 from abs_engine.io.assets import CLOSED_APERTURE
 
 
@@ -21,12 +28,19 @@ class Metric:
     unit : str
     definition : str
         What is computed; the functions of `abs_engine.evaluate.metrics` cite their sources.
+    measure : callable, optional
+        Of a metric that is added to `abs_engine.METRICS`: given the estimate and the truth, returns
+        its (T,) values, whose mean is the score; NaN in frames that do not count.
+    root : bool
+        Whether the score is the square root of their mean.
     """
 
     key: str
     label: str
     unit: str
     definition: str
+    measure: Callable[[Estimate, Truth], NDArray[Any]] | None = None
+    root: bool = False
 
 
 TRACKS = {
@@ -42,7 +56,7 @@ WHICH = {
     "landmarks": ", in each frame of those of the 68 points that the system gives there",
     "lip_landmarks": ", of points 48 to 67",
 }
-"""Points of a track that its name does not tell."""
+"""Points of a track that its name does not say."""
 
 CURVES = {"aperture": "aperture", "width": "width", "protrusion": "protrusion"}
 
@@ -107,7 +121,7 @@ VISIBLE = (
     "fold of the lips that is seen within 1.5 mm"
 )
 
-METRICS: tuple[Metric, ...] = (
+BUILT_IN: tuple[Metric, ...] = (
     Metric(
         "frames",
         "frames",
@@ -218,4 +232,14 @@ METRICS: tuple[Metric, ...] = (
         "root mean square distance of the head's origin in camera coordinates",
     ),
 )
-BY_KEY = {metric.key: metric for metric in METRICS}
+BY_KEY = {metric.key: metric for metric in BUILT_IN}
+
+
+def added() -> tuple[Metric, ...]:
+    """Metrics of installed packages and plugins."""
+    return tuple(METRICS.get(name) for name in METRICS.names())
+
+
+def catalogue() -> tuple[Metric, ...]:
+    """All metrics in the order of a table's rows."""
+    return BUILT_IN + added()

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import AbsEngineError, ParameterError, PluginError
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
-from abs_engine.evaluate.catalogue import METRICS
+from abs_engine.evaluate.catalogue import added, catalogue
 from abs_engine.evaluate.closing import Closures, closures
 from abs_engine.evaluate.derived_rows import complete
 from abs_engine.evaluate.estimate import Estimate, within
@@ -124,8 +124,32 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
     closed = closures(said, truth, true_curves["aperture"], landmark_68)
     if closed is not None:
         means |= closure_means(closed[0], closed[1] & seen, truth.rate)
+    means |= _added_means(said, truth)
     notes = () if given is None else given.notes()
     return ClipScores(estimate.name, truth.rate, means, numbers, closed, notes)
+
+
+def _added_means(said: Estimate, truth: Truth) -> dict[str, Mean]:
+    """Means of the metrics that packages and plugins add, as far as the estimate allows them."""
+    means = {}
+    for metric in added():
+        try:
+            values = np.asarray(metric.measure(said, truth), np.float64)  # type: ignore[misc]
+        except AbsEngineError:
+            raise
+        except Exception as error:  # whatever a plugin does
+            raise PluginError(
+                f"the metric '{metric.key}' fails on {said.name} ({type(error).__name__}: {error})",
+                "correct it; return NaN where there is nothing to measure",
+            ) from error
+        if values.shape != (len(truth),):
+            raise PluginError(
+                f"the metric '{metric.key}' returns values of shape {values.shape}",
+                f"return one for each of the {len(truth)} frames",
+            )
+        if np.isfinite(values).any():
+            means[metric.key] = Mean.of(values, root=metric.root)
+    return means
 
 
 def in_picture(truth: Truth, landmark_68: NDArray[Any] | None) -> NDArray[np.bool_]:
@@ -172,7 +196,7 @@ def summary(clips: Sequence[ClipScores], *, seed: int = 0) -> dict[str, Score]:
         Of the bootstrap.
     """
     scores: dict[str, Score] = {}
-    for metric in METRICS:
+    for metric in catalogue():
         means = [clip.means[metric.key] for clip in clips if metric.key in clip.means]
         if means:
             low, high = confidence(means, clips[0].rate, seed=seed)

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from abs_engine.evaluate.catalogue import METRICS
+from abs_engine.evaluate.catalogue import catalogue
 from abs_engine.evaluate.score import Score
 
 FORMAT, VERSION = "abs_engine.scores", 1
@@ -21,7 +21,7 @@ def lines(systems: Systems) -> list[str]:
 
     In brackets the 95 % confidence interval.
     """
-    labels = [m for m in METRICS if any(m.key in scores for scores in systems.values())]
+    labels = [m for m in catalogue() if any(m.key in scores for scores in systems.values())]
     rows = [["", *systems]]
     for metric in labels:
         unit = f" ({metric.unit})" if metric.unit not in ("", "share") else ""
@@ -40,7 +40,7 @@ def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
     facts : mapping of str to JSON values
         What else it says.
     """
-    used = [m for m in METRICS if any(m.key in scores for scores in systems.values())]
+    used = [m for m in catalogue() if any(m.key in scores for scores in systems.values())]
     told = {
         "format": FORMAT,
         "version": VERSION,
@@ -66,7 +66,7 @@ def as_csv(systems: Systems) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["system", "metric", "unit", "value", "low", "high"])
     for name, scores in systems.items():
-        for metric in METRICS:
+        for metric in catalogue():
             if metric.key in scores:
                 score = scores[metric.key]
                 numbers = (score.value, score.low, score.high)
@@ -78,13 +78,13 @@ def as_csv(systems: Systems) -> str:
 def _cell(score: Score | None) -> str:
     if score is None or math.isnan(score.value):
         return "-"
-    middle = _short(score.value)
+    middle = short(score.value)
     return (
-        middle if math.isnan(score.low) else f"{middle} [{_short(score.low)}, {_short(score.high)}]"
+        middle if math.isnan(score.low) else f"{middle} [{short(score.low)}, {short(score.high)}]"
     )
 
 
-def _short(number: float) -> str:
+def short(number: float) -> str:
     """Three digits after the point, fewer where the number is large, none where it is whole."""
     if math.isnan(number) or number == round(number) or abs(number) >= 1000:
         return f"{number:.0f}"

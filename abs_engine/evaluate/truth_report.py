@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -71,7 +70,7 @@ def report(
         draw(run, truth).savefig(Path(folder) / CURVES, dpi=100)
     except OSError as error:
         raise OutputError(
-            f"{folder} cannot be written ({error.strerror})", "name a folder of yours"
+            f"{folder} cannot be written ({error.strerror})", "name a folder that you may write to"
         ) from error
     return scores
 
@@ -133,7 +132,6 @@ def score(run: Run, truth: Truth, closures: Closures | None = None) -> dict[str,
 def draw(run: Run, truth: Truth) -> Figure:
     """Curves of aperture, width and lip error over time; closed frames of the truth are shaded."""
     figure = Figure(figsize=(9, 7.5), layout="constrained")
-    FigureCanvasAgg(figure)
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     seconds = np.arange(len(truth)) / truth.rate
     for axes, name, true in ((top, "aperture", truth.aperture), (middle, "width", truth.width)):

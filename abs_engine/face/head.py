@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
+from abs_engine.face.rings import rings_of
 from abs_engine.face.schema import PERSON_TARGETS
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
@@ -226,8 +227,8 @@ def build_mouth_model(
     )  # fmt: skip
     return MouthModel(
         speaker, expression, head, scene, kept.astype(np.int32), _rigid_facets(speaker, neutral),
-        _prototypes(speaker, neutral, expression), mouth.astype(np.float64), _rings(speaker, kept),
-        person_spread,
+        _prototypes(speaker, neutral, expression), mouth.astype(np.float64),
+        rings_of(speaker, kept), person_spread,
     )  # fmt: skip
 
 
@@ -273,32 +274,3 @@ def _prototypes(
         target = neutral[lips] + np.tensordot(weights, units, 1) - expression.mean[lips]
         out.append(np.linalg.lstsq(matrix, target.ravel(), rcond=None)[0])
     return np.asarray(np.clip(np.array(out), -3.0, 3.0), np.float64)
-
-
-def lip_rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
-    """The lips' contours, the 20 points of the lips and the mouth's corners, as vertices."""
-    marks = speaker.landmarks
-    return {
-        "outer": marks["outer_lip"],
-        "upper": marks["inner_lip_upper"],
-        "lower": marks["inner_lip_lower"],
-        "points": np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]]),
-        "corners": marks["mouth_corners"],
-    }
-
-
-def jaw_ring(speaker: Speaker) -> NDArray[np.int32]:
-    """Vertices of the lower teeth, which move as the jaw does."""
-    teeth = speaker.faces[speaker.facet_class == speaker.class_id("lower_teeth")]
-    return np.unique(teeth).astype(np.int32)
-
-
-def _rings(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
-    sources = {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
-    lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
-    if lost:
-        raise ModelFormatError(
-            f"the speaker's landmarks {', '.join(lost)} are not on the facets near its lip_ring",
-            "check the landmarks of the speaker's file",
-        )
-    return {k: np.searchsorted(kept, v).astype(np.int32) for k, v in sources.items()}

@@ -96,7 +96,7 @@ _BY_PLAIN = {name.lower(): name for name in FACE_UNITS} | {
 
 
 def region_of(part: str) -> str:
-    """What a part of a mesh is by its name, one of `REGION_WORDS`; skin where it does not say."""
+    """Region of a part of a mesh by its name, one of `REGION_WORDS`; skin where it does not say."""
     lower = part.lower()
     for pattern, region in _PARTS:
         if re.search(pattern, lower):

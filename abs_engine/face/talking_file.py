@@ -18,10 +18,10 @@ from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.region import part
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.articulated import FaceShape
-from abs_engine.face.base import RINGS
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.talking import TalkingFace
+from abs_engine.face.talking_checks import conditions, same
 from abs_engine.io.inputs import MOST, name_problem
 from abs_engine.io.npz import read_npz, write_npz
 
@@ -29,7 +29,6 @@ T = TypeVar("T")
 FORMAT, VERSION = "abs_engine.talking_face", 1
 _REMEDY = "make it again"
 _LEARN = "learn it again"
-_RINGS = {*RINGS, "points", "corners"}
 _SCENE = ("mean", "modes", "faces", "uv", "facet_class", "texture", "cull")
 _TWINS = {"tex_cst": "tex_lin", "la_cst": "la_lin"}
 """Constant models, and those that they are usually the constants of."""
@@ -158,7 +157,7 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
     }  # fmt: skip
     for name, linear in _TWINS.items():
         twin, known = getattr(face, name).arrays(), getattr(face, linear).constant().arrays()
-        own[f"{name}_is_constant_{linear}"] = made = _same(twin, known)
+        own[f"{name}_is_constant_{linear}"] = made = same(twin, known)
         parts |= {} if made else {name: twin}
     return own | {f"{p}.{name}": v for p, values in parts.items() for name, v in values.items()}
 
@@ -171,7 +170,7 @@ def _stored(data: _Arrays) -> StoredTalker:
     data.check({"person": "", "speaker": ""})
     person, speaker = (str(data[name]) for name in ("person", "speaker"))
     face, problem = _face(data), name_problem("person", person)
-    wrong = [problem] if problem else [what for what, fits in _fits(face).items() if not fits]
+    wrong = [problem] if problem else [what for what, fits in conditions(face).items() if not fits]
     if wrong:
         raise ParameterError(wrong[0], _LEARN)
     return StoredTalker(face, person, speaker)
@@ -267,7 +266,7 @@ def _facets(whole: Scene, some: Scene) -> NDArray[np.bool_]:
             if own == wanted:  # a part has its facets in the scene's order
                 chosen[facet] = True
                 wanted = next(left, -1)
-    if not chosen.any() or not _same(_scene_arrays(part(whole, chosen)[0]), _scene_arrays(some)):
+    if not chosen.any() or not same(_scene_arrays(part(whole, chosen)[0]), _scene_arrays(some)):
         raise ParameterError(
             "what is compared of the face is not a part of its head", "take it by region.part"
         )
@@ -280,51 +279,3 @@ def _corners(scene: Scene) -> NDArray[np.int32]:
     bits = np.concatenate([scene.mean, scene.uv, moved], axis=1).view(np.int32)
     known = bits[scene.faces].reshape(len(scene.faces), -1)
     return np.column_stack([known, scene.facet_class])
-
-
-def _same(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
-    """Whether arrays are the same by name, bit for bit."""
-    pairs = [(np.asarray(one[name]), np.asarray(two[name])) for name in one]
-    return all(
-        a is b or ((a.dtype, a.shape) == (b.dtype, b.shape) and a.tobytes() == b.tobytes())
-        for a, b in pairs
-    )
-
-
-def _fits(face: TalkingFace) -> dict[str, bool]:
-    """Conditions that may fail, and whether they hold."""
-    shape, points, count = face.shape, len(face.shape.model.names), len(face.shape.model.predictors)
-    numbers = {shape.scene.n_modes, len(shape.spec), shape.penalty.size}
-    local = (face.la_lin, face.la_cst)
-    return {
-        "the head, the penalty or the bounds have other parameters than the model": (
-            numbers == {count} and shape.neutral.shape == (count,)
-        ),
-        "the vertices are not one for each point of the model": (
-            shape.vertices.shape == (points,) and _inside(shape.vertices, len(shape.scene.mean))
-        ),
-        "the points of the lips are not the model's": _inside(shape.lips, points),
-        "the marks are not on the head": _inside(shape.marks, len(shape.scene.mean)),
-        "the lips' contours are not on the part that is drawn": (
-            shape.rings.keys() >= _RINGS
-            and all(
-                _inside(at, len(shape.scene.mean)) and np.isin(at, shape.kept).all()
-                for at in shape.rings.values()
-            )
-        ),
-        "a texture is empty": shape.scene.texture.size > 0 and face.tex_lin.base.size > 0,
-        "a texel was seen in fewer frames than none": bool((face.tex_lin.frames >= 0).all()),
-        "a facet has no region": int(shape.scene.facet_class.max()) < len(shape.regions),
-        "appearance depends on other parameters than the model's": all(
-            len(model.modes) in (0, count) for model in (face.tex_lin, face.tex_cst, *local)
-        ),
-        "points of local appearance are not on the part that is drawn": all(
-            _inside(model.vertices, len(shape.outer.mean)) for model in local
-        ),
-        "the scale of local appearance is not positive": face.la_scale > 0,
-    }
-
-
-def _inside(indices: NDArray[np.integer], count: int) -> bool:
-    """Whether indices are a list of some that are not negative and below a count."""
-    return indices.ndim == 1 and indices.size > 0 and 0 <= indices.min() <= indices.max() < count

@@ -31,13 +31,7 @@ network sees in common."""
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """Appearance of one clip's mouth: what was learned, and where in the picture it counts.
-
-    Parameters
-    ----------
-    looks : OpeningLooks
-    spot : MouthSpot
-    """
+    """Appearance of one clip's mouth: what was learned, and where in the picture it counts."""
 
     looks: OpeningLooks
     spot: MouthSpot

@@ -22,15 +22,14 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame
-from abs_engine.core.scene import Candidates, Scene
-from abs_engine.fit.evidence import Bordered, Pushing, Squared, Term, finite, valued
+from abs_engine.core.scene import Candidates
+from abs_engine.fit.evidence import Bordered, Squared, Term, finite, valued
+from abs_engine.fit.forces import Forces
 from abs_engine.fit.surface_jacobian import moved_along
 
 FloatArray = NDArray[np.float64]
 NEAR = 2
 """Drawn pixels to either side of a border that tell its curvature."""
-FIRST_STRIDE = 2.0
-"""mm that the node which moves most is first pushed by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +258,7 @@ class Problem:
 
         Each parameter gives way by its `mobility` times the work of the forces on the nodes, less
         the priors' slope. The weights' part is scaled so that the node which moves most moves by
-        `FIRST_STRIDE`; the pose's is shortened to that.
+        `forces.FIRST_STRIDE`; the pose's is shortened to that.
 
         Raises
         ------
@@ -268,7 +267,7 @@ class Problem:
         """
         candidate = self.candidates(x[None])
         step = self._given_way(x, candidate)
-        return self.chosen(self._strides(step, self._pushing()[0].scene, candidate))
+        return self.chosen(self._forces.strides(step, candidate))
 
     def give_way(self, x: FloatArray) -> FloatArray:
         """The same before it is scaled: `mobility` times force, (N,).
@@ -283,47 +282,10 @@ class Problem:
     def _given_way(self, x: FloatArray, candidate: Candidates) -> FloatArray:
         """`give_way` over all parameters (6 + P,)."""
         full = self.whole(x)
-        pushed = [self._work(term, candidate) for term in self._pushing()]
-        finite(", ".join(self.terms), "forces", *pushed)
-        work = np.sum(pushed, axis=0)
         slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
         mobility = self.blocks.spec.scale**2 if self.mobility is None else self.mobility
-        return np.asarray(mobility * (work - slope))
+        return np.asarray(mobility * (self._forces.work(candidate) - slope))
 
-    def _pushing(self) -> list[Pushing]:
-        """The terms that have forces."""
-        found = [term for term in self.terms.values() if isinstance(term, Pushing)]
-        if not found:
-            raise ParameterError(
-                f"no evidence among {', '.join(self.terms)} has forces",
-                "choose a driver that needs none, such as simplex",
-            )
-        return found
-
-    def _work(self, term: Pushing, candidate: Candidates) -> FloatArray:
-        """Work (6 + P,) of a term's forces for a unit of each parameter."""
-        forces, rotation = term.forces(candidate), candidate.rotations[0]
-        modes = term.scene.modes.astype(np.float64)
-        weights = np.tensordot(modes, forces @ rotation, ([1, 2], [0, 1]))
-        arm = self._arms(term.scene, candidate)
-        turns = np.cross(arm, forces).sum(axis=0)
-        return np.concatenate([turns, forces.sum(axis=0), weights])
-
-    def _arms(self, scene: Scene, candidate: Candidates) -> FloatArray:
-        """Vertices (V, 3) from the point that the pose turns about, camera axes, mm."""
-        vertices = scene.vertices(candidate.weights[0])
-        return np.asarray((vertices - self.frame.pivot) @ candidate.rotations[0].T)
-
-    def _strides(self, step: FloatArray, scene: Scene, candidate: Candidates) -> FloatArray:
-        """A step (6 + P,) with the pose's part and the weights' part each of a first stride."""
-        pose, weights = (self.blocks.part(step, POSE), step[self.blocks.places[POSE].stop :])
-        moved = np.tensordot(weights, scene.modes.astype(np.float64), 1)
-        weights = weights * (FIRST_STRIDE / max(_farthest(moved), 1e-9))
-        turned = np.cross(pose[:3], self._arms(scene, candidate)) + pose[3:]
-        pose = pose * min(1.0, FIRST_STRIDE / max(_farthest(turned), 1e-9))
-        return np.asarray(np.r_[pose, weights])
-
-
-def _farthest(moved: FloatArray) -> float:
-    """Length, mm, of the longest of some displacements (V, 3)."""
-    return float(np.linalg.norm(moved, axis=1).max())
+    @cached_property
+    def _forces(self) -> Forces:
+        return Forces(self.frame, self.blocks, self.terms)

@@ -20,7 +20,7 @@ _WORDS = {"fiu": "real numbers", "iu": "whole numbers", "b": "truth values", "U"
 
 @dataclass(frozen=True)
 class Array:
-    """What an array must be. Use `real`, `whole`, `index`, `truth`, `text`.
+    """Requirements of an array. Use `real`, `whole`, `index`, `truth`, `text`.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class _Check:
     lengths: dict[str, int] = field(default_factory=dict)
 
     def shape_problem(self, wanted: Array, values: NDArray[Any]) -> str:
-        """Why kind and shape are wrong; empty where they are not."""
+        """Reason why kind and shape are wrong; empty where they are not."""
         if values.size and values.dtype.kind not in wanted.kinds:
             return f"holds {values.dtype}, not {_WORDS[wanted.kinds]}"
         if values.ndim == len(wanted.shape) and all(map(self._fits, wanted.shape, values.shape)):
@@ -160,7 +160,7 @@ class _Check:
         return self.lengths.setdefault(wanted.rstrip("?*"), length) == length
 
     def value_problem(self, wanted: Array, values: NDArray[Any]) -> str:
-        """Why the values are wrong; empty where they are not."""
+        """Reason why the values are wrong; empty where they are not."""
         if wanted.kinds == "U":
             return _text_problem(values)
         numbers = values

@@ -233,12 +233,12 @@ def load_speaker(path: Path | None = None) -> Speaker:
 
 
 def _beside(data: Mapping[str, NDArray[Any]], folder: Path) -> dict[str, Any]:
-    """What lies beside the file of a head."""
+    """Arrays of the files beside that of a head."""
     return {"points": load_points(folder / POINTS, len(data["vertices"]), len(data["faces"]))}
 
 
 def _embedded_layout(data: Mapping[str, NDArray[Any]]) -> Layout:
-    """What an imported head's file must hold of its own; `load_correspondence` checks the rest."""
+    """Layout of an imported head's own arrays; `load_correspondence` checks the rest."""
     own = {"own_texture": index(255, "tall", "wide", 3, dtype=np.uint8)}
     own |= {k: index("V", k) for k in data if k.startswith("points_")}
     looks = (k for k in data if k.startswith("looks_"))
@@ -246,7 +246,7 @@ def _embedded_layout(data: Mapping[str, NDArray[Any]]) -> Layout:
 
 
 def _embedded(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """What the file of an imported head holds of its own."""
+    """Arrays of its own in the file of an imported head."""
     parts = {name: _part(data, f"{name}_") for name in ("points", "looks", "network")}
     return {"own_texture": data["own_texture"], **parts}
 

@@ -120,10 +120,6 @@ def write_new(path: Path, content: bytes) -> None:
 def parent_folder(path: Path) -> Iterator[None]:
     """Make the folder that is to hold `path`; take it away again if the body fails.
 
-    Parameters
-    ----------
-    path : Path
-
     Raises
     ------
     OutputError

@@ -10,8 +10,9 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
 from abs_engine.face.articulated import STEP, FaceShape
-from abs_engine.face.head import colour_classes, jaw_ring, lip_rings
+from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.face.rings import jaw_ring, lip_rings
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
 from abs_engine.learn.spoken import SpokenCorpus

@@ -51,10 +51,6 @@ class Points:
 def choose_points(speaker: Speaker) -> Points:
     """Choose them on a head.
 
-    Parameters
-    ----------
-    speaker : Speaker
-
     Returns
     -------
     Points

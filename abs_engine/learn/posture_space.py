@@ -101,14 +101,7 @@ def learn_postures(
     TooFewFramesError
         If there are fewer than `LEAST_FRAMES`.
     """
-    every = np.concatenate(clips)
-    postures = every[np.isfinite(every).all(axis=1)]
-    if len(postures) < LEAST_FRAMES:
-        raise TooFewFramesError(
-            f"{len(postures)} frames show the mouth well, postures need {LEAST_FRAMES}",
-            "give more recordings, or longer ones",
-        )
-    at = chosen.vertices
+    postures, at = _well_seen(clips), chosen.vertices
     modes = expression.modes[:, at].astype(np.float64)
     points = expression.mean[at].astype(np.float64) + np.tensordot(postures, modes, 1)
     guided = GuidedPCA(chosen.names, chosen.groups, PREDICTORS).fit(points)
@@ -136,6 +129,18 @@ def learn_postures(
     some = np.linspace(0, len(scores) - 1, min(MOST_SEEN, len(scores))).round().astype(int)
     seen = scores[some][:, kept]
     return PostureSpace(shape, spec, steps[kept], seen, shares, model)
+
+
+def _well_seen(clips: Sequence[FloatArray]) -> FloatArray:
+    """Postures (N, M) of all frames that are learned from; an error if there are too few."""
+    every = np.concatenate(clips)
+    postures = every[np.isfinite(every).all(axis=1)]
+    if len(postures) < LEAST_FRAMES:
+        raise TooFewFramesError(
+            f"{len(postures)} frames show the mouth well, postures need {LEAST_FRAMES}",
+            "give more recordings, or longer ones",
+        )
+    return postures
 
 
 def _moves(clips: Sequence[FloatArray], order: int) -> FloatArray:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from abs_engine.core.pose import parted
 from abs_engine.live.lines import told
 from abs_engine.live.release import Released
-from abs_engine.report.colours import clay_colours
+from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.page import welded
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.contours import LipDrawing

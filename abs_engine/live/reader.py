@@ -13,10 +13,6 @@ from abs_engine.tracking.frame_state import Shot
 class Reader:
     """Reads a feed from now on.
 
-    Parameters
-    ----------
-    feed : Feed
-
     Attributes
     ----------
     count : int

@@ -20,12 +20,7 @@ TEXTURE_WEIGHTS = 4
 
 
 class Programs:
-    """Compiled shaders by name and defines.
-
-    Parameters
-    ----------
-    gl : GLContext
-    """
+    """Compiled shaders by name and defines."""
 
     def __init__(self, gl: GLContext) -> None:
         self._ctx = gl.ctx

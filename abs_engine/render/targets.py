@@ -77,12 +77,7 @@ class Target:
 
 
 class TargetPool:
-    """The last few targets that were used, by size and formats.
-
-    Parameters
-    ----------
-    gl : GLContext
-    """
+    """The last few targets that were used, by size and formats."""
 
     def __init__(self, gl: GLContext) -> None:
         self._gl = gl

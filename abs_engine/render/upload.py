@@ -84,13 +84,7 @@ class WeakCache(Generic[K, V]):
 
 
 class SceneUpload:
-    """Buffers and vertex arrays of one scene. Everything is made when it is first needed.
-
-    Parameters
-    ----------
-    gl : GLContext
-    scene : Scene
-    """
+    """Buffers and vertex arrays of one scene. Everything is made when it is first needed."""
 
     def __init__(self, gl: GLContext, scene: Scene) -> None:
         self._ctx = gl.ctx

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from plotly.graph_objects import Box, Figure, Scatter
 from plotly.subplots import make_subplots
 
-from abs_engine.report import colours
 from abs_engine.report.data import FloatArray, Quantity, ReportData, Said, Series, System
+from abs_engine.report.drawing import colours
 from abs_engine.report.quantities import SHARE
 
 SHOWN_SECONDS = 10.0

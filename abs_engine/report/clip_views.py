@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.dataset import Truth, codec, load_truth
-from abs_engine.dataset.dataset import Dataset, read_record
+from abs_engine.dataset.dataset import Dataset, choices, dataset_root, read_record
 from abs_engine.dataset.sums import read_sums
 from abs_engine.report.same_clip import video_sum
-
-_DEPTH = 2  # DATASET/CLIP/CAMERA
-_MOST_NAMED = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +60,13 @@ def shown_view(
     known = [view for view in tracked.values() if view is not None]
     if known and known[0] not in fitting:
         raise ParameterError(
-            f"the runs are of {'/'.join(known[0])}, not of {_named(fitting)}",
+            f"the runs are of {'/'.join(known[0])}, not of {choices(fitting)}",
             f"give --clip {known[0][0]} --camera {known[0][1]}",
         )
     fitting = known[:1] or fitting
     if len(fitting) > 1:
         raise ParameterError(
-            f"{path} holds {len(fitting)} views, and one is needed: {_named(fitting)}",
+            f"{path} holds {len(fitting)} views, and one is needed: {choices(fitting)}",
             "choose with --clip and --camera",
         )
     truth = load_truth(root / fitting[0][0] / fitting[0][1])
@@ -99,25 +96,8 @@ def found_truth(
     return shown_view(path, clip, camera, results).truth
 
 
-def dataset_root(path: Path) -> tuple[Path, tuple[str, ...]]:
-    """The dataset's folder, and what the path names of clip and camera.
-
-    Raises
-    ------
-    InputFileError
-        If neither the path nor what is above it is a dataset.
-    """
-    whole = Path(path).resolve()
-    for depth, folder in enumerate((Path(path), *whole.parents[:_DEPTH])):
-        if (folder / codec.DATASET).is_file():
-            return folder, whole.parts[len(whole.parts) - depth :] if depth else ()
-    raise InputFileError(
-        f"{path} is not ground truth: {codec.DATASET} is missing", "check the path"
-    )
-
-
 def tracked_views(dataset: Dataset, results: Sequence[Path]) -> dict[Path, tuple[str, str] | None]:
-    """The view of which each result is, by the checksum of its video; None if that is not told."""
+    """The view of which each result is, by the checksum of its video; None if it does not say."""
     sums = read_sums(dataset.folder)
     views = {sums.get(f"{c}/{v}/{codec.VIDEO}"): (c, v) for c, v in dataset.views}
     return {path: views.get(digest) for path in results if (digest := video_sum(path))}
@@ -132,7 +112,7 @@ def _fitting(
     if not found:
         asked = "/".join((*given, *(name for name in (clip, camera) if name)))
         raise ParameterError(
-            f"{dataset.folder} has no view '{asked}'", f"there are {_named(list(dataset.views))}"
+            f"{dataset.folder} has no view '{asked}'", f"there are {choices(dataset.views)}"
         )
     return found
 
@@ -145,8 +125,3 @@ def _check_one(tracked: dict[Path, tuple[str, str] | None]) -> None:
             f"a report shows one clip by one camera, but the runs are of several ({told})",
             "write one report for each",
         )
-
-
-def _named(views: list[tuple[str, str]]) -> str:
-    shown = ["/".join(view) for view in views[:_MOST_NAMED]]
-    return ", ".join(shown) + (", ..." if len(views) > len(shown) else "")

@@ -44,14 +44,7 @@ class Series:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Quantity in a chart's row.
-
-    Parameters
-    ----------
-    key : str
-    label : str
-    unit : str
-    """
+    """Quantity in a chart's row."""
 
     key: str
     label: str

@@ -12,15 +12,15 @@ from abs_engine.core.camera import Window
 from abs_engine.core.errors import VideoError
 from abs_engine.io.files import scratch
 from abs_engine.io.video import VideoWriter
-from abs_engine.report.colours import TRUTH_ON_PICTURES, rgb
 from abs_engine.report.data import Film, FloatArray
+from abs_engine.report.drawing.colours import TRUTH_ON_PICTURES, rgb
+from abs_engine.report.drawing.lines import draw_line
 
 Image = NDArray[np.uint8]
 LARGEST_WIDTH = 640
 QUALITY = 26  # x264's; the page is to be small
 _ACROSS = 1.7  # widths of the mouth that a worst frame shows
 _PICTURE = 480, 330  # px
-_BITS = 4  # of OpenCV's sub-pixel coordinates
 
 
 def shorten(
@@ -97,9 +97,8 @@ def mouth_picture(
     drawn = np.ascontiguousarray(window.sample(picture), np.uint8)
     for points, colour in loops:
         if np.isfinite(points).all():
-            fixed = np.rint(window.to_drawn(points) * 2**_BITS).astype(np.int32)
             width = 4 if colour == TRUTH_ON_PICTURES else 2
-            cv2.polylines(drawn, [fixed], True, rgb(colour), width, cv2.LINE_AA, _BITS)
+            draw_line(drawn, window.to_drawn(points), True, rgb(colour), width)
     coded = cv2.imencode(".webp", drawn[..., ::-1], [cv2.IMWRITE_WEBP_QUALITY, 84])[1]
     return coded.tobytes()
 

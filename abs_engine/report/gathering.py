@@ -21,7 +21,6 @@ from abs_engine.io.files import check_free, write_new
 from abs_engine.io.video import probe, read_frames
 from abs_engine.report import film
 from abs_engine.report.clip_views import shown_view
-from abs_engine.report.colours import clay_colours
 from abs_engine.report.data import (
     Head,
     ReportData,
@@ -29,6 +28,7 @@ from abs_engine.report.data import (
     System,
     TrueClip,
 )
+from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.estimate_parts import (
     Loops,
     lip_loops,
@@ -119,7 +119,7 @@ def write_report(
             raise ParameterError("without a dataset there is no clip or camera", "give --truth")
         data = _without_truth(paths, options, tell)
     elif options.speaker is not None:
-        raise ParameterError("a truth is of its own head", "leave out --speaker, or --truth")
+        raise ParameterError("a dataset brings its own head", "leave out --speaker, or --truth")
     else:
         data = _with_truth(paths, Path(options.truth), options, tell)
     tell("writing the page")

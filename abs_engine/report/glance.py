@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 from abs_engine.evaluate.catalogue import BY_KEY
 from abs_engine.evaluate.score import Score
-from abs_engine.report import colours
+from abs_engine.evaluate.score_table import short
 from abs_engine.report.data import ReportData
 from abs_engine.report.document import safe
-from abs_engine.report.pieces import key, short
+from abs_engine.report.drawing import colours
+from abs_engine.report.pieces import key
 
 CARDS = (
     ("frames_lost",),

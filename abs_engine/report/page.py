@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
-from abs_engine.report import charts, colours, glance, sections
+from abs_engine.report import charts, glance, sections
 from abs_engine.report.data import Head, ReportData
 from abs_engine.report.document import document, web
+from abs_engine.report.drawing import colours
 from abs_engine.report.embed import Store, deflated, json_bytes
 
 _SCRIPTS = ("arrays.js", "heads.js", "stage.js", "player.js", "main.js")
@@ -29,12 +30,7 @@ DecompressionStream); open it in a newer one.</p>
 
 
 def report_page(data: ReportData) -> str:
-    """The whole page as HTML.
-
-    Parameters
-    ----------
-    data : ReportData
-    """
+    """The whole page as HTML."""
     store = Store()
     told = page_data(data, store)
     body = "\n".join(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
-from abs_engine.report.colours import Stroke, system_stroke, truth_stroke
 from abs_engine.report.data import ReportData
 from abs_engine.report.document import safe
+from abs_engine.report.drawing.colours import Stroke, system_stroke, truth_stroke
 
 
 def key(data: ReportData) -> str:
@@ -28,10 +26,3 @@ def swatch(stroke: Stroke) -> str:
         f'stroke-width="{stroke.width:g}" stroke-dasharray="{gaps}"/>'
     )
     return f'<svg class="swatch" width="44" height="8" aria-hidden="true">{line}</svg>'
-
-
-def short(number: float) -> str:
-    """Three digits after the point, fewer where the number is large, none where it is whole."""
-    if math.isnan(number) or number == round(number) or abs(number) >= 1000:
-        return f"{number:.0f}"
-    return f"{number:.{2 if abs(number) >= 10 else 3}f}"

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from abs_engine.dataset import Truth
 from abs_engine.report import film
-from abs_engine.report.colours import TRUTH_ON_PICTURES, picture_colour
 from abs_engine.report.data import Film, FloatArray, System, TrueClip, WorstFrame
+from abs_engine.report.drawing.colours import TRUTH_ON_PICTURES, picture_colour
 from abs_engine.report.quantities import PRIMARY
 
 Image = NDArray[np.uint8]

@@ -6,12 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from abs_engine.evaluate.catalogue import METRICS, Metric
-from abs_engine.report import colours
+from abs_engine.evaluate.catalogue import Metric, catalogue
+from abs_engine.evaluate.score_table import short
 from abs_engine.report.data import FloatArray, ReportData, Rows, System
 from abs_engine.report.document import safe
+from abs_engine.report.drawing import colours
 from abs_engine.report.embed import data_url
-from abs_engine.report.pieces import key, short, swatch
+from abs_engine.report.pieces import key, swatch
 from abs_engine.report.quantities import SHARE
 
 SCALE_ENDS = (0.5, 1.0, 2.0, 4.0, 10.0, 20.0)  # mm
@@ -121,7 +122,7 @@ above.</span></p>{"".join(parts)}</section>"""
 
 def scores(data: ReportData) -> str:
     """The table of scores and, folded, what they mean."""
-    used = [m for m in METRICS if any(m.key in s.scores for s in data.systems)]
+    used = [m for m in catalogue() if any(m.key in s.scores for s in data.systems)]
     if not used:
         return ""
     head = "".join(f"<th>{safe(s.name)}</th>" for s in data.systems)

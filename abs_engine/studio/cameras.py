@@ -94,7 +94,7 @@ def stand(
         pose = portrait(camera, speaker, neutral)
         if entry.target is None and not entry.roll_degrees:
             return pose
-        place = -pose.rotation.T @ pose.translation
+        place = pose.inverse.translation
     else:
         place = np.array(entry.position)
     mouth = neutral[speaker.lip_ring].mean(axis=0)
@@ -124,7 +124,8 @@ def glass(entry: MirrorEntry, name: str) -> FloatArray:
     """
     if (entry.corners is None) == (entry.centre is None):
         raise ParameterError(
-            f"the mirror of camera '{name}' is nowhere or twice", "give corners or centre"
+            f"the mirror of camera '{name}' has both corners and a centre, or neither",
+            "give corners or centre",
         )
     try:
         if entry.corners is not None:
@@ -177,7 +178,7 @@ def _check_free(
 ) -> None:
     """Raise `ParameterError` if a camera is within the hull of a thing, or nearly, at some time."""
     hull = ConvexHull(vertices).equations
-    centres = np.array([-pose.rotation.T @ pose.translation for pose in placed])
+    centres = np.array([pose.inverse.translation for pose in placed])
     away = (centres @ hull[:, :3].T + hull[:, 3]).max(axis=1)
     if away.min() < _AIR:
         at = int(away.argmin()) / plan.rate

@@ -25,12 +25,7 @@ def inner_shade(speaker: Speaker) -> Floats:
 
 
 class Normals:
-    """Vertex normals of a head, smooth across texture seams.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    """
+    """Vertex normals of a head, smooth across texture seams."""
 
     def __init__(self, speaker: Speaker) -> None:
         self._faces, self._weld = speaker.faces, speaker.weld

@@ -39,13 +39,7 @@ class Drawn:
 
 
 class Glass:
-    """A mirror in one camera's picture.
-
-    Parameters
-    ----------
-    mirror : Mirror
-    camera : Camera
-    """
+    """A mirror in one camera's picture."""
 
     def __init__(self, mirror: Mirror, camera: Camera) -> None:
         self.mirror, self._camera = mirror, camera

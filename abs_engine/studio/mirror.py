@@ -113,24 +113,6 @@ class Mirror:
         """Mirror images (..., 3) of directions: normals, or the way in which light travels."""
         return np.asarray(directions @ self.matrix[:3, :3], np.float64)
 
-    def reflect_mesh(
-        self, vertices: NDArray[np.floating], faces: NDArray[np.int32]
-    ) -> tuple[FloatArray, NDArray[np.int32]]:
-        """The mirror image of a mesh, its facets still counter-clockwise from outside.
-
-        Parameters
-        ----------
-        vertices : (V, 3), mm, camera frame
-        faces : (F, 3) int32
-
-        Returns
-        -------
-        vertices : (V, 3) float64
-        faces : (F, 3) int32
-            The first corner stays; the second and the third change places.
-        """
-        return self.reflect(vertices), np.ascontiguousarray(faces[:, [0, 2, 1]])
-
     def height(self, points: NDArray[np.floating]) -> FloatArray:
         """Distance (...) of points (..., 3) before the plane, mm; below zero behind it."""
         return np.asarray(points @ self.normal + self.distance, np.float64)

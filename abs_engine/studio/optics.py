@@ -54,7 +54,9 @@ class Sensor:
 
     def __post_init__(self) -> None:
         if min(self.blur, self.shot, self.read, self.bands) < 0 or self.band_period <= 0:
-            raise ParameterError("blur, noise and bands are not negative", "give 0 to leave it out")
+            raise ParameterError(
+                "blur, noise and bands cannot be negative", "give 0 to leave it out"
+            )
 
     def expose(
         self, ideal: Floats, rng: np.random.Generator, frame: int = 0, blur: float = 0.0

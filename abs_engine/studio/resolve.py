@@ -134,7 +134,7 @@ def _views(
         stands = stand(camera, ideal, speaker, neutral)
         poses = [stands]
         if camera.mount == "head":
-            poses = [compose(stands, _inverse(head)) for head in heads]
+            poses = [compose(stands, head.inverse) for head in heads]
         rotations, translations = vectors(poses)
         views.append(
             View(
@@ -151,10 +151,6 @@ def _views(
             )
         )
     return tuple(views)
-
-
-def _inverse(pose: Pose) -> Pose:
-    return Pose(pose.rotation.T, -pose.rotation.T @ pose.translation)
 
 
 def _crf(camera: CameraEntry) -> int:

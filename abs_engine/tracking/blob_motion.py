@@ -49,12 +49,7 @@ class BlobMotion:
 
 
 class BlobFollower:
-    """Follows the lips' blob, one frame after the other.
-
-    Parameters
-    ----------
-    motion : BlobMotion
-    """
+    """Follows the lips' blob, one frame after the other."""
 
     def __init__(self, motion: BlobMotion) -> None:
         self._motion = motion

@@ -22,8 +22,9 @@ from abs_engine.io.video import read_frames
 from abs_engine.tracking.blob_visibility import UsualMouth
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
 from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_choice import choose_frames
 from abs_engine.tracking.head_frame import HeadBinder
-from abs_engine.tracking.head_tracking import HeadMotion, choose_frames, followed
+from abs_engine.tracking.head_tracking import HeadMotion, followed
 from abs_engine.tracking.identity_fit import Calibration
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks

@@ -140,7 +140,7 @@ class Binder(Protocol):
 
 
 class Visibility(Protocol):
-    """Whether the mouth can be seen."""
+    """Test of whether the mouth can be seen."""
 
     def hidden(self, frame: HeadFrame, pose: Pose) -> str:
         """Reason why it cannot; empty where it can."""

@@ -21,13 +21,7 @@ RECENT = 25
 
 @dataclass(frozen=True, eq=False)
 class SeenFace:
-    """A face's landmarks, and what they say of the head.
-
-    Parameters
-    ----------
-    landmarks : Landmarks
-    fit : FrameLandmarks
-    """
+    """A face's landmarks, and what they say of the head."""
 
     landmarks: Landmarks
     fit: FrameLandmarks

@@ -1,17 +1,15 @@
-"""The first pass over a clip: find the face, follow its motion, choose frames to learn from."""
+"""The first pass over a clip: finds the face and follows its motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
@@ -28,7 +26,6 @@ from abs_engine.tracking.initial_pose import (
     with_mouth_at,
 )
 from abs_engine.tracking.keyframes import LEAST_SEEN, Keyframes
-from abs_engine.tracking.mouth_search import CalibrationFrame
 from abs_engine.tracking.rigid_motion import (
     LEAST_POINTS,
     RigidReference,
@@ -40,13 +37,9 @@ from abs_engine.tracking.template_tracking import carried
 from abs_engine.tracking.texture_registration import KnownHead, face_motions
 
 Image = NDArray[np.uint8]
-Seen = TypeVar("Seen")
-LEARN_FROM = 8  # frames
-LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
 WORSE = 3.0  # times the texture's error at first; beyond, a turned head is not taken for seen
 ALIKE = 1.5  # times it; an image no worse than that shows the head at any rate
 PLAIN = 0.87  # of an even picture's error; what explains less may be anything of one colour
-LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,10 +194,6 @@ class HeadFollower:
     and a new reference is taken where it is found; or, as that wanders, where it has moved since
     the frame before if it was seen there (see `carried`). Where the detector finds none, as in a
     close-up, the old reference is tried again where it was.
-
-    Parameters
-    ----------
-    motion : HeadMotion
     """
 
     def __init__(self, motion: HeadMotion) -> None:
@@ -255,64 +244,3 @@ def followed(motion: Motion, images: Iterable[Image]) -> Iterator[tuple[Image, P
     for image in images:
         yield image, follower.step(image, memory).pose
     follower.finish()
-
-
-def choose_frames(
-    posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = LEAST_FOUND
-) -> list[CalibrationFrame]:
-    """Frames to fit the person on; see `spread_frames`.
-
-    Raises
-    ------
-    FaceNotFoundError
-        If hardly a frame shows a face.
-    """
-    return [CalibrationFrame(*found) for found in spread_frames(posed, name, least)]
-
-
-def spread_frames(
-    found: Iterable[tuple[Image, Seen | None]],
-    name: str,
-    least: float = LEAST_FOUND,
-    order: Callable[[Seen], float] | None = None,
-    count: int = LEARN_FROM,
-) -> list[tuple[Image, Seen]]:
-    """Frames with what was seen in them, spread evenly over the ten seconds from the first face on.
-
-    With `order` they are spread over its ranks, from the least to the largest, instead of time.
-
-    Memory does not grow with the clip: candidates are thinned out as they come. More than a share
-    `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
-    a few faces in a clip of something else are none.
-
-    Raises
-    ------
-    FaceNotFoundError
-        If hardly a frame shows a face.
-    """
-    kept: list[tuple[Image, Seen]] = []
-    stride, seen, looked, empty = 1, 0, 0, 0
-    for image, there in found:
-        if seen == 0 and there is None:
-            empty += 1
-            continue
-        looked += 1
-        if there is not None:
-            if seen % stride == 0:
-                kept.append((image, there))
-            seen += 1
-        if len(kept) >= 4 * count:
-            kept, stride = kept[::2], 2 * stride
-        if looked == LOOK_AT:
-            break
-    if seen <= least * (looked + min(empty, LOOK_AT)):
-        raise FaceNotFoundError(
-            f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
-            "give a video with a frontal face; where one is there but not found, give its mouth in "
-            "the first frame with --mouth X Y WIDTH HEIGHT",
-        )
-    picked = np.unique(np.linspace(0, len(kept) - 1, count).round().astype(int))
-    if order is not None:
-        rank = np.argsort([order(there) for _, there in kept], kind="stable")
-        picked = np.sort(rank[picked])
-    return [kept[k] for k in picked]

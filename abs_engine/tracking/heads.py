@@ -25,9 +25,9 @@ from abs_engine.tracking.blob_start import (
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.face_detection import find_faces
+from abs_engine.tracking.frame_choice import spread_frames
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
-from abs_engine.tracking.head_tracking import spread_frames
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmark_correspondence import (
     USUAL_DEVIATION,

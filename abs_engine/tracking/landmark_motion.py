@@ -51,12 +51,7 @@ class LandmarkMotion:
 
 
 class LandmarkFollower:
-    """Finds the head in each frame, by its landmarks and its texture.
-
-    Parameters
-    ----------
-    motion : LandmarkMotion
-    """
+    """Finds the head in each frame, by its landmarks and its texture."""
 
     def __init__(self, motion: LandmarkMotion) -> None:
         self._motion, self._faces = motion, FaceFollower(motion.choice, motion.known)

@@ -38,13 +38,7 @@ _CODING = 20, "ultrafast"  # x264's quality and preset: half of the time, a fift
 
 
 class Overlay:
-    """Writes ``overlay.mp4``, a frame at a time; a context manager.
-
-    Parameters
-    ----------
-    path : Path
-    setting : ClipSetting
-    """
+    """Writes ``overlay.mp4``, a frame at a time; a context manager."""
 
     def __init__(self, path: Path, setting: ClipSetting) -> None:
         self._painter = Painter(setting)
@@ -75,12 +69,7 @@ class Overlay:
 
 
 class Painter:
-    """Draws overlay pictures; remembers where the mouth was and the last seconds' apertures.
-
-    Parameters
-    ----------
-    setting : ClipSetting
-    """
+    """Draws overlay pictures; remembers where the mouth was and the last seconds' apertures."""
 
     def __init__(self, setting: ClipSetting) -> None:
         width, height = setting.camera.size

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +21,12 @@ from abs_engine.core.camera import WIDEST_SIDE
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
-from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.measures import NAMES, Closure, closures, measures
 from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import (
     BELIEVED,
     LANDMARK_MEASURES,
@@ -41,7 +39,6 @@ from abs_engine.tracking.run_table import (
     table_of,
     translation,
 )
-from abs_engine.tracking.run_warnings import doubts
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.run", 1
@@ -88,12 +85,7 @@ _LAYOUT: Layout = {
 
 
 class Recorder:
-    """Collects the results of a clip.
-
-    Parameters
-    ----------
-    setting : ClipSetting
-    """
+    """Collects the results of a clip."""
 
     def __init__(self, setting: ClipSetting) -> None:
         self._setting = setting
@@ -164,14 +156,6 @@ class Recorder:
             "rate": setting.rate,
         }
 
-    def _score_of(self) -> dict[str, str]:
-        """Name of the scores' source, where results state it: a head's colours'."""
-        first = next((r for r in self._results if r.terms), None)
-        if first is None:
-            return {}
-        name, model = next(iter(first.terms)), self._setting.face.name
-        return {"score_of": name if model == "head" else f"{model}: {name}"}
-
     def _terms(self) -> dict[str, Any]:
         """Parts of each value, `term_values` (T, K) by `term_names` (K,)."""
         names = list(dict.fromkeys(name for r in self._results for name in r.terms))
@@ -233,42 +217,8 @@ class Recorder:
         return {"closure_frames": frames.reshape(-1, 2), "closure_times": times.reshape(-1, 2)}
 
     def summary(self) -> dict[str, Any]:
-        """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost."""
-        tracked = [r for r in self._results if r.found]
-        work = [r.evaluations for r in tracked]
-        return {
-            "frames": len(self._results),
-            "lost_frames": len(self._results) - len(tracked),
-            "covered_frames": sum(r.covered for r in self._results),
-            "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
-            "mean_evaluations": float(np.mean(work)) if work else 0.0,
-            "mean_score": _mean_score(tracked),
-            **self._score_of(),
-            **self._by_landmarks(tracked),
-        }
-
-    def _by_landmarks(self, tracked: Sequence[FrameResult]) -> dict[str, Any]:
-        """Agreement of landmarks and colours, where landmarks were asked."""
-        asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
-        if not asked or "colour" not in self._setting.face.appearance:
-            return {}
-        held, against = [r.status == HELD for r in asked], contradicted_frames(asked)
-        off = np.array([r.landmark_distance for r in asked])
-        aperture, told = (
-            np.array([getattr(r, k) for r in asked]) for k in ("aperture", "landmark_aperture")
-        )
-        classes: ColourClasses = self._setting.face.learned("colour")
-        apart = classes.separability
-        return {
-            "held_frames": int(sum(held)),
-            "landmark_distance_mm": float(np.median(off)),
-            "aperture_difference_mm": float(np.sqrt(np.mean((aperture - told) ** 2))),
-            "contradicted_frames": int(sum(against)),
-            "separability": dict(apart),
-            "colour_agreement": classes.agreement,
-            "colour_weight": classes.weight,
-            "warnings": doubts(against, held, apart, classes.agreement, classes.chromatic),
-        }
+        """Counts of frames, means of those tracked, and warnings; see `run_summary.summary`."""
+        return summary(self._results, self._setting.face)
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
         """Write tables, arrays and mesh into an existing folder.
@@ -295,14 +245,6 @@ class Recorder:
         told = {**heading, **facts, "summary": {**self.summary(), **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told
-
-
-def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
-    """Mean of the scores; None where no evidence can say how much it explains."""
-    scores = [r.score for r in tracked]
-    if not np.isfinite(scores).all():
-        return None
-    return float(np.mean(scores)) if scores else 0.0
 
 
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:

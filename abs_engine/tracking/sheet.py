@@ -20,10 +20,6 @@ class ContactSheet:
     """Collects enlarged mouths with their contours; `picture` lays them out.
 
     Memory does not grow with the clip: tiles are thinned out as they come.
-
-    Parameters
-    ----------
-    setting : ClipSetting
     """
 
     def __init__(self, setting: ClipSetting) -> None:

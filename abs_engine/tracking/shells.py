@@ -14,7 +14,8 @@ from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import INNER, RINGS, Body, Face
-from abs_engine.face.head import colour_classes, lip_rings
+from abs_engine.face.head import colour_classes
+from abs_engine.face.rings import lip_rings
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel, lip_model
 from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics, load_physics

@@ -41,13 +41,7 @@ class ShiftedMotion:
 
 
 class ShiftedFollower:
-    """Corrects what another follower finds.
-
-    Parameters
-    ----------
-    motion : ShiftedMotion
-    own : Follower
-    """
+    """Corrects what another follower finds."""
 
     def __init__(self, motion: ShiftedMotion, own: Follower) -> None:
         self._motion, self._own = motion, own

@@ -10,7 +10,7 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
-from abs_engine.tracking.head_tracking import LOOK_AT
+from abs_engine.tracking.frame_choice import LOOK_AT
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.light import SkinLight

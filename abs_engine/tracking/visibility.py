@@ -26,13 +26,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class ByLook:
-    """By the colours within and around the lips where landmarks put them.
-
-    Parameters
-    ----------
-    classes : ColourClasses
-    usual : UsualLook
-    """
+    """By the colours within and around the lips where landmarks put them."""
 
     classes: ColourClasses
     usual: UsualLook

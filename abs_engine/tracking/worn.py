@@ -64,12 +64,7 @@ _SEEN = 1200
 
 @dataclass(frozen=True, eq=False)
 class StillMotion:
-    """The head where it was in the frames that it was fitted to.
-
-    Parameters
-    ----------
-    pose : Pose
-    """
+    """The head where it was in the frames that it was fitted to."""
 
     pose: Pose
 

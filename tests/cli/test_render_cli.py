@@ -16,7 +16,7 @@ from abs_engine.dataset import write_sums
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import probe, read_frames
-from abs_engine.report.inspect.palette import CLASS_COLOURS, colours_of
+from abs_engine.report.drawing.palette import CLASS_COLOURS, colours_of
 from abs_engine.report.inspect.request import CHOICES
 
 

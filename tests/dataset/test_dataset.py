@@ -188,7 +188,7 @@ GOOD = json.loads(camera_json(SIDE))
     ("text", "error", "words"),
     [
         ("{", InputFileError, "is not a camera file"),
-        ("[1]", ModelFormatError, "wrong one"),
+        ("[1]", ModelFormatError, "wrong value"),
         ('{"format": "abs_engine.camera", "version": 1}', ModelFormatError, "version 1"),
         ('{"format": "abs_engine.camera", "version": 2}', ModelFormatError, "size"),
         (json.dumps({**GOOD, "matrix": [[1, 2], [3, 4]]}), ModelFormatError, "has shape"),

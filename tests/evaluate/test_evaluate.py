@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from results import FRAMES, areas, clip, perfect, run_arrays, speaker, surface, true_landmarks
 
-from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError, PluginError
+from abs_engine.core.registry import METRICS
 from abs_engine.evaluate import score_table
-from abs_engine.evaluate.catalogue import BY_KEY, METRICS
+from abs_engine.evaluate.catalogue import BUILT_IN, BY_KEY, Metric
 from abs_engine.evaluate.estimate import Estimate, PointTrack, check_run, of_run
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.evaluate.score import error_map, in_picture, measure, summary
@@ -249,8 +250,8 @@ def test_the_table_shows_systems_side_by_side(truth):
 
 
 def test_the_catalogue_is_complete():
-    assert len(BY_KEY) == len(METRICS)
-    assert all(metric.definition and metric.label for metric in METRICS)
+    assert len(BY_KEY) == len(BUILT_IN)
+    assert all(metric.definition and metric.label for metric in BUILT_IN)
 
 
 def test_results_of_something_else_are_refused(truth):
@@ -317,3 +318,39 @@ def test_lists_of_another_mesh_are_refused(tmp_path):
     path.write_text(json.dumps(told | {"lists": {"a": {"vertices": [0, 5]}}}))
     with pytest.raises(ModelFormatError, match="from 0 to 5, not 0 to 4"):
         load_points(path, 5, 2)
+
+
+@pytest.fixture
+def own_metric():
+    """Adds a metric of one's own, and takes it out again."""
+
+    def add(measured):
+        METRICS.add(
+            "own_mm", Metric("own_mm", "own", "mm", "as the test says", measured, root=True)
+        )
+
+    yield add
+    METRICS._added.pop("own_mm")
+
+
+def test_a_metric_of_one_s_own_has_a_row(truth, own_metric):
+    own_metric(lambda said, true: np.where(np.arange(len(true)) < 2, [4.0], np.nan))
+    scores = {"a": summary([measure(perfect(truth), truth, None)])}
+    assert scores["a"]["own_mm"].value == 2
+    assert score_table.lines(scores)[-1].split()[:3] == ["own", "(mm)", "2"]
+    assert json.loads(score_table.as_json(scores, {}))["metrics"]["own_mm"]["label"] == "own"
+
+
+def test_a_metric_of_one_s_own_that_measures_nothing_has_no_row(truth, own_metric):
+    own_metric(lambda said, true: np.full(len(true), np.nan))
+    assert "own_mm" not in values(perfect(truth), truth)
+
+
+@pytest.mark.parametrize(
+    ("measured", "problem"),
+    [(lambda said, true: 1 / 0, "ZeroDivisionError"), (lambda said, true: [1.0], r"shape \(1,\)")],
+)
+def test_a_metric_that_fails_is_named(truth, own_metric, measured, problem):
+    own_metric(measured)
+    with pytest.raises(PluginError, match=f"'own_mm'.*{problem}"):
+        measure(perfect(truth), truth, None)

@@ -29,8 +29,9 @@ from abs_engine.face.shape.lip_model import (
 )
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.centroid import centred
+from abs_engine.fit.forces import FIRST_STRIDE
 from abs_engine.fit.head_frame import COLOUR, zone
-from abs_engine.fit.problem import FIRST_STRIDE, Problem
+from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import mean_of
 from abs_engine.fit.shell import (
     DRAWN_MOUTH,

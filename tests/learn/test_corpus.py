@@ -28,9 +28,10 @@ from abs_engine.learn.articulatory import build, dense_head, left_out_errors
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.articulation.analysis import analyse
-from abs_engine.report.articulation.figures import boxplot_figure, figure_bytes, nomogram_figure
+from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure
 from abs_engine.report.articulation.report import Heads, write_report
 from abs_engine.report.articulation.tables import boxes, results, variance_table, variance_text
+from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.corpus import ALL_VISEMES, PAPER_VISEMES, speak_corpus
 

@@ -10,9 +10,19 @@ import numpy as np
 import pytest
 from drawn import lit
 from heads import seen_at
+from results import clip, perfect
 from runs import write_kind, written_run
 
-from abs_engine.core.registry import DRIVERS, EXPORTERS, MODELS, RENDERERS, TERMS, load_plugin
+from abs_engine.core.registry import (
+    DRIVERS,
+    EXPORTERS,
+    METRICS,
+    MODELS,
+    RENDERERS,
+    TERMS,
+    load_plugin,
+)
+from abs_engine.evaluate.score import measure, summary
 from abs_engine.export.writing import export_run
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.select import open_renderer
@@ -22,7 +32,7 @@ from abs_engine.tracking.run import prepare
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 KINDS = {"new_term": TERMS, "new_solver": DRIVERS, "new_renderer": RENDERERS, "new_head": MODELS,
-         "new_exporter": EXPORTERS}  # fmt: skip
+         "new_exporter": EXPORTERS, "new_metric": METRICS}  # fmt: skip
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 
 
@@ -120,3 +130,13 @@ def test_a_new_exporter(added, tmp_path):
     assert lines[0] == "WEBVTT"
     assert [line for line in lines if "-->" in line][2] == "00:00:00.120 --> 00:00:00.160"
     assert sum(line.startswith("lips ") for line in lines) == 3
+
+
+def test_a_new_metric(added):
+    """Widths that are 5 % too large make the ratio 1 / 1.05 of what it is."""
+    truth, name = clip(), added("new_metric")
+    said = perfect(truth)
+    said = replace(said, curves={**said.curves, "width": 1.05 * truth.width})
+    scores = summary([measure(said, truth, None)])
+    expected = np.sqrt(np.mean((truth.aperture / truth.width * (1 - 1 / 1.05)) ** 2))
+    assert scores[name].value == pytest.approx(expected)

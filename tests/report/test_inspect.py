@@ -13,12 +13,13 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.report.inspect import palette
+from abs_engine.report.drawing import palette
+from abs_engine.report.drawing.paint import AMBIENT, LAMP, Coat, paint, value_coat
+from abs_engine.report.drawing.smooth import smooth_picture
+from abs_engine.report.drawing.view import View, views_of
+from abs_engine.report.drawing.wire import line_cover, quad_edges
+from abs_engine.report.inspect.body import coat
 from abs_engine.report.inspect.labels import drawn_labels
-from abs_engine.report.inspect.paint import AMBIENT, LAMP, Coat, coat, paint, value_coat
-from abs_engine.report.inspect.smooth import smooth_picture
-from abs_engine.report.inspect.view import View, views_of
-from abs_engine.report.inspect.wire import line_cover, quad_edges
 
 
 def square(right: float) -> Scene:
@@ -61,7 +62,7 @@ def test_opengl_multisamples(renderer):
 @pytest.mark.gl
 def test_both_renderers_make_the_same_picture(renderer):
     body = bodies()[1]
-    (view,) = views_of(body, (96, 108))
+    (view,) = views_of(body.vertices, (96, 108))
     made = [paint(r, body, coat(body, "clay"), view).astype(int) for r in (renderer, CpuRenderer())]
     assert np.abs(made[0] - made[1]).mean() < 0.5
 
@@ -71,7 +72,7 @@ def test_light_is_lamberts():
     plain = Coat(
         np.full((len(body.vertices), 2), 0.5, np.float32), colour.astype(np.uint8)[None, None]
     )
-    (view,) = views_of(body, (128, 144))
+    (view,) = views_of(body.vertices, (128, 144))
     picture = paint(CpuRenderer(), body, plain, view)
     shaded = drawn_labels(CpuRenderer(), body, view)
     normals, ids = shaded.read("normals"), shaded.ids
@@ -86,7 +87,7 @@ def test_values_are_painted_in_the_colours_of_their_scale():
     scale = np.stack([np.arange(256)] * 3, axis=1).astype(np.uint8)
     body = bodies()[0]
     x = body.vertices[:, 0]
-    (view,) = views_of(body, (96, 108))
+    (view,) = views_of(body.vertices, (96, 108))
     picture = paint(CpuRenderer(), body, value_coat(x, (-80, 80), scale), view, ambient=1.0)
     buffers = CpuRenderer().draw(
         Scene(
@@ -181,12 +182,12 @@ def test_wires_lie_within_half_their_width_of_the_edges():
 
 def test_the_head_fills_the_picture_from_every_side():
     body = bodies()[0]
-    for view in views_of(body, (100, 120), (0, 90, 200)):
+    for view in views_of(body.vertices, (100, 120), (0, 90, 200)):
         pixels = view.camera.project(view.pose.apply(body.vertices))
         assert (pixels > 0).all()
         assert (pixels < [99, 119]).all()
     nose, ear = body.speaker.landmarks["nose_tip"], int(body.vertices[:, 0].argmax())
-    (turned,) = views_of(body, (100, 120), (90.0,))
+    (turned,) = views_of(body.vertices, (100, 120), (90.0,))
     at = turned.camera.project(turned.pose.apply(body.vertices[[*nose, ear]]))
     depth = turned.pose.apply(body.vertices[[*nose, ear]])[:, 2]
     assert at[0, 0] > 80  # to its left is to the right of the picture

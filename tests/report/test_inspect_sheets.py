@@ -11,7 +11,7 @@ from inspected import bodies
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.report.inspect import layout, legend, palette
+from abs_engine.report.drawing import layout, legend, palette
 from abs_engine.report.inspect.body import person_body, posed
 from abs_engine.report.inspect.heads import _units
 from abs_engine.report.inspect.heat import heat_limits, read_values

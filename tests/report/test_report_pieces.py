@@ -12,14 +12,14 @@ import pytest
 from reported import unpacked
 
 from abs_engine.core.errors import VideoError
-from abs_engine.report.colours import (
+from abs_engine.report.data import Series
+from abs_engine.report.drawing.colours import (
     bar_colours,
     clay_colours,
     scale_end,
     system_stroke,
     truth_stroke,
 )
-from abs_engine.report.data import Series
 from abs_engine.report.embed import Store, deflated, json_bytes
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
 from abs_engine.report.motion import LARGEST_ERROR_MM, LinearMotion, compress

@@ -164,9 +164,9 @@ def test_text_in_quotes_and_odd_characters_comes_back():
         (
             "[[occluder]]\nkind='board'\nstart=0\nend=1\n"
             "board={kind='charuco',columns=3,rows=5,square=9}",
-            "occluder 1, board: a board of 3 x 5 squares of 9 mm is none",
+            "occluder 1, board: a board of 3 x 5 squares of 9 mm cannot be",
         ),
-        ("[[camera]]\nsensor = { read = -1 }", "sensor: blur, noise and bands are not negative"),
+        ("[[camera]]\nsensor = { read = -1 }", "sensor: blur, noise and bands cannot be negative"),
     ],
 )
 def test_what_a_scene_may_not_say(text, words):
@@ -218,7 +218,7 @@ def test_what_a_scene_may_not_say(text, words):
         ("[[camera]]\ndistortion = [-3.0]", "folds the picture over itself"),
         ("[[camera]]\ndistortion = [0,0,0,0,0,0,0,0,0]", "9 distortion coefficients"),
         ("[[camera]]\ncrf = 80", "crf 80"),
-        ("[[camera]]\nmirror = {}", "nowhere or twice"),
+        ("[[camera]]\nmirror = {}", "both corners and a centre, or neither"),
         ("[[camera]]\nmirror = { centre = [0, 0, 400], yaw_degrees = 20 }", "behind the mirror"),
         ("[[camera]]\nmirror = { centre = [0, 0, -400] }", "camera 'camera': a corner"),
         ('[[speaker]]\nname = "x"\nskin = "pink"\n[[clip]]\nspeaker = "x"', "skin tone 'pink'"),

@@ -16,11 +16,9 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import head_tracking
 from abs_engine.tracking.blob_start import mouth_model
+from abs_engine.tracking.frame_choice import LEARN_FROM, LOOK_AT, choose_frames
 from abs_engine.tracking.head_tracking import (
-    LEARN_FROM,
-    LOOK_AT,
     HeadMotion,
-    choose_frames,
     followed,
 )
 from abs_engine.tracking.initial_pose import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face

@@ -14,7 +14,7 @@ from runs import write_kind
 from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
-from abs_engine.face.head import lip_rings
+from abs_engine.face.rings import lip_rings
 from abs_engine.learn.opening import POINTS, learn_opening, sides_of
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.record import load_run

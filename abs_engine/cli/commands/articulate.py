@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from abs_engine.report.articulation.report import Heads
 
 _NOTES = """\
-Articulatory parameters by guided principal components: each is the first component of some points'
-coordinates, of what the parameters before it leave, and takes away what it explains of all points.
+Articulatory parameters by guided principal components: each one is the first component of some
+coordinates of some points, in what the parameters before it leave unexplained of all points.
 To see what each file looks like, start with a bundled speaker, whose folder has them all, as in the
 first two examples.
 
@@ -50,7 +50,8 @@ CORPUS, points of a face in a posture for each viseme:
   coordinates = "y"                  of x, y and z
   positive = "-y"                    the direction in which the parameter grows
 
---model writes curves of the parameters instead, for points named like the model's, as in the third.
+--model writes curves of the parameters instead, for points named as in the model; see the third
+example.
 """
 
 

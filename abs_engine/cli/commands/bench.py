@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 @command(
     "This machine, and published results",
     take.option("--json", type=take.PATH, metavar="FILE", is_flag=False, flag_value="-",
-        text="also write the results to this file, as JSON; without FILE print that alone"),
+        text="also write the results to this file, as JSON; without FILE, print only the JSON"),
     take.option("--rounds", type=take.count, metavar="N",
         text="repetitions of each way (default: 50; 3 with --clip)"),
     take.file("--clip", metavar="VIDEO",
         text="time the tracking of this video instead of one evaluation"),
     take.file("--peer-python", metavar="PYTHON", type=take.PATH,
-        text="with --clip: a Python with mediapipe installed, whose face mesh is timed by turns"),
+        text="with --clip: a Python with mediapipe installed, whose face mesh is timed in turn"),
     take.renderer("with --clip: the renderer, such as cpu (default: auto)", default=None),
     examples="abs-engine bench --json bench.json\n"
     "abs-engine bench --clip talk.mp4 --renderer cpu --rounds 2",

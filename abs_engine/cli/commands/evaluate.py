@@ -28,6 +28,7 @@ Numbers in brackets are 95 % confidence intervals.
         text="what 'synth -o' made, or DATASET/CLIP/CAMERA; one for all, or one for each RUN, "
         "which are then also pooled as clips"),
     *take.view(),
+    take.metrics(),
     take.output("DIR", "folder of the scores, must not exist (default: RUN/evaluation)", False),
     take.seed("the confidence intervals"),
     examples="abs-engine evaluate run --truth clip\n"
@@ -36,9 +37,11 @@ Numbers in brackets are 95 % confidence intervals.
 )  # fmt: skip
 def evaluate(chosen: Chosen) -> Done:
     """Score results, ours or others', against ground truth."""
+    from abs_engine.core.registry import load_plugins
     from abs_engine.report.scoring import SCORES, default_folder
     from abs_engine.report.scoring import evaluate as score
 
+    load_plugins(chosen.plugin)
     folder = chosen.output or default_folder(chosen.results)
     view = chosen.clip, chosen.camera
     done = score(chosen.results, chosen.truth, folder, seed=chosen.seed, view=view)

@@ -32,7 +32,7 @@ _MOST_NAMED = 12
     "abs-engine track talk.mp4 -o run --model head.face",
 )  # fmt: skip
 def import_(chosen: Chosen) -> Done:
-    """Make a head of a mesh with morph targets."""
+    """Make a head from a mesh with morph targets."""
     check_free(chosen.output)
     from abs_engine.io.head_file import write_head
     from abs_engine.io.morphs import read_morphs

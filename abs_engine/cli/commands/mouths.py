@@ -23,7 +23,7 @@ in pixels, whose centres are at integers. Where lips are closed, the upper and l
     take.argument("labels", "LABELS", "a CSV file of points on the inner lips, see below",
         type=take.INPUT),
     take.output("FILE", "what mouths look like in close-ups, for 'track --worn --model'"),
-    take.seed("what is learned from, and in which order"),
+    take.seed("what is learned from, and of its order"),
     examples="abs-engine mouths labels.csv -o mouths.face\n"
     "abs-engine track close-up.avi -o run --worn --model mouths.face",
     notes=_NOTES,

@@ -21,6 +21,7 @@ from abs_engine.io.files import check_free
     take.file("--truth", metavar="DIR",
         text="what 'synth -o' made, or DATASET/CLIP/CAMERA; without it nothing is scored"),
     *take.view(),
+    take.metrics(),
     take.file("--video",
         "the video that was tracked (default: the truth's, or where the run says it was)"),
     take.file("--speaker", "head that the runs were tracked with (default: the bundled head)"),
@@ -32,8 +33,10 @@ def report(chosen: Chosen) -> Done:
     """Write one HTML file about one or several runs."""
     check_free(chosen.output, ".html")
 
+    from abs_engine.core.registry import load_plugins
     from abs_engine.report.gathering import ReportOptions, write_report
 
+    load_plugins(chosen.plugin)
     names = "truth", "clip", "camera", "video", "seed", "speaker"
     options = ReportOptions(**{n: getattr(chosen, n) for n in names}, command=_command_line(chosen))
     with Progress("report") as progress:
@@ -47,5 +50,6 @@ def _command_line(chosen: Chosen) -> str:
     for name in ("truth", "clip", "camera", "video", "speaker", "output"):
         value = getattr(chosen, name)
         words += [f"--{name}", str(value)] if value is not None else []
+    words += [word for path in chosen.plugin for word in ("--plugin", str(path))]
     words += ["--seed", str(chosen.seed)] if chosen.seed else []
     return shlex.join(words)

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 @command(
     "Learn faces and lips",
     take.argument("recordings", "VIDEO|RUN...",
-        "videos of one person who speaks, by one camera; or runs of such videos, which need not be "
-        "tracked first (the video lies beside its run, or in this folder)",
+        "videos of one person speaking, by one camera, or runs of such videos (a run's video must "
+        "lie beside it, or in this folder)",
         nargs=-1, required=True, type=take.INPUT),
     take.output("FILE", "the face, for 'track --model'"),
     take.option("--rounds", type=take.count, default=2, metavar="N",
-        text="how often it is learned, each time from what the face before found; the one that "
-        "best explains frames that were left out is kept (default: 2)"),
+        text="how many times to learn it, each time from what the face before found; the face that "
+        "best explains the frames left out is kept (default: 2)"),
     take.option("--pupil-distance", type=float, metavar="MM",
         text="distance between the person's pupils; sets the scale (default: 63.4, adults' mean)"),
     take.file("--speaker", "head.npz of another head"),

@@ -44,7 +44,7 @@ def _notes() -> str:
     "Track and look at the result",
     take.argument("videos", "VIDEO...", "a video of somebody who speaks to the camera, or several",
         nargs=-1, required=True),
-    take.output("RUN", "folder of the results, of several videos a folder for each; after an "
+    take.output("RUN", "folder of the results, for several videos a folder for each; after an "
         "interruption the same command resumes"),
     settings_option(),
     *take.group(
@@ -54,8 +54,8 @@ def _notes() -> str:
         take.option("--mouth", type=float, nargs=4, metavar="X Y W H",
             text="box around the mouth to track in the first frame, pixels (default: it is found)"),
         take.option("--worn", is_flag=True,
-            text="the camera is worn before the mouth: a close-up of the lower face, the head "
-            "still in the picture; no face is looked for"),
+            text="the camera is worn in front of the mouth: a close-up of the lower face, in which "
+            "the head does not move; no face is looked for"),
         take.option("--pupil-distance", type=float, metavar="MM",
             text="distance between the person's pupils; sets the scale (default: 63.4, adults' "
             "mean)"),

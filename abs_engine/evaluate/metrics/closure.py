@@ -83,14 +83,6 @@ class ClosureEvents:
     pairs: IntArray
 
     @property
-    def detection(self) -> Detection:
-        """Precision and recall, counted in closures."""
-        hits = len(self.pairs)
-        precision = hits / len(self.found) if len(self.found) else np.nan
-        recall = hits / len(self.true) if len(self.true) else np.nan
-        return Detection(float(precision), float(recall))
-
-    @property
     def onsets(self) -> IntArray:
         """First frames (P', 2) of the pairs, found and true; not of closures that begin a clip."""
         both = np.stack([self.found[self.pairs[:, 0], 0], self.true[self.pairs[:, 1], 0]], axis=1)

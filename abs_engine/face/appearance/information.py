@@ -17,10 +17,10 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.descriptors import DescriptorMaps
-from abs_engine.face.appearance.local import LocalModel, sighted
+from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.point_selection import usable_points
-from abs_engine.face.appearance.visibility import FloatArray, Sighting
+from abs_engine.face.appearance.visibility import FloatArray, Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 
 Moved = Callable[[Sighting], Candidates]

@@ -17,7 +17,7 @@ from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
-from abs_engine.face.appearance.visibility import Sighting, depth_of, in_sight
+from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.io.arrays import Layout, real, whole
 from abs_engine.io.npz import read_model, write_npz
@@ -295,19 +295,3 @@ def _model(
         explained=fitted.explained,
         unit=windows.unit,
     )
-
-
-def sighted(
-    sighting: Sighting,
-    patches: Patches,
-    scene: Scene,
-    camera: Camera,
-    window: Window,
-    renderer: Renderer,
-) -> tuple[FloatArray, FloatArray]:
-    """Visibility (N,) of points, 0 where unseen, by the drawn pixels (K, 2) of their patches."""
-    depth = depth_of(sighting, scene, camera, renderer)
-    moved = sighting.pose.apply(np.asarray(sighting.vertices[patches.kept], np.float64))
-    points, normals = patches.surface(moved)
-    weights = in_sight(points, normals, depth, camera, camera.whole)
-    return weights, window.to_drawn(camera.project(moved))

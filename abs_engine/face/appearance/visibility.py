@@ -12,6 +12,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError, PictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
+from abs_engine.face.appearance.patches import Patches
 
 FloatArray = NDArray[np.float64]
 FACING = 0.15
@@ -143,3 +144,19 @@ def in_sight(
     else:
         shown &= (depth[at] == 0) | (depth[at] > z - slack)
     return np.asarray(np.where(shown, cosine, 0.0))
+
+
+def sighted(
+    sighting: Sighting,
+    patches: Patches,
+    scene: Scene,
+    camera: Camera,
+    window: Window,
+    renderer: Renderer,
+) -> tuple[FloatArray, FloatArray]:
+    """Visibility (N,) of points, 0 where unseen, by the drawn pixels (K, 2) of their patches."""
+    depth = depth_of(sighting, scene, camera, renderer)
+    moved = sighting.pose.apply(np.asarray(sighting.vertices[patches.kept], np.float64))
+    points, normals = patches.surface(moved)
+    weights = in_sight(points, normals, depth, camera, camera.whole)
+    return weights, window.to_drawn(camera.project(moved))

@@ -88,10 +88,6 @@ class LipShell(LipPoints):
 def cut_lip_shell(speaker: Speaker) -> LipShell:
     """Lay the shell's nodes over a speaker's average head.
 
-    Parameters
-    ----------
-    speaker : Speaker
-
     Returns
     -------
     LipShell

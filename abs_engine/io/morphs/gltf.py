@@ -229,7 +229,7 @@ def _rows(
 
 
 def _matrix(node: gl.Node) -> NDArray[np.float64]:
-    """What takes a node's own coordinates to those above it, (4, 4)."""
+    """Matrix (4, 4) from a node's own coordinates to those above it."""
     if node.matrix is not None:
         return np.array(node.matrix, np.float64).reshape(4, 4).T
     out = np.eye(4)

@@ -20,10 +20,6 @@ _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal
 def open_video(path: Path) -> av.container.InputContainer:
     """Open a file that holds pictures; use it in a `with` statement.
 
-    Parameters
-    ----------
-    path : Path
-
     Raises
     ------
     InputFileError

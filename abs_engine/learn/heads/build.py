@@ -180,7 +180,7 @@ def _identity(
     frame: HeadFrame,
     origin: NDArray[np.int64],
 ) -> dict[str, NDArray[np.float32]]:
-    """How people differ, by name of target, (V, 3), mm."""
+    """Differences between people, by name of target, (V, 3), mm."""
     out = {f"{COMPONENT}{name}": frame.moves(d) for name, d in mesh.components.items()}
     for name, path in people.items():
         if name == NEUTRAL:

@@ -25,7 +25,7 @@ _FAR = 300.0  # mm from the origin; a head farther away is moved to it
 
 @dataclass(frozen=True, eq=False)
 class HeadFrame:
-    """How places of a file become places in the head frame.
+    """Similarity from places of a file to places in the head frame.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ _MOST = 3.0  # times the bundled jaw's motion
 
 @dataclass(frozen=True, eq=False)
 class Interior:
-    """What is added to a head: N vertices.
+    """Addition to a head: N vertices.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ def _between(colours: FloatArray, width: int) -> NDArray[np.uint8]:
 
 
 def _brows(skin: FloatArray, eyes: FloatArray) -> FloatArray:
-    """How much (N,) of each place of the skin is brow, 0 to 1: arcs above the eyes."""
+    """Share (N,) of brow in each place of the skin, 0 to 1: arcs above the eyes."""
     out = np.zeros(len(skin))
     for outer, inner in ((eyes[0], eyes[1]), (eyes[3], eyes[2])):
         wide = float(np.linalg.norm(outer - inner))

@@ -25,7 +25,7 @@ _MOVED = 0.4  # of the jaw's motion: what moves by more goes with it
 
 
 def named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.object_]:
-    """What each facet (F,) is by the name of its part, one of `schema.REGION_WORDS`.
+    """Region of each facet (F,) by the name of its part, one of `schema.REGION_WORDS`.
 
     `given` are regions by pieces of names; they count more than what names say themselves.
     """
@@ -38,7 +38,7 @@ def named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.objec
 
 
 def welded(vertices: FloatArray, jaw: FloatArray) -> IntArray:
-    """Which geometric vertex each is, by its place (V, 3), mm, and by how the jaw moves it.
+    """Geometric vertex that each one is, by its place (V, 3), mm, and by how the jaw moves it.
 
     Copies at the seams of textures share a number; lips that touch each other do not.
     """
@@ -99,7 +99,7 @@ def facet_classes(
 def _parted(
     corners: IntArray, weld: IntArray, contours: Contours, nose: int
 ) -> dict[str, NDArray[np.bool_]]:
-    """Which facets (F,), by the geometric vertices at their corners, the contours part."""
+    """Masks (F,) of facets that the contours part, by the geometric vertices at their corners."""
     c = contours
     ways = {k: weld[getattr(c, k)] for k in ("over", "under", "upper", "lower", "right", "left")}
     labels = _pieces(corners, [np.stack([w[:-1], w[1:]], axis=1) for w in ways.values()])

@@ -23,7 +23,7 @@ UNITS = {"m": 1000.0, "dm": 100.0, "cm": 10.0, "mm": 1.0, "in": 25.4}
 
 @dataclass(frozen=True)
 class HeadTable:
-    """What was said of a head.
+    """Description of a head by its table.
 
     Parameters
     ----------

@@ -21,6 +21,7 @@ from abs_engine.papers.basu1998.pictures import (
     fits_figure,
     probability_figure,
 )
+from abs_engine.report.drawing.figure import figure_bytes
 
 BEST = "simplex"
 """The driver whose errors are held against the goals."""
@@ -101,5 +102,6 @@ def fit_figures(
         mine = [e for e in known if e.driver == name and e.person == lips.person]
         breaks = {i: e.camera for i, e in enumerate(mine) if e.frame == 0}
         curves[name] = [e.rms for e in mine]
-    (report.folder / "errors.svg").write_text(error_plot(curves, goal=1.0, breaks=breaks))
+    plot = error_plot(curves, goal=1.0, breaks=breaks)
+    (report.folder / "errors.svg").write_bytes(figure_bytes(plot, "svg"))
     report.figures.append(("errors.svg", "Error of the lips in each frame, by driver."))

@@ -26,8 +26,9 @@ from abs_engine.optimise.ascent import Forces
 from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
 from abs_engine.papers.basu1998.figures import Posture, draw_postures
 from abs_engine.papers.basu1998.single_frames import ITERATIONS, colours_of, fit_frame
-from abs_engine.papers.basu1998.wireframe import CloseUp, arrows
-from abs_engine.report.inspect.layout import Image, beside, captioned, framed, sheet, stacked
+from abs_engine.papers.basu1998.wireframe import CloseUp
+from abs_engine.report.drawing.layout import Image, beside, captioned, framed, sheet, stacked
+from abs_engine.report.drawing.lines import draw_arrows
 
 FloatArray = NDArray[np.float64]
 TILE = 250  # pixels across a tile
@@ -185,7 +186,9 @@ def _forced(
     strongest = max(float(np.linalg.norm(forces, axis=1).max()), 1e-12)
     step = close.pixels(points + forces / strongest) - begin
     longest = max(float(np.linalg.norm(step, axis=1).max()), 1e-12)
-    return arrows(tile, begin, begin + step * (_ARROW * TILE / longest), _ARROWS)
+    out = tile.copy()
+    draw_arrows(out, begin, begin + step * (_ARROW * TILE / longest), _ARROWS)
+    return out
 
 
 @dataclass(frozen=True, eq=False)

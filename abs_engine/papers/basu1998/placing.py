@@ -37,12 +37,7 @@ class BlobPlaces:
 
 
 class BlobPlacer:
-    """Finds the lips' blob in each frame by itself.
-
-    Parameters
-    ----------
-    motion : BlobPlaces
-    """
+    """Finds the lips' blob in each frame by itself."""
 
     def __init__(self, motion: BlobPlaces) -> None:
         self._classes, self._poses = motion.classes, GivenMotion(motion.given).follower()
@@ -58,12 +53,7 @@ class BlobPlacer:
 
 
 class Clock:
-    """Follows as another does, and remembers when it was done: then the fit begins.
-
-    Parameters
-    ----------
-    own : Follower
-    """
+    """Follows as another does, and remembers when it was done: then the fit begins."""
 
     def __init__(self, own: Follower) -> None:
         self._own, self.begun = own, 0.0

@@ -57,11 +57,11 @@ class Goal:
         return f"{sign} {told(self.bound, self.unit)}{source}"
 
     def verdict(self, results: Results) -> str:
-        """Whether it was met, and by how much; empty if it was not measured."""
+        """Verdict, by how much it was met or missed; empty if it was not measured."""
         return self.judged(number(results, self.key))
 
     def judged(self, value: float | None) -> str:
-        """Whether a number meets the bound, and by how much; empty without one of the two."""
+        """Verdict, by how much a number meets or misses the bound; empty without one of them."""
         if value is None or self.bound is None:
             return ""
         ahead = value - self.bound if self.least else self.bound - value
@@ -123,7 +123,7 @@ def told(value: float | None, unit: Unit) -> str:
 
 
 def remark(results: Results, goal: Goal) -> str:
-    """Whether a goal was met and by how much, or why closures of recordings are missing."""
+    """Verdict on a goal and by how much, or why closures of recordings are missing."""
     if goal in GRID and number(results, goal.key) is None:
         return "left out by --quick" if results.get("quick") else "recordings not there"
     return goal.verdict(results)

@@ -146,7 +146,7 @@ class Report:
 
 
 def _stage(path: Path) -> dict[str, Any]:
-    """What an interrupted run found of a part."""
+    """Results of a finished stage."""
     try:
         told = parse_json(path.read_text(encoding="utf-8"), gaps=True)
         return {name: told[name] for name in ("results", "figures", "seconds")}

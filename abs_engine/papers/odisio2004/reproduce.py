@@ -33,8 +33,9 @@ from abs_engine.papers.odisio2004.visemes import (
     splits,
     summary,
 )
-from abs_engine.report.articulation.figures import boxplot_figure, figure_bytes, nomogram_figure
+from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure
 from abs_engine.report.articulation.tables import boxes, results, variance_text
+from abs_engine.report.drawing.figure import figure_bytes
 
 RESULTS, PAGE, FACE = "results.json", "index.html", "face.npz"
 FILMED = "filmed"

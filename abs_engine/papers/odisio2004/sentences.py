@@ -25,7 +25,7 @@ from abs_engine.papers.odisio2004.trees import (
     trees_figure,
 )
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.report.articulation.figures import figure_bytes
+from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.french import SENTENCES, Sentence
 
 FIGURE, TREES = "figure8.svg", "figure7.svg"

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from abs_engine.face.articulated import FaceShape
@@ -35,7 +34,6 @@ def curves_figure(shape: FaceShape, filmed: Filmed, of: Mapping[str, Curves]) ->
         By model; each may have fewer frames than were filmed.
     """
     figure = Figure(figsize=(9, 7), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(5, 1, sharex=True, height_ratios=(1, 1.4, 1.2, 1.2, 0.3))
     width, aperture = lip_size(shape, filmed.points)
     times = np.arange(len(filmed)) / RATE

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
@@ -34,7 +33,7 @@ from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
 from abs_engine.papers.odisio2004.sequence import Tracked, track
 from abs_engine.papers.odisio2004.visemes import Speech
-from abs_engine.report.articulation.figures import figure_bytes
+from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.cameras import stand
 from abs_engine.studio.french import SENTENCES, Sentence
 from abs_engine.studio.plan import ClipPlan, compose, vectors
@@ -86,13 +85,9 @@ def plan_worn(
     plan = plan_sentence(speaker, person, sentence, Camera.ideal(size), seed, beads)
     worn = stand(CameraEntry(mount="head", position=PLACE), camera, speaker, plan.neutral)
     heads = [plan.head(frame) for frame in range(len(plan))]
-    rotations, translations = vectors([compose(worn, _inverse(head)) for head in heads])
+    rotations, translations = vectors([compose(worn, head.inverse) for head in heads])
     view = replace(plan.views[0], camera=camera, rotations=rotations, translations=translations)
     return replace(plan, views=(view,))
-
-
-def _inverse(pose: Pose) -> Pose:
-    return Pose(pose.rotation.T, -pose.rotation.T @ pose.translation)
 
 
 def film_worn(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.cluster.hierarchy import dendrogram, fcluster
@@ -153,7 +152,6 @@ def trees_figure(trees: Mapping[str, Tree]) -> Figure:
     """Figure 7: trees side by side, each with its own scale, mm."""
     widths = [len(tree.names) for tree in trees.values()]
     figure = Figure(figsize=(0.28 * sum(widths) + 1.5, 3.2), layout="constrained")
-    FigureCanvasAgg(figure)
     row = figure.subplots(1, len(trees), width_ratios=widths, squeeze=False)[0]
     for axes, (kind, tree) in zip(row, trees.items(), strict=True):
         _draw(axes, tree)

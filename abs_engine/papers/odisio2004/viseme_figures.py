@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -15,7 +14,8 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.face.talking import TalkingFace
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED, Speech, VisemeError
-from abs_engine.report.inspect.layout import Image, beside, captioned, stacked
+from abs_engine.report.drawing.layout import Image, beside, captioned, stacked
+from abs_engine.report.drawing.lines import draw_circles
 
 FloatArray = NDArray[np.float64]
 DEVIATIONS = (-2.0, 0.0, 2.0)
@@ -35,7 +35,6 @@ def residual_figure(errors: Mapping[str, Sequence[VisemeError]]) -> Figure:
     asked = [n for n in (*ASKED, NEUTRAL) if any(e.model == n for f in errors.values() for e in f)]
     labels = [f"{PRINTED[n]}\nas printed" if n in PRINTED else n for n in asked]
     figure = Figure(figsize=(6.0 * len(errors), 3.6), layout="constrained")
-    FigureCanvasAgg(figure)
     for axes, (title, found) in zip(
         figure.subplots(1, len(errors), squeeze=False, sharey=True)[0], errors.items(), strict=True
     ):
@@ -123,7 +122,6 @@ def points_figure(speech: Speech, face: TalkingFace, which: Sequence[int]) -> Im
         flat = seen.camera.project(seen.poses[k].apply(vertices))
         factor = max(1, round(640 / seen.camera.size[0]))
         picture = cv2.resize(seen.pictures[k], None, fx=factor, fy=factor)
-        for x, y in factor * (flat + 0.5) - 0.5:
-            cv2.circle(picture, (round(float(x)), round(float(y))), 4, _MARK, 1, cv2.LINE_AA)
+        draw_circles(picture, factor * (flat + 0.5) - 0.5, 4, _MARK, 1)
         tiles.append(captioned(np.asarray(picture, np.uint8), f"/{seen.visemes[k]}/"))
     return beside(tiles)

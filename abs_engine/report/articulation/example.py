@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.geometry import Pose
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.report.articulation.predictor_file import predictors_text
@@ -42,7 +41,7 @@ def _points(spoken: SpokenCorpus) -> str:
     """A line for each point of each viseme, those of the upper teeth last."""
     corpus = spoken.corpus
     to_bite = corpus.frame
-    back = Pose(to_bite.rotation.T, -to_bite.rotation.T @ to_bite.translation)
+    back = to_bite.inverse
     teeth = upper_teeth_of(spoken.speaker, spoken.neutral)
     lines = ["frame,point,x,y,z"]
     for frame, places in enumerate(corpus.points):

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.io.assets import Speaker
 from abs_engine.report.articulation.tables import Box
+from abs_engine.report.drawing.figure import plain
+from abs_engine.report.drawing.layout import Image
 from abs_engine.report.inspect.body import Body
-from abs_engine.report.inspect.layout import Image
 from abs_engine.report.inspect.sheets import Look, Row, nomogram
 
 DEVIATIONS = (-2.0, -1.0, 0.0, 1.0, 2.0)
 """Standard deviations at which the nomograms are drawn."""
 _HALF_MM = 0.5
 _FONT = 7
-_SALT = "abs_engine"
-"""So that an SVG of the same data is the same file."""
 
 
 def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
@@ -40,7 +36,6 @@ def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
     ordered = sorted(boxes, key=lambda b: -b.rms)
     size = -(-len(ordered) // rows)
     figure = Figure(figsize=(10, 2.4 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
     top = max(max((b.high, b.rms, *b.outliers)) for b in ordered)
     for k, axes in enumerate(np.atleast_1d(figure.subplots(rows, 1))):
         _draw_row(axes, ordered[k * size : (k + 1) * size])
@@ -51,7 +46,7 @@ def boxplot_figure(boxes: Sequence[Box], rows: int = 2) -> Figure:
 def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
     if not boxes:
         return
-    told = [
+    drawn = [
         {
             "label": plain(b.viseme), "whislo": b.low, "q1": b.first, "med": b.median,
             "q3": b.third, "whishi": b.high, "fliers": b.outliers,
@@ -59,7 +54,7 @@ def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
         for b in boxes
     ]  # fmt: skip
     axes.bxp(
-        told, positions=range(len(boxes)), widths=0.6, manage_ticks=True,
+        drawn, positions=range(len(boxes)), widths=0.6, manage_ticks=True,
         flierprops={"marker": "+", "markersize": 2, "markeredgecolor": "0.6"},
         medianprops={"color": "black"}, boxprops={"color": "0.3"},
     )  # fmt: skip
@@ -67,21 +62,6 @@ def _draw_row(axes: Axes, boxes: Sequence[Box]) -> None:
     axes.axhline(_HALF_MM, color="0.8", lw=0.8, zorder=0)
     axes.tick_params(axis="x", labelsize=_FONT, labelrotation=90)
     axes.tick_params(axis="y", labelsize=_FONT)
-
-
-def plain(name: str) -> str:
-    """A name as matplotlib writes it, not as mathematics between dollars."""
-    return name.replace("$", r"\$")
-
-
-def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
-    """A figure as the bytes of a ``png`` or ``svg`` file."""
-    memory = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": _SALT}):
-        figure.savefig(
-            memory, format=kind, dpi=150, metadata={"Date": None} if kind == "svg" else None
-        )
-    return memory.getvalue()
 
 
 def nomogram_figure(

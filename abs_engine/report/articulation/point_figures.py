@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
-from abs_engine.report.articulation.figures import plain
+from abs_engine.report.drawing.figure import plain
 
 FloatArray = NDArray[np.float64]
 REACH = 2.0
@@ -26,10 +25,6 @@ def point_nomograms(model: ArticulatoryModel) -> Figure:
 
     Each point is drawn as its way from -2 to +2 standard deviations of one parameter, with a dot
     at the end; those that the parameter is made of are red.
-
-    Parameters
-    ----------
-    model : ArticulatoryModel
     """
     count = len(model.parameters)
     across = min(count, _ABREAST)
@@ -38,7 +33,6 @@ def point_nomograms(model: ArticulatoryModel) -> Figure:
     heights = (high - low)[1] / (high - low)[[0, 2]].max()
     size = _WIDE * across, 2 * bands * (_WIDE * heights + 0.4) + 0.3
     figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
     grid = figure.subplots(2 * bands, across, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()

@@ -13,10 +13,11 @@ from abs_engine.learn.articulatory import build, dense_head
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.report.articulation.analysis import Analysis
 from abs_engine.report.articulation.example import write_example
-from abs_engine.report.articulation.figures import boxplot_figure, figure_bytes, nomogram_figure
+from abs_engine.report.articulation.figures import boxplot_figure, nomogram_figure
 from abs_engine.report.articulation.model_page import model_page
 from abs_engine.report.articulation.point_figures import point_nomograms
 from abs_engine.report.articulation.tables import boxes, results, variance_text
+from abs_engine.report.drawing.figure import figure_bytes
 
 MODEL, CORPUS, TABLE, RESULTS = "model.npz", "corpus.npz", "variance.md", "results.json"
 PAGE, BOXPLOTS, NOMOGRAMS = "index.html", "boxplots.svg", "nomograms.svg"

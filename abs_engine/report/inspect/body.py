@@ -14,6 +14,13 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FloatArray, vertex_normals
 from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.report.drawing.colours import clay_of
+from abs_engine.report.drawing.paint import Coat, facet_coat
+from abs_engine.report.drawing.palette import CLASS_COLOURS
+
+PALETTES = ("colour", "clay", "classes")
+MOUTH_MM = 42.0
+"""What lies nearer than this to the middle of the lips is in the picture of the mouth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +43,24 @@ class Body:
         """The same head with other vertices."""
         return replace(self, vertices=np.asarray(vertices, np.float64))
 
+    @property
+    def faces(self) -> NDArray[np.integer]:
+        """Vertices of each facet, (F, 3)."""
+        return self.speaker.faces
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether its back is drawn: a head is closed."""
+        return False
+
+    def shown(self, crop: str) -> FloatArray:
+        """The vertices (N, 3) that have to be in a picture of the "head" or of the "mouth"."""
+        if crop == "head":
+            return self.vertices
+        lips = self.vertices[self.speaker.lip_ring].mean(axis=0)
+        near = np.linalg.norm(self.vertices - lips, axis=1) < MOUTH_MM
+        return np.asarray(self.vertices[near])
+
     @cached_property
     def normals(self) -> FloatArray:
         """Unit vertex normals (V, 3), head frame, smooth across the seams of the texture."""
@@ -43,6 +68,28 @@ class Body:
         points = np.zeros((int(weld.max()) + 1, 3))
         points[weld] = self.vertices
         return vertex_normals(points, weld[self.speaker.faces])[weld]
+
+
+def coat(body: Body, palette: str) -> Coat:
+    """A coat by its name, of `PALETTES`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such palette, or the body has no texture.
+    """
+    speaker = body.speaker
+    if palette == "classes":
+        return facet_coat(CLASS_COLOURS, speaker.facet_class)
+    if palette == "clay":
+        return facet_coat(clay_of(speaker.class_names), speaker.facet_class)
+    if palette != "colour":
+        raise ParameterError(
+            f"there is no palette '{palette}'", f"choose one of {', '.join(PALETTES)}"
+        )
+    if body.texture is None:
+        raise ParameterError("this head has no texture", "choose the palette clay or classes")
+    return Coat(speaker.uv, body.texture)
 
 
 def check_person(person: str, speaker: Path | None) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.report.inspect.layout import columns_of, evenly, sheet
+from abs_engine.report.drawing.layout import columns_of, evenly, sheet
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.request import Request
 

@@ -10,9 +10,10 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.io.assets import load_speaker
+from abs_engine.report.drawing.layout import captioned, columns_of, sheet
+from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, person_body, posed
 from abs_engine.report.inspect.film import Film, Image
-from abs_engine.report.inspect.layout import captioned, columns_of, sheet
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head
@@ -28,7 +29,6 @@ from abs_engine.report.inspect.sheets import (
     turn_angles,
     unit_rows,
 )
-from abs_engine.report.inspect.view import views_of
 
 _WITH = {"mouthClose": "jawOpen"}
 """Face units that close what another opens, and alone make lips cross."""
@@ -58,7 +58,7 @@ def draw_turntable(
     rest = person_of(request)
     body = posed(rest, request.units)
     turns = turn_angles(request.views or (FILM_VIEWS if film else SHEET_VIEWS))
-    views = views_of(rest, look.size, turns, look.crop)
+    views = views_of(rest.shown(look.crop), look.size, turns)
     pictures = (look.draw(body, view) for view in views)
     if film:
         return Film(pictures, len(views), RATE)

@@ -15,12 +15,12 @@ from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.io.inputs import MOST, check_file
 from abs_engine.io.npz import BROKEN, read_arrays
+from abs_engine.report.drawing.layout import beside
+from abs_engine.report.drawing.legend import colour_bar
+from abs_engine.report.drawing.paint import paint, value_coat
+from abs_engine.report.drawing.palette import colours_of, rounded_up
+from abs_engine.report.drawing.view import View, views_of
 from abs_engine.report.inspect.body import Body
-from abs_engine.report.inspect.layout import beside
-from abs_engine.report.inspect.legend import colour_bar
-from abs_engine.report.inspect.paint import paint, value_coat
-from abs_engine.report.inspect.palette import colours_of
-from abs_engine.report.inspect.view import View, views_of
 
 Image = NDArray[np.uint8]
 HEAT_COLOURS = colours_of("viridis")
@@ -83,18 +83,10 @@ def _npy(path: Path) -> NDArray[Any]:
 def heat_limits(values: FloatArray, largest: float | None) -> tuple[float, float]:
     """From 0, or the least where it is negative, to `largest` or the greatest, rounded up."""
     low = min(0.0, float(values.min()))
-    high = largest if largest is not None else _rounded_up(float(values.max()))
+    high = largest if largest is not None else rounded_up(float(values.max()))
     if not low < high < np.inf:
         raise ParameterError(f"the scale ends at {high:g}, where it begins", "give a greater --max")
     return low, high
-
-
-def _rounded_up(value: float) -> float:
-    """The next number of one or two figures, such as 0.35 or 12; 1 for 0 and less."""
-    if value <= 0:
-        return 1.0
-    step = 10.0 ** (np.floor(np.log10(value)) - 1) * 5
-    return float(np.ceil(value / step - 1e-9) * step)
 
 
 def heat_pictures(
@@ -140,6 +132,6 @@ def heat_map(
     (H, W, 3) uint8 RGB
     """
     limits = heat_limits(values, largest)
-    views = views_of(body, size, turns)
+    views = views_of(body.vertices, size, turns)
     pictures = heat_pictures(renderer, body, values, views, limits)
     return beside([*pictures, colour_bar(HEAT_COLOURS, limits, text, size[1])])

@@ -9,11 +9,12 @@ import numpy as np
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.report.drawing.layout import beside, captioned, evenly, framed
+from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import posed
 from abs_engine.report.inspect.film import SHEET_TILES, Film, Image, checked_frame, presented
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
 from abs_engine.report.inspect.labels import LabelFrame, LabelPainter, limits_of
-from abs_engine.report.inspect.layout import beside, captioned, evenly, framed
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head
@@ -25,7 +26,6 @@ from abs_engine.report.inspect.sources import (
     TruthSource,
     open_truth,
 )
-from abs_engine.report.inspect.view import views_of
 
 _SAMPLED = 5  # frames of a film that its colour scale is taken from
 
@@ -78,7 +78,7 @@ def _label_source(
     request: Request, speaker: Speaker, renderer: Renderer, film: bool
 ) -> LabelSource:
     if request.truth is not None and request.run is not None:
-        raise ParameterError("labels are those of a run or of a dataset", "give only one of them")
+        raise ParameterError("labels come from a run or from a dataset", "give only one of them")
     if request.truth is not None:
         return TruthSource(open_truth(request, request.truth, speaker, request.kind))
     if request.run is not None:
@@ -92,6 +92,6 @@ def _label_source(
     if film or request.views is not None:
         turns = turn_angles(request.views or FILM_VIEWS)
     size = request.size or ((240, 280) if len(turns) > 1 and not film else (512, 512))
-    views = views_of(rest, size, turns, request.shown)
+    views = views_of(rest.shown(request.shown), size, turns)
     captions = ["" if film or len(turns) == 1 else f"{t:.0f}°" for t in turns]
     return PostureSource(renderer, posed(rest, request.units), views, captions, RATE)

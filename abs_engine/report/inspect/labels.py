@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.io.assets import Speaker
-from abs_engine.report.inspect import legend
-from abs_engine.report.inspect.body import Body
-from abs_engine.report.inspect.paint import plain_scene
-from abs_engine.report.inspect.palette import (
+from abs_engine.report.drawing import legend
+from abs_engine.report.drawing.paint import plain_scene
+from abs_engine.report.drawing.palette import (
     CLASS_COLOURS,
     FACET_COLOURS,
     colours_of,
@@ -24,12 +23,15 @@ from abs_engine.report.inspect.palette import (
     paint_ids,
     paint_normals,
     paint_values,
+    rounded_up,
 )
-from abs_engine.report.inspect.view import View
+from abs_engine.report.drawing.view import View
+from abs_engine.report.inspect.body import Body
 
 Image = NDArray[np.uint8]
 MOST = 0.98
 """Share of the flow within its scale: a blink is long, and would leave all else pale."""
+LEAST_FLOW = 0.1  # px, at the end of its scale
 
 LABELS = ("ids", "classes", "depth", "normals", "albedo", "flow")
 DEPTH_COLOURS = colours_of("viridis_r")
@@ -149,18 +151,12 @@ def limits_of(kind: str, frames: Sequence[LabelFrame]) -> tuple[float, float]:
     values = [_sizes(kind, frame) for frame in frames]
     known = np.concatenate(values)
     if kind == "flow":
-        return 0.0, _two_digits(float(np.quantile(known, MOST))) if known.size else 1.0
+        longest = float(np.quantile(known, MOST)) if known.size else 1.0
+        return 0.0, rounded_up(max(longest, LEAST_FLOW))
     if not known.size:
         raise ParameterError("the head is in none of the frames", "choose others")
     low, high = 10 * np.floor(known.min() / 10), 10 * np.ceil(known.max() / 10)
     return float(low), float(max(high, low + 10))
-
-
-def _two_digits(value: float) -> float:
-    """A length, px, rounded up to two digits; 0.1 at least."""
-    value = max(value, 0.1)
-    step = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return float(np.ceil(value / step - 1e-9) * step)
 
 
 def _sizes(kind: str, frame: LabelFrame) -> NDArray[np.float64]:

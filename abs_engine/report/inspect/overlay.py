@@ -12,20 +12,18 @@ from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Candidates, Renderer
-from abs_engine.report.inspect.body import Body, unknown
-from abs_engine.report.inspect.layout import captioned
-from abs_engine.report.inspect.paint import coat, paint_layers, plain_scene
+from abs_engine.report.drawing.layout import captioned
+from abs_engine.report.drawing.lines import Colour, draw_line
+from abs_engine.report.drawing.paint import paint_layers, plain_scene
+from abs_engine.report.drawing.view import View
+from abs_engine.report.drawing.wire import draw_wire, quad_edges
+from abs_engine.report.inspect.body import Body, coat, unknown
 from abs_engine.report.inspect.runs import RunHead
-from abs_engine.report.inspect.view import View
-from abs_engine.report.inspect.wire import line_cover, quad_edges
+from abs_engine.tracking.contours import LOWER, OUTER, UPPER
 
 Image = NDArray[np.uint8]
-Colour = tuple[int, int, int]
 
 STYLES = ("wireframe", "contour", "blend")
-OUTER: Colour = (60, 255, 120)
-UPPER: Colour = (255, 230, 0)
-LOWER: Colour = (80, 190, 255)
 OUTLINE: Colour = (255, 255, 255)
 WIRE: Colour = (120, 255, 190)
 LOST: Colour = (200, 30, 20)
@@ -33,8 +31,6 @@ LOST: Colour = (200, 30, 20)
 WIRE_STRENGTH = 0.6
 BLEND_STRENGTH = 0.6
 LEAST_HEIGHT = 640
-_FINER = 3
-_FRACTION = 4  # bits of OpenCV's sub-pixel coordinates
 
 
 class OverlayPainter:
@@ -90,23 +86,11 @@ class OverlayPainter:
         return np.asarray(np.rint(mixed), np.uint8)
 
     def _wire(self, large: Image, body: Body, view: View) -> Image:
-        window = view.window
-        finer = Window(window.x, window.y, window.width, window.height, _FINER * window.scale)
-        one = Candidates.one(np.zeros(0), view.pose)
-        buffers = self._renderer.draw(plain_scene(body), one, view.camera, finer)[0]
-        lines = line_cover(
-            buffers.facet_id,
-            buffers.barycentrics,
-            finer.to_drawn(_pixels(body, view)),
-            body.speaker.faces,
-            self._edges,
-            _FINER * min(1.0, max(0.45, window.scale / 3)),  # thin where there is little room
+        width = min(1.0, max(0.45, view.window.scale / 3))  # thin where there is little room
+        colours = np.tile(WIRE, (len(body.faces), 1))
+        return draw_wire(
+            large, self._renderer, body, view, self._edges, width, colours, WIRE_STRENGTH
         )
-        cover = cv2.resize(lines.astype(np.float32), window.drawn, interpolation=cv2.INTER_AREA)[
-            ..., None
-        ]
-        mixed = large + WIRE_STRENGTH * cover * (np.array(WIRE, np.float32) - large)
-        return np.asarray(np.rint(mixed), np.uint8)
 
     @cached_property
     def _edges(self) -> NDArray[np.bool_]:
@@ -116,13 +100,13 @@ class OverlayPainter:
     def _contour(self, large: Image, body: Body, view: View) -> Image:
         picture = large.copy()
         self._outline(picture, body, view)
-        marks, pixels = body.speaker.landmarks, view.window.to_drawn(_pixels(body, view))
+        marks, pixels = body.speaker.landmarks, view.pixels(body.vertices)
         for name, closed, colour in (
             ("inner_lip_upper", False, UPPER),
             ("inner_lip_lower", False, LOWER),
             ("outer_lip", True, OUTER),
         ):
-            _polyline(picture, pixels[marks[name]], closed, colour, self._edged)
+            _edged_line(picture, pixels[marks[name]], closed, colour, self._edged)
         return picture
 
     @property
@@ -138,18 +122,13 @@ class OverlayPainter:
         chain, _ = cv2.findContours(covered, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for contour in chain:
             points = contour[:, 0].astype(np.float64) - 1
-            _polyline(picture, points, True, OUTLINE, self._edged)
+            _edged_line(picture, points, True, OUTLINE, self._edged)
 
 
-def _pixels(body: Body, view: View) -> FloatArray:
-    """Places of the vertices in the image, (V, 2)."""
-    return view.camera.project(view.pose.apply(body.vertices))
-
-
-def _polyline(
+def _edged_line(
     picture: Image, points: FloatArray, closed: bool, colour: Colour, edged: bool
 ) -> None:
     """A smooth line, perhaps with a dark edge, in place."""
-    fixed = [np.rint(points * 2**_FRACTION).astype(np.int32)]
-    for ink, width in (((0, 0, 0), 3), (colour, 1)) if edged else ((colour, 1),):
-        cv2.polylines(picture, fixed, closed, ink, width, cv2.LINE_AA, _FRACTION)
+    if edged:
+        draw_line(picture, points, closed, (0, 0, 0), 3)
+    draw_line(picture, points, closed, colour)

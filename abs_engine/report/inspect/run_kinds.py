@@ -12,6 +12,9 @@ from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.estimate import Estimate, check_run
 from abs_engine.evaluate.score import error_map
 from abs_engine.io.assets import load_speaker
+from abs_engine.report.drawing.layout import beside
+from abs_engine.report.drawing.legend import colour_bar
+from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, posed
 from abs_engine.report.inspect.film import Film, Image, checked_frame, presented
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
@@ -22,8 +25,6 @@ from abs_engine.report.inspect.heat import (
     heat_pictures,
     read_values,
 )
-from abs_engine.report.inspect.layout import beside
-from abs_engine.report.inspect.legend import colour_bar
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.overlay import OverlayPainter
 from abs_engine.report.inspect.request import Request
@@ -31,7 +32,6 @@ from abs_engine.report.inspect.run_video import find_video
 from abs_engine.report.inspect.runs import RunHead, load_run_head, run_pictures
 from abs_engine.report.inspect.sheets import RATE, turn_angles
 from abs_engine.report.inspect.sources import check_pair, open_truth
-from abs_engine.report.inspect.view import views_of
 from abs_engine.report.same_clip import check_clip
 
 
@@ -69,7 +69,7 @@ def draw_error(
             progress(1, 1)
         return made
     limits = heat_limits(values, request.largest)
-    views = views_of(body, size, turn_angles(request.views or FILM_VIEWS))
+    views = views_of(body.vertices, size, turn_angles(request.views or FILM_VIEWS))
     bar = colour_bar(HEAT_COLOURS, limits, text, size[1])
     frames = (
         beside([heat_pictures(renderer, body, values, [view], limits)[0], bar]) for view in views
@@ -89,7 +89,7 @@ def _errors(request: Request) -> tuple[Body, NDArray[np.float64], str]:
         )
     ):
         raise ParameterError(
-            "errors are those of an array or of a run beside its dataset",
+            "errors come from an array, or from a run with its dataset",
             "give --values FILE, or RUN --truth DIR",
         )
     if request.values is not None:

@@ -15,8 +15,8 @@ from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
+from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body, check_same_mesh
-from abs_engine.report.inspect.view import View
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Renderer
-from abs_engine.report.inspect.body import Body, check_units
-from abs_engine.report.inspect.layout import beside, captioned, columns_of, label, sheet, stacked
+from abs_engine.report.drawing.layout import beside, captioned, columns_of, label, sheet, stacked
+from abs_engine.report.drawing.paint import Image, paint
+from abs_engine.report.drawing.view import View, views_of
+from abs_engine.report.inspect.body import Body, check_units, coat
 from abs_engine.report.inspect.output import Progress
-from abs_engine.report.inspect.paint import Image, coat, paint
-from abs_engine.report.inspect.view import View, views_of
 
 RATE = 25.0
 """Frames a second of films that are made here."""
@@ -35,7 +35,7 @@ class Look:
     size : tuple of int
         Width and height of one picture, pixels.
     palette : str
-        One of `paint.PALETTES`.
+        One of `body.PALETTES`.
     crop : {"head", "mouth"}
     turn : float
         Degrees by which the head turns to its left.
@@ -49,7 +49,7 @@ class Look:
 
     def view(self, body: Body) -> View:
         """The view of a body at rest."""
-        return views_of(body, self.size, (self.turn,), self.crop)[0]
+        return views_of(body.shown(self.crop), self.size, (self.turn,))[0]
 
     def draw(self, body: Body, view: View) -> Image:
         """The body as it is, (H, W, 3) uint8 RGB."""

@@ -14,11 +14,11 @@ from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth
 from abs_engine.io.assets import Speaker
 from abs_engine.report.clip_views import found_truth
+from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body, check_same_mesh
 from abs_engine.report.inspect.labels import LabelFrame, drawn_labels
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import RunHead
-from abs_engine.report.inspect.view import View
 
 
 class LabelSource(Protocol):

@@ -52,7 +52,7 @@ def spelled(viseme: str) -> tuple[str, int]:
     if len(viseme) != 3 or viseme[0] != viseme[2]:
         raise ParameterError(
             f"there is no viseme '{viseme}'",
-            f"give rest, preph, one of {', '.join(VOWELS)}, or such as ipi",
+            f"give rest, preph, one of {', '.join(VOWELS)}, or one such as ipi",
         )
     vowel, consonant = viseme[0], viseme[1]
     return f"_(0.3) {vowel} {consonant} {vowel} _(0.3)", 2

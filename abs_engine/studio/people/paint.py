@@ -28,11 +28,6 @@ _HAIRS, _FRECKLES = 9000, ((0.5, 0.36, 230), (0.75, 0.30, 160), (1.05, 0.25, 100
 def paint(speaker: Speaker, person: Person) -> NDArray[np.uint8]:
     """The texture of a person.
 
-    Parameters
-    ----------
-    speaker : Speaker
-    person : Person
-
     Returns
     -------
     (H, W, 3) uint8 sRGB, in the speaker's chart

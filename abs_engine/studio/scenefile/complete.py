@@ -52,7 +52,7 @@ def complete(scene: SceneFile) -> SceneFile:
     if scene.seed < 0:
         raise ParameterError(f"the seed is {scene.seed}", "give 0 or more")
     if scene.shirt is True:
-        raise ParameterError("shirt = true says no colour", "give [r, g, b] or false")
+        raise ParameterError("shirt = true names no colour", "give [r, g, b] or false")
     lamps = tuple(LightEntry(k.name, k.direction, k.intensity, k.colour) for k in (KEY, FILL))
     clips = scene.clip or (ClipEntry(),)
     scene = replace(

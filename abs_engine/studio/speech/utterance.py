@@ -179,7 +179,8 @@ def _split(token: str) -> tuple[str, str]:
     found = re.fullmatch(r"(.+?)\(([^()]*)\)", token)
     if found is None and "(" in token:
         raise ParameterError(
-            f"'{token}' is not a phoneme with a duration", "write such as a(0.12) or a(0.30-0.42)"
+            f"'{token}' is not a phoneme with a duration",
+            "write one such as a(0.12) or a(0.30-0.42)",
         )
     return (found[1], found[2]) if found else (token, "")
 

@@ -6,10 +6,62 @@ facet's heights in the picture (Baerentzen and others, "Single-pass wireframe re
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.geometry import FloatArray
+from abs_engine.core.scene import Candidates, Renderer
+from abs_engine.report.drawing.paint import Surface, plain_scene
+from abs_engine.report.drawing.view import View
+
+Image = NDArray[np.uint8]
+_FINER = 3  # drawn pixels a side for each pixel of the picture
+
+
+def draw_wire(
+    picture: Image,
+    renderer: Renderer,
+    surface: Surface,
+    view: View,
+    edges: NDArray[np.bool_],
+    width: float,
+    colours: NDArray[np.integer],
+    strength: float = 1.0,
+) -> Image:
+    """A picture with the edges of a surface's visible facets drawn over it.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8 RGB
+        Of the view's window.
+    renderer : Renderer
+    surface : Surface
+    view : View
+    edges : (F, 3) bool
+        Edges to draw, by the corner opposite to them.
+    width : float
+        Of the lines, pixels of the picture.
+    colours : (F, 3) int RGB
+        Of each facet's lines.
+    strength : float
+        Share of the lines in the pixels that they cover, 0 to 1.
+    """
+    fine = replace(view.window, scale=view.window.scale * _FINER)
+    drawn = renderer.draw(
+        plain_scene(surface), Candidates.one(np.zeros(0), view.pose), view.camera, fine
+    )[0]
+    seen = replace(view, window=fine).pixels(surface.vertices)
+    cover = line_cover(
+        drawn.facet_id, drawn.barycentrics, seen, surface.faces, edges, width * _FINER
+    )
+    lines = cover[..., None]
+    ink = np.dstack([colours[drawn.facet_id - 1] * lines, lines]).astype(np.float32)
+    ink = strength * cv2.resize(ink, view.window.drawn, interpolation=cv2.INTER_AREA)
+    mixed = picture * (1 - ink[..., 3:]) + ink[..., :3]
+    return np.asarray(np.clip(np.rint(mixed), 0, 255), np.uint8)
 
 
 def quad_edges(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
 import cv2
@@ -67,4 +68,4 @@ def smooth_picture(
 
 
 def _finer(window: Window, times: int) -> Window:
-    return Window(window.x, window.y, window.width, window.height, times * window.scale)
+    return replace(window, scale=times * window.scale)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from abs_engine.report.inspect.palette import paint_flow, paint_normals
+from abs_engine.report.drawing.palette import paint_flow, paint_normals
 
 Image = NDArray[np.uint8]
 DPI = 100

@@ -1,28 +1,49 @@
-"""A head in a coat of colour, lit: texture, clay, one colour for each class, or numbers."""
+"""Surfaces in a coat of colour, lit: textures, one colour for each facet, or numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Candidates, Renderer, Scene
-from abs_engine.report.inspect.body import Body
-from abs_engine.report.inspect.palette import CLASS_COLOURS, CLAY_COLOURS
-from abs_engine.report.inspect.smooth import smooth_picture
-from abs_engine.report.inspect.view import View
+from abs_engine.report.drawing.smooth import smooth_picture
+from abs_engine.report.drawing.view import View
 
 Image = NDArray[np.uint8]
 
-PALETTES = ("colour", "clay", "classes")
 WHITE = (255, 255, 255)
 AMBIENT = 0.5
 """Light that every facet gets; the rest comes from the lamp."""
 LAMP = np.array([-0.35, -0.45, -0.82])
 """Where the lamp is, camera frame: above the camera and to its left."""
+
+
+class Surface(Protocol):
+    """A triangle mesh to be drawn."""
+
+    @property
+    def vertices(self) -> FloatArray:
+        """Vertices (V, 3), mm."""
+        ...
+
+    @property
+    def faces(self) -> NDArray[np.integer]:
+        """Vertices of each facet, (F, 3)."""
+        ...
+
+    @property
+    def normals(self) -> FloatArray:
+        """Unit vertex normals (V, 3)."""
+        ...
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether it is open, so that its back is drawn and lit, too."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,27 +61,6 @@ class Coat:
     texture: NDArray[np.uint8]
 
 
-def coat(body: Body, palette: str) -> Coat:
-    """A coat by its name, of `PALETTES`.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such palette, or the body has no texture.
-    """
-    if palette == "classes":
-        return facet_coat(CLASS_COLOURS, body.speaker.facet_class)
-    if palette == "clay":
-        return facet_coat(CLAY_COLOURS, body.speaker.facet_class)
-    if palette != "colour":
-        raise ParameterError(
-            f"there is no palette '{palette}'", f"choose one of {', '.join(PALETTES)}"
-        )
-    if body.texture is None:
-        raise ParameterError("this head has no texture", "choose the palette clay or classes")
-    return Coat(body.speaker.uv, body.texture)
-
-
 def facet_coat(colours: NDArray[np.uint8], facet_colour: NDArray[np.integer]) -> Coat:
     """Each facet in one of the colours (K, 3), given by its index (F,)."""
     u = (np.repeat(facet_colour, 3) + 0.5) / len(colours)
@@ -76,19 +76,19 @@ def value_coat(values: FloatArray, limits: tuple[float, float], colours: Image) 
 
 def paint(
     renderer: Renderer,
-    body: Body,
+    surface: Surface,
     look: Coat,
     view: View,
     *,
     ambient: float = AMBIENT,
     background: tuple[int, int, int] = WHITE,
 ) -> Image:
-    """A head before a plain background, smooth and lit.
+    """A surface before a plain background, smooth and lit.
 
     Parameters
     ----------
     renderer : Renderer
-    body : Body
+    surface : Surface
     look : Coat
     view : View
     ambient : float
@@ -99,45 +99,49 @@ def paint(
     -------
     (H, W, 3) uint8 RGB
     """
-    colour, cover = paint_layers(renderer, body, look, view, ambient)
+    colour, cover = paint_layers(renderer, surface, look, view, ambient)
     picture = colour + (1 - cover) * np.array(background, np.float32)
     return np.asarray(np.clip(np.rint(picture), 0, 255), np.uint8)
 
 
 def paint_layers(
-    renderer: Renderer, body: Body, look: Coat, view: View, ambient: float = AMBIENT
+    renderer: Renderer, surface: Surface, look: Coat, view: View, ambient: float = AMBIENT
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """The lit colour (H, W, 3), times its coverage, and the coverage (H, W, 1), 0 to 1."""
-    camera, window = view.camera, view.window
     one = Candidates.one(np.zeros(0), view.pose)
-    albedo = smooth_picture(renderer, _scene(body, look), one, camera, window)
-    light = smooth_picture(renderer, _scene(body, _light(body, view, ambient)), one, camera, window)
+    albedo, light = (
+        smooth_picture(renderer, _scene(surface, coat), one, view.camera, view.window)
+        for coat in (look, _light(surface, view, ambient))
+    )
     cover = light[..., 1:2] / 255
     shade = light[..., :1] / np.maximum(light[..., 1:2], 1)
     return np.asarray(albedo * shade, np.float32), np.asarray(cover, np.float32)
 
 
-def _light(body: Body, view: View, ambient: float) -> Coat:
+def _light(surface: Surface, view: View, ambient: float) -> Coat:
     """Lambert's shading at each vertex in red, and full green, whose picture is the coverage."""
     towards = LAMP / np.linalg.norm(LAMP)
-    facing = np.maximum(body.normals @ view.pose.rotation.T @ towards, 0.0)
+    facing = surface.normals @ view.pose.rotation.T @ towards
+    facing = np.abs(facing) if surface.two_sided else np.maximum(facing, 0.0)
     ramp = np.zeros((256, 3), np.uint8)
     ramp[:, 0], ramp[:, 1] = np.arange(256), 255
     return value_coat(ambient + (1 - ambient) * facing, (0.0, 1.0), ramp)
 
 
-def _scene(body: Body, look: Coat) -> Scene:
-    """The body in its coat, without modes."""
-    vertices, faces = body.vertices, body.speaker.faces
+def _scene(surface: Surface, look: Coat) -> Scene:
+    """The surface in its coat, without modes."""
+    vertices, faces = surface.vertices, surface.faces
     if len(look.uv) != len(vertices):
         vertices = vertices[faces.ravel()]
-        faces = np.arange(faces.size, dtype=np.int32).reshape(-1, 3)
-    none = np.zeros((0, *vertices.shape), np.float32)
-    classes = body.speaker.facet_class.astype(np.int32)
-    return Scene(vertices.astype(np.float32), none, faces, look.uv, classes, look.texture)
+        faces = np.arange(faces.size).reshape(-1, 3)
+    return Scene(
+        vertices.astype(np.float32), np.zeros((0, *vertices.shape), np.float32),
+        faces.astype(np.int32), look.uv, np.ones(len(faces), np.int32), look.texture,
+        cull=not surface.two_sided,
+    )  # fmt: skip
 
 
-def plain_scene(body: Body) -> Scene:
-    """The body for ids and depth; its colour is of no account."""
-    none = np.full((len(body.vertices), 2), 0.5, np.float32)
-    return _scene(body, Coat(none, np.zeros((1, 1, 3), np.uint8)))
+def plain_scene(surface: Surface) -> Scene:
+    """The surface for ids and depth; its colour is of no account."""
+    none = np.full((len(surface.vertices), 2), 0.5, np.float32)
+    return _scene(surface, Coat(none, np.zeros((1, 1, 3), np.uint8)))

@@ -18,13 +18,6 @@ CLASS_COLOURS: Image = np.array(
 )  # fmt: skip
 """Background, then the classes of the bundled head."""
 
-CLAY_COLOURS: Image = np.array(
-    [(255, 255, 255), (216, 210, 202), (200, 188, 180), (200, 188, 180), (110, 100, 96),
-     (238, 236, 230), (238, 236, 230), (168, 150, 144), (228, 226, 222)],
-    np.uint8,
-)  # fmt: skip
-"""The same in clay: lips a little darker, the inner mouth dark."""
-
 FACET_COLOURS: Image = np.array(
     [(230, 25, 75), (60, 180, 75), (255, 225, 25), (0, 100, 220), (245, 130, 48),
      (145, 30, 180), (70, 240, 240), (240, 50, 230), (190, 240, 70), (250, 190, 212),
@@ -39,6 +32,14 @@ def colours_of(name: str, count: int = 256) -> Image:
     """A colour scale of matplotlib as (count, 3) uint8, low to high."""
     rows = matplotlib.colormaps[name](np.linspace(0, 1, count))[:, :3]
     return np.asarray(np.rint(255 * rows), np.uint8)
+
+
+def rounded_up(value: float) -> float:
+    """The next number of one or two figures, such as 0.35 or 12; 1 for 0 and less."""
+    if value <= 0:
+        return 1.0
+    step = 10.0 ** (np.floor(np.log10(value)) - 1) * 5
+    return float(np.ceil(value / step - 1e-9) * step)
 
 
 def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> NDArray[np.int64]:

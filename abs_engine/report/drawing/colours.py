@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import colormaps
 from numpy.typing import NDArray
 
-from abs_engine.report.data import FloatArray
+from abs_engine.core.geometry import FloatArray
+from abs_engine.report.drawing.palette import colours_of
 
 TRUTH = "#1a1a1a"
 SYSTEMS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -35,7 +35,6 @@ _CLASS = {
     "tongue": (190, 112, 112),
     "eyes": (214, 211, 204),
 }
-_BAR_STEPS = 256
 _ENDS = (1, 2, 4, 6, 8, 10)  # so that quarters are round numbers
 
 
@@ -105,15 +104,20 @@ def clay_colours(
 ) -> NDArray[np.uint8]:
     """Colours (V, 3) uint8 of a head's vertices by the classes of its facets (F,)."""
     out = np.tile(np.array(CLAY, np.uint8), (vertices, 1))
-    for number, name in enumerate(class_names):
-        if name in _CLASS and name != "skin":
-            out[np.unique(faces[facet_class == number])] = _CLASS[name]
+    for number, colour in enumerate(clay_of(class_names)):
+        if (colour != CLAY).any():
+            out[np.unique(faces[facet_class == number])] = colour
     return out
+
+
+def clay_of(class_names: Sequence[str]) -> NDArray[np.uint8]:
+    """Colours (K, 3) uint8 of classes of facets; skin's for a name that is none of a face."""
+    return np.array([_CLASS.get(name, CLAY) for name in class_names], np.uint8)
 
 
 def bar_colours() -> NDArray[np.uint8]:
     """Colours (256, 3) uint8 of errors, from none to the scale's end."""
-    return np.asarray(colormaps["viridis"](np.arange(_BAR_STEPS), bytes=True)[:, :3], np.uint8)
+    return colours_of("viridis")
 
 
 def scale_end(maps: Sequence[FloatArray]) -> float:

@@ -1,0 +1,45 @@
+"""Contours of a head: the lips, the corners of the mouth, and the jaw, as vertices."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ModelFormatError
+from abs_engine.io.assets import Speaker
+
+
+def lip_rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
+    """The lips' contours, the 20 points of the lips and the mouth's corners, as vertices."""
+    marks = speaker.landmarks
+    return {
+        "outer": marks["outer_lip"],
+        "upper": marks["inner_lip_upper"],
+        "lower": marks["inner_lip_lower"],
+        "points": np.concatenate([marks["outer_lip_20"], marks["inner_lip_8"]]),
+        "corners": marks["mouth_corners"],
+    }
+
+
+def jaw_ring(speaker: Speaker) -> NDArray[np.int32]:
+    """Vertices of the lower teeth, which move as the jaw does."""
+    teeth = speaker.faces[speaker.facet_class == speaker.class_id("lower_teeth")]
+    return np.unique(teeth).astype(np.int32)
+
+
+def rings_of(speaker: Speaker, kept: NDArray[np.int32]) -> dict[str, NDArray[np.int32]]:
+    """The contours by their places among the vertices that are kept, (K,).
+
+    Raises
+    ------
+    ModelFormatError
+        If a contour is not wholly on them.
+    """
+    sources = {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
+    lost = [name for name, vertices in sources.items() if not np.isin(vertices, kept).all()]
+    if lost:
+        raise ModelFormatError(
+            f"the speaker's landmarks {', '.join(lost)} are not on the facets near its lip_ring",
+            "check the landmarks of the speaker's file",
+        )
+    return {k: np.searchsorted(kept, v).astype(np.int32) for k, v in sources.items()}

@@ -1,0 +1,1 @@
+"""One toolkit of drawing for pages, figures and inspection pictures."""

@@ -1,0 +1,80 @@
+"""Frames of a clip that are learned from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.geometry import Pose
+from abs_engine.tracking.mouth_search import CalibrationFrame
+
+Image = NDArray[np.uint8]
+Seen = TypeVar("Seen")
+LEARN_FROM = 8  # frames
+LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
+LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
+
+
+def choose_frames(
+    posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = LEAST_FOUND
+) -> list[CalibrationFrame]:
+    """Frames to fit the person on; see `spread_frames`.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If hardly a frame shows a face.
+    """
+    return [CalibrationFrame(*found) for found in spread_frames(posed, name, least)]
+
+
+def spread_frames(
+    found: Iterable[tuple[Image, Seen | None]],
+    name: str,
+    least: float = LEAST_FOUND,
+    order: Callable[[Seen], float] | None = None,
+    count: int = LEARN_FROM,
+) -> list[tuple[Image, Seen]]:
+    """Frames with what was seen in them, spread evenly over the ten seconds from the first face on.
+
+    With `order` they are spread over its ranks, from the least to the largest, instead of time.
+
+    Memory does not grow with the clip: candidates are thinned out as they come. More than a share
+    `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
+    a few faces in a clip of something else are none.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If hardly a frame shows a face.
+    """
+    kept: list[tuple[Image, Seen]] = []
+    stride, seen, looked, empty = 1, 0, 0, 0
+    for image, there in found:
+        if seen == 0 and there is None:
+            empty += 1
+            continue
+        looked += 1
+        if there is not None:
+            if seen % stride == 0:
+                kept.append((image, there))
+            seen += 1
+        if len(kept) >= 4 * count:
+            kept, stride = kept[::2], 2 * stride
+        if looked == LOOK_AT:
+            break
+    if seen <= least * (looked + min(empty, LOOK_AT)):
+        raise FaceNotFoundError(
+            f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
+            "give a video with a frontal face; where one is there but not found, give its mouth in "
+            "the first frame with --mouth X Y WIDTH HEIGHT",
+        )
+    picked = np.unique(np.linspace(0, len(kept) - 1, count).round().astype(int))
+    if order is not None:
+        rank = np.argsort([order(there) for _, there in kept], kind="stable")
+        picked = np.sort(rank[picked])
+    return [kept[k] for k in picked]
