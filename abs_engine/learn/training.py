@@ -16,6 +16,8 @@ from abs_engine.face.shape.minimum_norm_deformation import reach
 from abs_engine.face.shape.modal import LearnedPhysics, learn
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.correspondence import Correspondence, correspond
+from abs_engine.learn.held_out import held_out_variances
+from abs_engine.learn.sources import Source
 
 FloatArray = NDArray[np.float64]
 MODES, TRAINED = 10, 140
@@ -113,6 +115,9 @@ def train(
         learned,  # Eq. 3
         noise=noise,
         noise_variances=_noise_variances(learned, shell, laid, noise),
+        motion_variances=held_out_variances(
+            laid.rest, [Source(moved[:n_train])], learned.variances
+        ),
         person=laid.person,
         speaker=checksum(speaker),
         source=f"{observations.source}; {laid.how}",
