@@ -72,9 +72,7 @@ def _left_out(
         if sum(map(len, others)) < 2 * modes:
             return np.zeros((0, modes)), np.zeros((0, modes))
         physics = learn_sources(rest, others, modes)
-        along = [
-            _squares(physics, s, b) for s, b in zip(sources, left_out, strict=True) if len(b)
-        ]
+        along = [_squares(physics, s, b) for s, b in zip(sources, left_out, strict=True) if len(b)]
         if along:
             learned.append(physics.variances)
             squares.append(np.mean(along, axis=0))
@@ -89,7 +87,7 @@ def _squares(physics: LearnedPhysics, source: Source, frames: NDArray[np.intp]) 
 
 
 def _likeliest(learned: FloatArray, squares: FloatArray) -> FloatArray:
-    """log A and g of v = A l^g, by Newton's method, of (B, P) logarithms of l and squares."""
+    """Log A and g of v = A l^g, by Newton's method, of (B, P) logarithms of l and squares."""
     columns = np.stack([np.ones(learned.size), learned.ravel()], axis=1)
     seen, law = squares.ravel(), np.array([0.0, 1.0])
     for _ in range(_ROUNDS):

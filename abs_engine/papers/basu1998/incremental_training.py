@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
+from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.shell import shell_colours
 from abs_engine.fit.shell_relaxation import Seen
 from abs_engine.io.assets import Speaker
@@ -23,6 +25,8 @@ from abs_engine.papers.basu1998.motion import (
     recording_path,
 )
 from abs_engine.papers.basu1998.single_frames import typical_shapes
+
+FloatArray = NDArray[np.float64]
 
 
 def further_motion(speaker: Speaker, person: str) -> Motion:
@@ -50,6 +54,24 @@ def lip_clip(lips: TrainedLips, views: Sequence[Truth], renderer: Renderer) -> L
     return LipClip(lips.model, tuple(moments), at_rest)
 
 
+def with_sample_variances(lips: TrainedLips) -> TrainedLips:
+    """The same lips with the variances of the dots' own frames, as section 4.2 has them."""
+    physics = replace(lips.model.physics, motion_variances=np.zeros(0))
+    return _moving_by(lips, physics, lips.training.displacements)
+
+
+def _moving_by(
+    lips: TrainedLips, physics: LearnedPhysics, displacements: FloatArray
+) -> TrainedLips:
+    """The same lips with other physics, and the displacements (K, N, 3) it was learned from."""
+    return replace(
+        lips,
+        model=replace(lips.model, physics=physics),
+        starts=typical_shapes(physics, displacements),
+        training=replace(lips.training, physics=physics, displacements=displacements),
+    )
+
+
 def further_trained(
     lips: TrainedLips, clips: Sequence[LipClip]
 ) -> tuple[TrainedLips, tuple[float, ...]]:
@@ -58,11 +80,4 @@ def further_trained(
     And -log probability of a moment that was left out of the clips, before and after each round.
     """
     done = train_further(lips.training, clips)
-    seen = done.displacements
-    found = replace(
-        lips,
-        model=replace(lips.model, physics=done.physics),
-        starts=typical_shapes(done.physics, seen),
-        training=replace(lips.training, physics=done.physics, displacements=seen),
-    )
-    return found, done.evidence
+    return _moving_by(lips, done.physics, done.displacements), done.evidence
