@@ -1,4 +1,4 @@
-"""Lips that speak, drawn from several sides: clips without dots, and runs as `track` writes them."""
+"""Lips that speak, drawn from several sides: clips without dots, and runs of them."""
 
 from __future__ import annotations
 

@@ -125,13 +125,19 @@ def report_lines(done: Training) -> list[str]:
     lines = [
         f"correspondence: {done.correspondence.how}",
         f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
-        f"{len(done.left_out)} left out{_named(done.left_out, ', as dots were lost')}",
+        f"{len(done.left_out)} left out{_named(done.left_out, ', as too few dots were found')}",
         f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
         "variance held by the first modes: "
         + "  ".join(f"{k}: {share:.2%}" for k, share in enumerate(physics.shares, 1)),
     ]
+    if len(done.incomplete):
+        told = _named(done.incomplete, "")
+        lines.insert(
+            2, f"{len(done.incomplete)} of these frames are learned from without some dots{told}"
+        )
     if len(done.jumped):
-        lines.insert(2, f"{len(done.jumped)} more left out{_named(done.jumped, ', as dots jump')}")
+        told = _named(done.jumped, ", which were left out")
+        lines.insert(2, f"in {len(done.jumped)} frames dots jump{told}")
     if len(done.uncertain):
         told = _named(done.uncertain, "; a person should look at them")
         lines.insert(2, f"{len(done.uncertain)} of these frames have uncertain dots{told}")
