@@ -73,7 +73,7 @@ class SharedShape:
 
     def values(self, vectors: FloatArray) -> FloatArray:
         """Values (B,) at weights (B, P), nats."""
-        return np.sum([p.values(vectors) for p in self.problems], axis=0, dtype=np.float64)
+        return np.asarray(np.sum([p.values(vectors) for p in self.problems], axis=0))
 
     def newton(
         self, x: FloatArray, reach: int, local: bool = False
@@ -86,7 +86,7 @@ class SharedShape:
     def information(self, x: FloatArray) -> FloatArray:
         """Information (P, P) of all views and the prior about the weights at `x` (P,)."""
         found = [p.information(x) for p in self.problems]
-        return np.sum([f for f in found if f is not None], axis=0, dtype=np.float64)
+        return np.asarray(np.sum([f for f in found if f is not None], axis=0))
 
 
 @dataclass(frozen=True, eq=False)

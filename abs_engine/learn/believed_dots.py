@@ -106,7 +106,7 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
     frame's other dots have it by ten modes. The modes are of the half of the frames nearest to the
     median at first, then of all, until what is believed stays the same.
     """
-    there = np.isfinite(dots).all(axis=2)
+    there = np.asarray(np.isfinite(dots).all(axis=2))
     count, modes = len(dots), min(_MODES, len(dots) // 4)
     flat = np.where(np.repeat(there, 3, axis=1), dots.reshape(count, -1), np.nan)
     if modes == 0:
@@ -122,7 +122,7 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
         kept = known.sum(axis=1) >= FEWEST
         if (known == before).all() or kept.sum() < 4:
             break
-    jumped = there & ~known
+    jumped = np.asarray(there & ~known)
     _check_names(dots, guess, jumped, names)
     return Believed(filled.reshape(dots.shape), known, jumped)
 

@@ -148,7 +148,7 @@ def train_further(
         Called with what is begun, in a few words.
     """
     dots = Source(training.displacements)
-    physics, sources = training.physics, (dots,)
+    physics, sources = training.physics, tuple[Source, ...]((dots,))
     made = [(physics, sources)]
     evidence = [_explained(physics, sources, clips)]
     for number in range(1, rounds + 1):
@@ -172,7 +172,7 @@ def _explained(
 def _spread_over(displacements: FloatArray) -> FloatArray:
     """At most `STARTS` of them, evenly spread over time."""
     at = np.linspace(0, len(displacements) - 1, min(STARTS, len(displacements)))
-    return displacements[np.rint(at).astype(int)]
+    return np.asarray(displacements[np.rint(at).astype(int)])
 
 
 def _learned(old: LearnedPhysics, sources: Sequence[Source]) -> LearnedPhysics:

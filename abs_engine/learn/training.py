@@ -112,7 +112,7 @@ def train(
     frames = np.flatnonzero(believed.usable)
     _check(len(frames), observations.frames, n_modes, n_train)
     used, later = frames[:n_train], frames[n_train:]
-    whole = believed.known.all(axis=1)
+    whole = np.asarray(believed.known.all(axis=1))
     tested = later[whole[later]]
     laid = correspond(speaker, shell, believed.dots[used], person)
     both = np.concatenate([used, tested])
