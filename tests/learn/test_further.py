@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,12 +14,18 @@ from scipy.optimize import minimize
 
 from abs_engine.capture.observations import write_observations
 from abs_engine.cli import main
+from abs_engine.core.errors import InputFileError
 from abs_engine.face.shape.modal import LearnedPhysics, learn, load_physics
+from abs_engine.face.shape.physics_head import physics_shape
+from abs_engine.io.assets import shipped
 from abs_engine.learn.further import Further, LipClip, train_further
 from abs_engine.learn.held_out import _left_out, _likeliest, held_out_variances
 from abs_engine.learn.sources import Source, balanced, learn_sources
 from abs_engine.papers.basu1998.experiment import OBSERVED
 from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion, observed_motion
+from abs_engine.tracking.lip_clips import load_lip_run
+from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.shells import BUNDLED
 
 N, RNG = 12, np.random.default_rng(5)
 REST = RNG.normal(size=(N, 3))
@@ -195,6 +202,30 @@ class TestAdd:
             said = capsys.readouterr().err.strip().splitlines()
             assert told in said[-1]
             assert not (folder / "lips.npz").exists()
+
+
+def test_the_rest_of_a_run_tracked_with_physics_is_without_its_mean(tmp_path: Path):
+    """There the head of the mesh is in the mean posture of the lips that it was tracked with."""
+    folder, physics = write_lip_run(tmp_path / "run", range(5, 7), FRONT), lips().model.physics
+    neutral, shell = SPEAKER.named("clara"), lips().model.shell
+    summary = folder / "run.json"
+    told = json.loads(summary.read_text())
+    for name, moves_by in (("lips.npz", physics), (None, load_physics(shipped(BUNDLED)))):
+        moved = physics_shape(SPEAKER, neutral, shell, moves_by)
+        (folder / "mesh.npz").unlink()
+        weights = np.zeros((2, len(moved.modes)))
+        RunMesh(moved.mean, moved.modes, weights, SPEAKER.faces).save(folder)
+        told["settings"] |= {"model": "shell", "physics": name}
+        summary.write_text(json.dumps(told))
+        if name is not None:
+            with pytest.raises(InputFileError, match=r"lips\.npz, the lips that"):
+                load_lip_run(folder, SPEAKER, shell)
+            physics.save(tmp_path / name)
+        run = load_lip_run(folder, SPEAKER, shell)
+        np.testing.assert_allclose(run.rest, neutral, atol=1e-4)
+        near = physics_shape(SPEAKER, np.zeros_like(neutral), shell, moves_by).mean
+        np.testing.assert_allclose(run.tracked[0], shell.nodes(near), atol=1e-3)
+        assert np.abs(run.tracked[0]).max() > 0.5
 
 
 def test_a_physics_with_and_without_cross_validated_variances_is_read_back(tmp_path: Path):
