@@ -96,10 +96,11 @@ def _further(
     chosen: Chosen, done: Training, groups: list[list[LipRun]], speaker: Speaker
 ) -> Further:
     """What runs teach beside the dots."""
+    from abs_engine.core.threads import one_thread
     from abs_engine.learn.further import train_further
     from abs_engine.tracking.lip_clips import lip_clip
 
-    with opened(chosen.renderer) as renderer, Progress("learning") as progress:
+    with opened(chosen.renderer) as renderer, one_thread(), Progress("learning") as progress:
         progress.announce("reading the runs")
         clips = [lip_clip(g, speaker, done.shell, done.physics, renderer) for g in groups]
         return train_further(done, clips, tell=progress.announce)
