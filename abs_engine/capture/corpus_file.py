@@ -22,6 +22,9 @@ from abs_engine.core.errors import (
 )
 from abs_engine.io.npz import format_of, read_arrays
 
+SMALLEST = 15.0
+"""mm that a face's points extend over at least: lips alone over 40, a face in metres over 0.3."""
+
 
 def read_corpus(
     path: Path, table: Path | None = None, rate: float | None = None, unit: str | None = None
@@ -53,7 +56,7 @@ def read_corpus(
         If an ``.npz`` is neither a corpus nor observations.
     ParameterError
         If the table is lacking, or names points or frames that are not there; if a unit is given
-        for what is in mm, or two points have one name.
+        for what is in mm, the points are in metres, or two have one name.
     TooFewPointsError
         If a point of the upper teeth is missing in a frame that is used, or the three do not span
         a plane there.
@@ -197,10 +200,22 @@ def _assembled(
             )
         points = _on_bite_plane(points, marks, used)
     shown = [_mean(points[start : end + 1]) for start, end in table.visemes.values()]
+    _check_size(path, np.stack(shown))
     try:
         return Corpus(np.stack(shown), names, tuple(table.visemes), table.groups, source=path.name)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error.problem}", error.remedy) from error
+
+
+def _check_size(path: Path, faces: FloatArray) -> None:
+    """Refuse faces (V, N, 3) that are no larger than a tooth."""
+    there = faces[np.isfinite(faces).all(axis=2)]
+    size = float(np.linalg.norm(np.ptp(there, axis=0))) if len(there) else 0.0
+    if 0 < size < SMALLEST:
+        raise ParameterError(
+            f"{path}: the faces measure {size:.2g} mm from end to end",
+            "are they in mm? say so with --unit, such as --unit m",
+        )
 
 
 def _mean(points: FloatArray) -> FloatArray:

@@ -109,8 +109,13 @@ def write_marks(rows: Iterable[tuple[Mark, Mapping[str, object]]]) -> str:
     return out.getvalue() or "frame,view,point,x,y\n"
 
 
+def needed_among(names: Iterable[str]) -> tuple[str, ...]:
+    """Dots that there must be: `LIPS17` where any of the lips' is named, else none."""
+    return LIPS17 if set(names) & set(LIPS16) else ()
+
+
 def initial_places(
-    marks: Sequence[Mark], views: int, needed: Sequence[str] = LIPS17
+    marks: Sequence[Mark], views: int, needed: Sequence[str] | None = None
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Names of the dots and where each is in the first frame.
 
@@ -119,8 +124,8 @@ def initial_places(
     marks : sequence of Mark
         Only those of frame 0 are looked at.
     views : int
-    needed : sequence of str
-        Names that must be there; they come first.
+    needed : sequence of str, optional
+        Names that must be there; they come first. By default see `needed_among`.
 
     Returns
     -------
@@ -135,6 +140,7 @@ def initial_places(
         If a mark is in a view that there is not, or a dot is given twice.
     """
     first = [m for m in marks if m.frame == 0]
+    needed = needed_among(m.point for m in first) if needed is None else needed
     names = tuple(dict.fromkeys([*needed, *(m.point for m in first)]))
     places = np.full((views, len(names), 2), np.nan)
     for mark in first:

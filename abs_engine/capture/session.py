@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.capture.dot_annotations import LIPS17, Mark, check_view, initial_places
+from abs_engine.capture.dot_annotations import Mark, check_view, initial_places, needed_among
 from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, Sighting
 from abs_engine.capture.dots import Image
 from abs_engine.capture.head import HeadChoice, head_motion
@@ -74,7 +74,7 @@ def follow_videos(
     videos: Sequence[Path],
     points: Sequence[Mark],
     corrections: Sequence[Mark] = (),
-    needed: Sequence[str] = LIPS17,
+    needed: Sequence[str] | None = None,
     options: FollowOptions = USUAL,
     watch: Callable[[Moment], None] | None = None,
 ) -> Tracks:
@@ -89,8 +89,8 @@ def follow_videos(
         Every dot in both views in frame 0.
     corrections : sequence of Mark
         What a person says of later frames; it replaces what was found, and is gone on from.
-    needed : sequence of str
-        Dots that there must be.
+    needed : sequence of str, optional
+        Dots that there must be; by default see `needed_among`.
     options : FollowOptions
     watch : callable, optional
         Called with each frame as it is done.
@@ -199,9 +199,9 @@ def points_of_head(
 
 
 def points_of_markers(
-    markers: Markers, head: HeadChoice, needed: Sequence[str] = LIPS17, source: str = ""
+    markers: Markers, head: HeadChoice, needed: Sequence[str] | None = None, source: str = ""
 ) -> Observations:
-    """Take the markers of a file into the head frame.
+    """Take the markers of a file into the head frame; those needed as in `follow_videos`.
 
     Raises
     ------
@@ -210,6 +210,7 @@ def points_of_markers(
     DegenerateViewsError
         If the rigid points leave a rotation open.
     """
+    needed = needed_among(markers.names) if needed is None else needed
     lacking = [name for name in needed if name not in markers.names]
     if lacking:
         raise TooFewPointsError(

@@ -1,40 +1,123 @@
-"""Relaxing the modal constraint: the full-rank shell settles on a frame (Basu et al., 6.1)."""
+"""Relaxing the modal constraint: the full-rank shell settles on a moment (Basu et al., 6.1).
+
+A moment is what one or more cameras saw at the same time. All of them pull on the one shell: where
+it lies in depth, which a single view hardly shows, another view sees.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.compare.prior import GaussianPrior
+from abs_engine.core.blocks import POSTURE
 from abs_engine.core.geometry import Pose
-from abs_engine.core.scene import Candidates, Scene
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import POSE_NAMES, PoseFrame, mode_block, pose_and
 from abs_engine.face.shape.fem import ThinShell
 from abs_engine.face.shape.lip_model import LipModel
+from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.fit.head_frame import COLOUR
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.shell import MODE_LIMIT
+from abs_engine.optimise.newton import Newton
 
 FloatArray = NDArray[np.float64]
-STEPS = 12
-_SHORTEST = 0.05
+TRIED = 4
+"""Best of the starts that are all descended from."""
+_NEWTON = Newton(polished=0, limit=60)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A moment as one camera saw it.
+
+    Parameters
+    ----------
+    colours : FacetLikelihood
+        Of the picture; its scene is replaced by that of the shell.
+    pose : Pose
+        Of the head, head to camera, held.
+    """
+
+    colours: FacetLikelihood
+    pose: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class SharedShape:
+    """-log posterior of a shape that several views share; their sum is minimised.
+
+    Parameters
+    ----------
+    problems : tuple of Problem
+        Over the posture alone; the prior is in one of them.
+    """
+
+    problems: tuple[Problem, ...]
+    unit: float = 1.0
+
+    @property
+    def spec(self) -> ParamSpec:
+        """Names, units, scales and bounds of the weights."""
+        return self.problems[0].spec
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        """Value at weights (P,)."""
+        return Evaluation(float(self.values(x[None])[0]), {})
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at weights (B, P), nats."""
+        return np.asarray(np.sum([p.values(vectors) for p in self.problems], axis=0))
+
+    def newton(
+        self, x: FloatArray, reach: int, local: bool = False
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Value, gradient (P,) and second derivative (P, P) at `x`; see `Problem.newton`."""
+        made = [p.newton(x, reach, local) for p in self.problems]
+        values, slopes, curves = zip(*made, strict=True)
+        return sum(values), np.sum(slopes, axis=0), np.sum(curves, axis=0)
+
+    def information(self, x: FloatArray) -> FloatArray:
+        """Information (P, P) of all views and the prior about the weights at `x` (P,)."""
+        found = [p.information(x) for p in self.problems]
+        return np.asarray(np.sum([f for f in found if f is not None], axis=0))
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """A shape that has left the modes.
+    """A shape that was found in a moment.
 
     Parameters
     ----------
-    nodes : (N, 3) float64, mm, head frame
     moved : (N, 3) float64, mm
-        From the modal shape.
-    before, after : float
-        -log posterior with the shell's strain as the prior of what was moved.
+        The shell's displacement from rest.
+    weights : (P,) float64
+        In standard deviations of the modes.
+    covariance : (P, P) float64
+        Of the weights, by Laplace's approximation; the prior's own is the identity.
+    value : float, nats
+        -log posterior.
     """
 
-    nodes: FloatArray
     moved: FloatArray
-    before: float
-    after: float
+    weights: FloatArray
+    covariance: FloatArray
+    value: float
+
+    @property
+    def evidence(self) -> float:
+        """-log probability of the pictures, nats: the posterior integrated over the weights.
+
+        By Laplace's approximation and up to what is the same for all physics. A model that could
+        be anywhere pays for it.
+        """
+        return float(self.value - 0.5 * np.linalg.slogdet(self.covariance)[1])
 
 
 def softness(elastic: ThinShell, typical: float) -> float:
@@ -43,70 +126,74 @@ def softness(elastic: ThinShell, typical: float) -> float:
     return float(typical**2 / (np.trace(rows) / len(elastic.vertices)))
 
 
-def settle(
-    model: LipModel,
-    colours: FacetLikelihood,
-    weights: FloatArray,
-    pose: Pose,
-    elastic: ThinShell,
-    temperature: float,
-) -> Settled:
-    """Let every node go where the forces and the shell's elasticity balance.
+def relaxed(
+    physics: LearnedPhysics, elastic: ThinShell, temperature: float, count: int
+) -> LearnedPhysics:
+    """Physics whose shell may leave the modes as far as its elasticity lets it.
 
     Parameters
     ----------
-    model : LipModel
-    colours : FacetLikelihood
-        Of the frame, over the model's scene; with a pull.
-    weights : (P,) float64
-        The modal fit.
-    pose : Pose
-        Of the head, held.
+    physics : LearnedPhysics
     elastic : ThinShell
         The shell with its first, unlearned stiffness K.
     temperature : float
         T: how far the shell may strain, see `softness`.
+    count : int
+        How many modes are kept.
 
     Returns
     -------
-    Settled
-
-    Notes
-    -----
-    The displacement u from the modal shape has the prior N(0, T K^-1), so the balance is
-    K u = T F with F the gradient of log f(O|p): each step moves u towards T K^-1 F(u), as far as
-    the posterior rises.
+    LearnedPhysics
+        The leading modes of S L S' + T K^-1, the covariance of a shape of the modes to which an
+        elastic displacement is added.
     """
-    scene = colours.scene
-    start, count = scene.vertices(weights), len(model.shell)
-    bare, candidate = _bare(scene, start), Candidates.one(np.zeros(0), pose)
-
-    def value(u: FloatArray) -> tuple[float, FacetLikelihood]:
-        at = replace(bare, mean=(start + model.surrounded(u)).astype(np.float32))
-        there = replace(colours, scene=at)
-        data = float(there.negative_log(candidate)[0])
-        return data + elastic.energy(u) / temperature, there
-
-    u, step = np.zeros((count, 3)), 1.0
-    before, there = value(u)
-    best = before
-    for _ in range(STEPS):
-        head = model.gathered(there.forces(candidate) @ pose.rotation)
-        goal = elastic.displacement(temperature * head)
-        while step >= _SHORTEST:
-            tried = u + step * (goal - u)
-            found = value(tried)
-            if found[0] < best:
-                break
-            step *= 0.5
-        else:
-            break
-        u, (best, there) = tried, found
-        step = min(1.0, 1.5 * step)
-    return Settled(start[:count] + u, u, before, best)
+    free = temperature * elastic.solve(np.eye(3 * len(physics.rest)))
+    modal = physics.matrix * physics.deviations
+    values, vectors = np.linalg.eigh(0.5 * (free + free.T) + modal @ modal.T)
+    kept = vectors[:, ::-1][:, :count].T.reshape(count, *physics.rest.shape)
+    none = np.zeros(0)
+    return replace(
+        physics, modes=np.ascontiguousarray(kept), variances=values[::-1][:count].copy(),
+        total=float(values.sum()), noise_variances=none, motion_variances=none,
+    )  # fmt: skip
 
 
-def _bare(scene: Scene, vertices: FloatArray) -> Scene:
-    """The scene with vertices (V, 3), mm, and no modes."""
-    none = np.zeros((0, *vertices.shape), np.float32)
-    return replace(scene, mean=vertices.astype(np.float32), modes=none)
+def shared_shape(model: LipModel, views: Sequence[Seen]) -> SharedShape:
+    """What is minimised over a model's weights for one moment, seen by one view or more."""
+    scene = model.scene()
+    blocks = pose_and(mode_block(model.n_modes, MODE_LIMIT))
+    pivot = model.physics.rest.mean(axis=0)
+    size = len(POSE_NAMES) + model.n_modes
+    prior = GaussianPrior(np.zeros(size), np.ones(size))
+    return SharedShape(
+        tuple(
+            Problem(
+                PoseFrame(view.pose, pivot), blocks, {COLOUR: replace(view.colours, scene=scene)},
+                () if k else (prior,), (POSTURE,),
+            )
+            for k, view in enumerate(views)
+        )
+    )  # fmt: skip
+
+
+def settle(model: LipModel, views: Sequence[Seen], starts: FloatArray) -> Settled:
+    """The most probable shape of a moment, from several starts.
+
+    Parameters
+    ----------
+    model : LipModel
+        With the physics that it may move by: learned, or `relaxed`.
+    views : sequence of Seen
+        One or more.
+    starts : (K, P) float64
+        Weights; the `TRIED` best are descended from.
+    """
+    problem = shared_shape(model, views)
+    best = starts[np.argsort(problem.values(starts), kind="stable")[:TRIED]]
+    ends = [_NEWTON.minimise(problem, start, problem.spec) for start in best]
+    end = min(ends, key=lambda e: e.value)
+    size, axes = np.linalg.eigh(problem.information(end.x))
+    covariance = (axes / np.maximum(size, 1.0)) @ axes.T  # no view takes from what a prior says
+    physics = model.physics
+    moved = physics.shape(end.x * physics.deviations) - physics.rest
+    return Settled(moved, end.x, covariance, end.value)

@@ -15,7 +15,10 @@ from abs_engine.face.shape.lip_shell import LipShell, cut_lip_shell
 from abs_engine.face.shape.minimum_norm_deformation import reach
 from abs_engine.face.shape.modal import LearnedPhysics, learn
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.believed_dots import FEWEST, believe
 from abs_engine.learn.correspondence import Correspondence, correspond
+from abs_engine.learn.held_out import held_out_variances
+from abs_engine.learn.sources import Source
 
 FloatArray = NDArray[np.float64]
 MODES, TRAINED = 10, 140
@@ -24,9 +27,6 @@ FRAMES_A_MODE = 2
 """So many frames are needed at least for each mode: with hardly more frames than modes these hold
 all the frames exactly, errors of observation too, and would pass for exact.
 """
-JUMP = 5.0
-"""mm that a dot may be off the modes of the dots in any case."""
-_ROUNDS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,11 @@ class Training:
     shell : LipShell
     correspondence : Correspondence
     used, tested, left_out : (...,) int
-        Frames that were learned from, complete ones after them, and those with lost dots.
+        Frames that were learned from, complete ones after them, and those with too few dots.
     jumped : (...,) int
-        Complete frames that were left out as well, see `jumps`.
+        Frames of which a dot was left out because it jumps, see `believed_dots.believe`.
+    incomplete : (...,) int
+        Those of the used frames in which dots were lost or left out.
     uncertain : (...,) int
         Those of the used and tested frames in which a dot is uncertain.
     displacements : (T, N, 3) float64, mm
@@ -57,6 +59,7 @@ class Training:
     tested: NDArray[np.int64]
     left_out: NDArray[np.int64]
     jumped: NDArray[np.int64]
+    incomplete: NDArray[np.int64]
     uncertain: NDArray[np.int64]
     displacements: FloatArray
     test: FloatArray
@@ -83,53 +86,59 @@ def train(
         Which of the speaker's people it is; by default somebody else, see `correspond`.
     n_modes : int
     n_train : int
-        Number of complete frames to learn from, from the first on; the others are for testing.
+        Number of frames to learn from, from the first on; the complete others are for testing.
     shell : LipShell, optional
         Cut from the speaker before.
 
     Returns
     -------
     Training
-        Frames in which a dot was lost or jumps are left out, and named in it.
+        A dot that was lost or jumps is put where the other dots of its frame have it
+        (`believed_dots.believe`); frames with fewer than `FEWEST` believed dots are left out. All
+        of them are named in it.
 
     Raises
     ------
     TooFewPointsError
         If dots were not observed at all, or lost in so many frames that too few are left.
     ParameterError
-        If the frames do not span so many modes, there is no such person, or the dots are not his.
+        If the frames do not span so many modes, there is no such person, the dots are not his, or
+        two of them have each other's place in some frames.
     """
     shell = cut_lip_shell(speaker) if shell is None else shell
     dots = observations.of(LIPS16)
-    whole = observations.complete(LIPS16)
-    frames = np.flatnonzero(whole)
-    frames, jumped = _without_jumps(frames, dots)
-    _check(len(frames), len(jumped), observations.frames, n_modes, n_train)
-    laid = correspond(speaker, shell, dots[frames[:n_train]], person)
-    goals, rows = laid.goals(dots[frames]), laid.points.rows(len(shell))
+    _check_found(dots)
+    believed = believe(dots, LIPS16)
+    frames = np.flatnonzero(believed.usable)
+    _check(len(frames), observations.frames, n_modes, n_train)
+    used, later = frames[:n_train], frames[n_train:]
+    whole = np.asarray(believed.known.all(axis=1))
+    tested = later[whole[later]]
+    laid = correspond(speaker, shell, believed.dots[used], person)
+    both = np.concatenate([used, tested])
+    goals = laid.goals(believed.dots[both])
+    rows = laid.points.rows(len(shell))
     moved = reach(shell.elastic_at(laid.rest), rows, goals)  # Eq. 2
-    learned, noise = learn(laid.rest, moved[:n_train], n_modes), _noise(goals[:n_train], n_modes)
+    sample = goals[:n_train][whole[used]]
+    if len(sample) < FRAMES_A_MODE * n_modes:
+        sample = goals[:n_train]
+    learned, noise = learn(laid.rest, moved[:n_train], n_modes), _noise(sample, n_modes)
     physics = replace(
         learned,  # Eq. 3
         noise=noise,
         noise_variances=_noise_variances(learned, shell, laid, noise),
+        motion_variances=held_out_variances(
+            laid.rest, [Source(moved[:n_train])], learned.variances
+        ),
         person=laid.person,
         speaker=checksum(speaker),
         source=f"{observations.source}; {laid.how}",
     )
-    uncertain = frames[observations.doubtful(LIPS16)[frames]]
     return Training(
-        physics, shell, laid, frames[:n_train], frames[n_train:], np.flatnonzero(~whole), jumped,
-        uncertain, moved[:n_train], moved[n_train:],
+        physics, shell, laid, used, tested, np.flatnonzero(~believed.usable),
+        np.flatnonzero(believed.jumped.any(axis=1)), used[~whole[used]],
+        both[observations.doubtful(LIPS16)[both]], moved[:n_train], moved[n_train:],
     )  # fmt: skip
-
-
-def _without_jumps(
-    frames: NDArray[np.int64], dots: FloatArray
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The frames in which no dot of (T, K, 3) jumps, and those in which one does."""
-    wild = jumps(dots[frames])
-    return frames[~wild], frames[wild]
 
 
 def _noise_variances(
@@ -140,45 +149,6 @@ def _noise_variances(
     answer = reach(shell.elastic_at(laid.rest), rows, np.eye(rows.shape[0]))
     felt = learned.matrix.T @ answer.reshape(len(answer), -1).T  # (P, n): of a dot's error
     return np.asarray(noise**2 * (felt**2).sum(axis=1))
-
-
-def jumps(dots: FloatArray) -> NDArray[np.bool_]:
-    """In which frames (T,) a dot is where the other frames say that it cannot be.
-
-    Parameters
-    ----------
-    dots : (T, K, 3) float64, mm
-
-    Notes
-    -----
-    A dot jumps where it is more than `JUMP` mm, and eight robust standard deviations, off ten modes
-    of the dots. The modes are of the half of the frames nearest to the median at first, then of all
-    that do not jump, until these stay the same.
-    """
-    count = len(dots)
-    modes = min(MODES, count // 4)
-    if modes == 0:
-        return np.zeros(count, np.bool_)
-    flat = dots.reshape(count, -1)
-    middle = np.median(flat, axis=0)
-    off = _farthest(flat - middle)
-    kept = off <= np.median(off)
-    for _ in range(_ROUNDS):
-        mean = flat[kept].mean(axis=0)
-        basis = np.linalg.svd(flat[kept] - mean, full_matrices=False)[2][:modes]
-        away = flat - mean
-        off = _farthest(away - away @ basis.T @ basis)
-        centre = np.median(off)
-        spread = 1.4826 * np.median(np.abs(off - centre))
-        before, kept = kept, off <= max(centre + 8 * spread, JUMP)
-        if (kept == before).all():
-            break
-    return np.asarray(~kept)
-
-
-def _farthest(away: FloatArray) -> FloatArray:
-    """Distance (T,) of the dot that is farthest, of (T, 3 K)."""
-    return np.asarray(np.linalg.norm(away.reshape(len(away), -1, 3), axis=2).max(axis=1))
 
 
 def checksum(speaker: Speaker) -> str:
@@ -203,7 +173,16 @@ def check_speaker(physics: LearnedPhysics, speaker: Speaker) -> None:
         )
 
 
-def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) -> None:
+def _check_found(dots: FloatArray) -> None:
+    """Refuse dots (T, K, 3) of which one was never found."""
+    never = np.flatnonzero(~np.isfinite(dots).all(axis=2).any(axis=0))
+    if len(never):
+        raise TooFewPointsError(
+            f"the dot {LIPS16[never[0]]} was found in no frame", "film and observe it again"
+        )
+
+
+def _check(usable: int, frames: int, n_modes: int, n_train: int) -> None:
     if n_modes < 1 or n_train < FRAMES_A_MODE * n_modes:
         raise ParameterError(
             f"{n_modes} modes cannot be learned from {n_train} frames",
@@ -215,11 +194,10 @@ def _check(complete: int, jumped: int, frames: int, n_modes: int, n_train: int) 
             "errors of observation from",
             f"learn {3 * len(LIPS16) - 1} modes or fewer",
         )
-    if complete < n_train:
+    if usable < n_train:
         raise TooFewPointsError(
-            f"all {len(LIPS16)} dots were found in {complete} of {frames} frames, "
-            + (f"without {jumped} in which one jumps, " if jumped else "")
-            + f"{n_train} are to be learned from",
+            f"{FEWEST} of the {len(LIPS16)} dots or more were found in {usable} of {frames} "
+            f"frames, {n_train} are to be learned from",
             "correct the lost dots, film more frames, or learn from fewer (--train)",
         )
 

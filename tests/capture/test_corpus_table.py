@@ -204,3 +204,17 @@ def test_teeth_that_never_span_a_plane_are_an_error(tmp_path: Path):
     path = recording(tmp_path, NAMES, np.zeros((4, 6, 3)))
     with pytest.raises(TooFewPointsError, match="frame 0: three points of the upper teeth"):
         read_recording(path, table(tmp_path))
+
+
+@pytest.mark.parametrize("unit", ["m", "cm"])
+def test_points_in_metres_are_refused_until_their_unit_is_given(tmp_path: Path, unit: str):
+    lips = points()
+    lips[:, 3:] *= 0.4
+    lips[:, :3] *= 0.5
+    path = recording(tmp_path, at=lips / {"m": 1000, "cm": 10}[unit])
+    with pytest.raises(ParameterError, match="say so with --unit") as told:
+        read_corpus(path, table(tmp_path))
+    assert "own.npz" in line_of(told.value)
+    whole = read_corpus(recording(tmp_path, at=lips), table(tmp_path))
+    path = recording(tmp_path, at=lips / {"m": 1000, "cm": 10}[unit])
+    np.testing.assert_allclose(read_corpus(path, table(tmp_path), unit=unit).points, whole.points)

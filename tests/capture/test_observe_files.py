@@ -21,6 +21,8 @@ from abs_engine.core.errors import (
     ModelFormatError,
     TooFewPointsError,
 )
+from abs_engine.io.assets import load_speaker
+from abs_engine.learn.training import train
 
 SKULL = ("a", "b", "c")
 NAMES = (*LIPS17, *SKULL)
@@ -86,6 +88,25 @@ def test_marker_files_become_observations(tmp_path: Path, kind: str):
     assert seen.complete(LIPS17).tolist() == [True, True, False, True, True]
 
 
+def test_any_set_of_markers_will_do_if_none_is_of_the_lips(tmp_path: Path):
+    """Beads of a user's own, one of them hidden in a frame."""
+    beads = tuple(f"bead{k:02d}" if name in LIPS17 else name for k, name in enumerate(NAMES))
+    points = talking()
+    points[2, 4] = np.nan
+    out, path = tmp_path / "o.npz", write_wide(tmp_path / "m.csv", beads, points)
+    skull = dict(zip(NAMES, expected()[0].tolist(), strict=True))
+    lines = [f"{name},{skull[name][0]},{skull[name][1]},{skull[name][2]}" for name in "abc"]
+    (tmp_path / "skull.csv").write_text("\n".join(["point,x,y,z", *lines]))
+    words = ["--rigid", "a,b,c", "--reference", str(tmp_path / "skull.csv"), "-o", str(out)]
+    assert main(["observe", str(path), *words]) == 0
+    seen = read_observations(out)
+    assert seen.names == beads
+    assert seen.found.sum() == seen.found.size - 1
+    assert seen.points[seen.found] == pytest.approx(expected()[seen.found], abs=1e-4)
+    with pytest.raises(TooFewPointsError, match="16 of 16 points were not observed"):
+        train(seen, load_speaker())
+
+
 def test_units_are_turned_into_millimetres(tmp_path: Path):
     path = write_c3d(tmp_path / "m.c3d", NAMES, talking() / 1000, "m")
     assert read_markers(path).points == pytest.approx(talking(), abs=1e-3)
@@ -148,6 +169,10 @@ def test_points_that_are_missing_or_double_are_named():
     assert places[:, -1].tolist() == [[3, 4], [3, 4]]
     with pytest.raises(TooFewPointsError, match=r"1 places are missing.*nose \(view 2\)"):
         initial_places(every[:-1], 2)
+    own = [Mark(0, v, n, (1.0, 2.0)) for n in ("b", "a") for v in (0, 1)]
+    assert initial_places(own, 2)[0] == ("b", "a")
+    with pytest.raises(TooFewPointsError, match=r"1 places are missing.*a \(view 2\)"):
+        initial_places(own[:-1], 2)
     with pytest.raises(ModelFormatError, match="twice"):
         initial_places([*every, every[3]], 2)
     with pytest.raises(ModelFormatError, match="view 3"):

@@ -1,4 +1,4 @@
-"""The full-rank shell settles on a frame, and the lips learn from what it found."""
+"""The full-rank shell settles on what one camera or several saw at once."""
 
 from __future__ import annotations
 
@@ -7,39 +7,40 @@ from functools import cache
 
 import numpy as np
 import pytest
-from heads import SIZE, colours_of, head_of, picture_of, seen_at
+from lip_clips import FRONT, HEADS, LEFT, RIGHT, lips, seen
 
-from abs_engine.compare.facets import FacetLikelihood
-from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.fem import ThinShell
+from abs_engine.face.shape.lip_model import LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
-from abs_engine.fit.shell import ShellSetting, shell_problem
-from abs_engine.fit.shell_relaxation import Settled, settle, softness
-from abs_engine.io.assets import load_speaker
-from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
-from abs_engine.papers.basu1998.incremental_training import STRAINED, further_trained
-from abs_engine.papers.basu1998.motion import UNROUNDED, authored_motion
-from abs_engine.papers.basu1998.single_frames import colours_of as colours_in
-from abs_engine.render.cpu import CpuRenderer
+from abs_engine.fit.shell_relaxation import Settled, relaxed, settle, shared_shape, softness
 
-CAMERA = Camera.ideal(SIZE)
-SPEAKER = load_speaker()
-FRONT = seen_at([0, 0, 0], [0, 0, 560])
+ROUNDED = (5, 12, 20, 26)
+LIPS = slice(0, 3 * COLUMNS)
 
 
 @cache
-def lips() -> TrainedLips:
-    """Lips that never saw rounding."""
-    motion = authored_motion(SPEAKER, "clara", frames=60, sentences=UNROUNDED)
-    return learn_lips(SPEAKER, "clara", colours_of(head_of("clara"), FRONT, CAMERA), 0, motion)
-
-
 def elastic() -> ThinShell:
     return lips().model.shell.elastic_at(lips().model.physics.rest)
 
 
-# ---- softness ------------------------------------------------------------------------------------
+@cache
+def model(typical: float = 0.8, count: int = 40) -> LipModel:
+    """Lips that may leave their modes, by so many mm."""
+    free = relaxed(lips().model.physics, elastic(), softness(elastic(), typical), count)
+    return replace(lips().model, physics=free)
+
+
+@cache
+def settled(frame: int, *poses: object) -> Settled:
+    own = model()
+    return settle(own, [seen(frame, pose) for pose in poses], np.zeros((1, own.n_modes)))
+
+
+def away(frame: int, found: Settled) -> np.ndarray:
+    """Of the lips' nodes from the truth, (102, 3) mm."""
+    physics = lips().model.physics
+    return (physics.rest + found.moved - lips().model.shell.nodes(HEADS[frame]))[LIPS]
 
 
 def test_nodes_move_as_far_as_the_temperature_says():
@@ -55,149 +56,91 @@ def test_nodes_move_as_far_as_the_temperature_says():
     assert energy / temperature == pytest.approx(612 / 2, rel=0.03)  # equipartition
 
 
-# ---- settling ------------------------------------------------------------------------------------
-
-SAID = authored_motion(SPEAKER, "clara", frames=30, sentences=("_ S u: f O: w u: _",))
-HEADS = SAID.vertices(SPEAKER)
-ROUNDED = (5, 12, 20, 26)
-
-
-def known(frame: int) -> np.ndarray:
-    """Weights of the nearest modal shape."""
-    model = lips().model
-    nodes = model.shell.nodes(HEADS[frame])
-    return model.physics.coefficients(nodes) / model.deviations
-
-
-@cache
-def setting() -> ShellSetting:
-    return lips().setting(CAMERA, CpuRenderer())
+def test_a_relaxed_shell_has_the_modes_covariance_and_the_elastic_one():
+    physics, temperature = lips().model.physics, softness(elastic(), 0.5)
+    free = relaxed(physics, elastic(), temperature, 612)
+    found = (free.matrix * free.variances) @ free.matrix.T
+    modal = (physics.matrix * physics.deviations**2) @ physics.matrix.T
+    wanted = modal + temperature * np.linalg.inv(elastic().stiffness.toarray())
+    np.testing.assert_allclose(found, wanted, atol=1e-8)
+    np.testing.assert_array_equal(free.rest, physics.rest)
+    np.testing.assert_array_equal(free.mean, physics.mean)
+    few = relaxed(physics, elastic(), temperature, 20)
+    np.testing.assert_allclose(few.deviations, free.deviations[:20])
+    assert few.held > 0.9
 
 
-@cache
-def colours(frame: int) -> FacetLikelihood:
-    """Of a picture of a whole head whose lips are rounded."""
-    head = replace(head_of("clara").head, mean=HEADS[frame])
-    return colours_in(shell_problem(setting(), picture_of(head, FRONT, CAMERA), FRONT))
+def test_several_views_add_up_and_the_prior_counts_once():
+    own, x = model(), np.linspace(-1, 1, 40)
+    views = [seen(12, pose) for pose in (FRONT, LEFT)]
+    each = [
+        replace(v.colours, scene=own.scene()).negative_log(Candidates.one(x, v.pose))[0]
+        for v in views
+    ]
+    problem = shared_shape(own, views)
+    assert problem(x).value == pytest.approx(sum(each) + 0.5 * x @ x, rel=1e-6)
+    alone = [shared_shape(own, [v]).newton(x, 4) for v in views]
+    value, slope, curve = problem.newton(x, 4)
+    assert value == pytest.approx(problem(x).value, rel=1e-6)
+    np.testing.assert_allclose(slope, alone[0][1] + alone[1][1] - x, atol=1e-8)
+    np.testing.assert_allclose(curve, alone[0][2] + alone[1][2] - np.eye(40), atol=1e-8)
 
 
-def rms(away: np.ndarray) -> float:
-    """RMS distance of the lips' nodes in the picture's plane, mm."""
-    return float(np.sqrt((away[: 3 * COLUMNS, :2] ** 2).sum(axis=1).mean()))
+def test_the_posterior_is_never_worse_than_any_start():
+    own = model()
+    starts = np.random.default_rng(0).normal(size=(6, own.n_modes))
+    views = [seen(20, pose) for pose in (FRONT, LEFT)]
+    found = settle(own, views, starts)
+    problem = shared_shape(own, views)
+    assert found.value <= problem.values(starts).min()
+    assert found.value == pytest.approx(problem(found.weights).value, rel=1e-6)
 
 
-@cache
-def settled(frame: int, typical: float = STRAINED) -> Settled:
-    shell = elastic()
-    model = setting().model
-    return settle(model, colours(frame), known(frame), FRONT, shell, softness(shell, typical))
-
-
-def leaving(frame: int) -> tuple[np.ndarray, np.ndarray]:
-    """What the nearest modal shape misses of the lips in the picture's plane, and what is moved.
-
-    Started from there, so that what is left lies outside of the modes.
-    """
-    model = lips().model
-    truth, found = model.shell.nodes(HEADS[frame]), settled(frame, 1.0)
-    near = found.nodes - found.moved
-    np.testing.assert_allclose(near, setting().scene.vertices(known(frame))[:204])
-    return (truth - near)[: 3 * COLUMNS], found.moved[: 3 * COLUMNS]
-
-
-def test_nodes_that_leave_the_modes_come_nearer_to_the_truth():
-    """In a few frames together; in one of them they stay as far from it, or nearly.
-
-    There (12) it hangs on the picture's chroma: 1.01 times as far as it is drawn here, 1.03 times
-    as video would hold it.
-    """
-    pairs = [leaving(frame) for frame in ROUNDED]
-    before, after = ([rms(m - k * v) for m, v in pairs] for k in (0.0, 1.0))
-    assert np.linalg.norm(after) < 0.92 * np.linalg.norm(before)
-    assert max(a / b for a, b in zip(after, before, strict=True)) < 1.05
+def test_a_second_view_shows_the_depth_that_one_hides():
+    """Lips that never saw rounding, on rounded ones: their depth is not in what was learned."""
+    one = [away(k, settled(k, FRONT)) for k in ROUNDED]
+    more = [away(k, settled(k, FRONT, LEFT, RIGHT)) for k in ROUNDED]
+    depth = [np.sqrt(np.mean(np.square([a[:, 2] for a in of]))) for of in (one, more)]
+    assert depth[1] < 0.8 * depth[0]
+    plane = np.sqrt(np.mean(np.square([a[:, :2] for a in more])))
+    assert plane < 0.8
 
 
 def test_nodes_leave_the_modes_towards_the_truth():
-    """Cosines of a few frames together: where little is missed, its direction is uncertain."""
-    pairs = [[a[:, :2].ravel() for a in leaving(frame)] for frame in ROUNDED]
-    cosines = [a @ b / np.linalg.norm(a) / np.linalg.norm(b) for a, b in pairs]
-    assert np.mean(cosines) > 0.4
-    assert min(cosines) > 0
-
-
-@pytest.mark.parametrize("start", ["known", "mean", "wrong"])
-def test_the_posterior_never_gets_worse(start):
-    shell = elastic()
-    for frame in ROUNDED:
-        weights = {"known": known(frame), "mean": np.zeros(10), "wrong": np.ones(10)}[start]
-        for typical in (0.05, STRAINED, 2.0):
-            soft = softness(shell, typical)
-            found = settle(setting().model, colours(frame), weights, FRONT, shell, soft)
-            assert found.after <= found.before
-            assert (found.after < found.before) == bool(found.moved.any())
-
-
-def test_what_is_told_is_the_likelihood_and_the_strain():
-    frame, shell = ROUNDED[1], elastic()
-    found, like = settled(frame), colours(frame)
-    base = setting().scene.vertices(known(frame))
-    for u, told in ((0 * found.moved, found.before), (found.moved, found.after)):
-        mean = np.float32(base + setting().model.surrounded(u))
-        there = replace(like, scene=replace(like.scene, mean=mean, modes=0 * like.scene.modes))
-        candidate = Candidates.one(np.zeros(10), FRONT)
-        strain = shell.energy(u) / softness(shell, STRAINED)
-        assert told == pytest.approx(there.negative_log(candidate)[0] + strain, rel=1e-4)
-
-
-def test_a_stiff_shell_stays_and_a_soft_one_goes_far():
-    moved = [
-        np.linalg.norm(settled(ROUNDED[1], typical).moved, axis=1).max()
-        for typical in (0.01, STRAINED, 2.0)
+    """More freedom than the ten modes have brings the lips nearer in the pictures' planes."""
+    physics = lips().model.physics
+    stiff = [
+        settle(lips().model, [seen(k, p) for p in (FRONT, LEFT, RIGHT)], np.zeros((1, 10)))
+        for k in ROUNDED
     ]
-    assert moved[0] < 0.05 < moved[1] < moved[2]
+    loose = [settled(k, FRONT, LEFT, RIGHT) for k in ROUNDED]
+    outside = [
+        s.moved - physics.shape(physics.coefficients(physics.rest + s.moved)) + physics.rest
+        for s in (stiff[1], loose[1])
+    ]
+    assert np.abs(outside[0]).max() < 1e-6 < 0.05 < np.abs(outside[1]).max()
+    error = [
+        np.mean([(away(k, s) ** 2).mean() for k, s in zip(ROUNDED, of, strict=True)])
+        for of in (stiff, loose)
+    ]
+    assert error[1] < error[0]
 
 
-# ---- further training ----------------------------------------------------------------------------
+def test_what_no_view_shows_keeps_the_priors_variance():
+    one, more = settled(12, FRONT), settled(12, FRONT, LEFT, RIGHT)
+    for found in (one, more):
+        size = np.linalg.eigvalsh(found.covariance)
+        assert 0 < size.min() < 0.2
+        assert size.max() <= 1 + 1e-9
+    assert np.trace(more.covariance) < np.trace(one.covariance)
 
 
-def test_lips_learn_a_direction_that_they_lacked():
-    """Five shapes that go 3 mm each way along a smooth field that is no mode."""
-    old = lips().model.physics
-    x = (old.rest - old.rest.mean(axis=0)) / 15
-    field = np.stack([0 * x[:, 0], np.sin(2 * x[:, 0]), np.cos(2 * x[:, 1])], axis=1)
-    field -= np.tensordot(old.matrix.T @ field.ravel(), old.modes, 1)
-    field /= np.linalg.norm(field)
-    spread = 3.0 * np.sqrt(len(field)) * np.array([-1, -0.5, 0, 0.5, 1])
-    shapes = [Settled(old.rest + old.mean + k * field, k * field, 1.0, 0.0) for k in spread]
-    after = further_trained(lips(), shapes)
-    new = after.model.physics
-
-    def variance(physics) -> float:
-        along = physics.matrix.T @ field.ravel()
-        return float((physics.variances * along**2).sum())
-
-    frames = len(lips().training.displacements)
-    assert variance(old) < 1e-6
-    assert variance(new) == pytest.approx((spread**2).sum() / (frames + 4), rel=0.1)
-    assert new.total > old.total * 0.9
-    assert (len(new.modes), new.noise, new.person) == (len(old.modes), old.noise, "clara")
-    assert new.source.endswith("; and 5 shapes found in video")
-    np.testing.assert_array_equal(new.rest, old.rest)
-    assert after.model.physics is after.training.physics
-    assert len(after.training.displacements) == frames + 5
-    assert lips().model.physics is old  # what was given is untouched
-    missed = [np.abs(p.shape(p.coefficients(shapes[0].nodes)) - shapes[0].nodes).max()
-              for p in (old, new)]  # fmt: skip
-    assert missed[1] < 0.2 * missed[0]
-
-
-def test_what_was_settled_makes_lips_that_fit_better():
-    shapes = [settled(frame, 1.0) for frame in range(4, 28, 3)]
-    after = further_trained(lips(), shapes).model.physics
-    old = lips().model.physics
-    for_new, for_old = [], []
-    for frame in ROUNDED:
-        truth = lips().model.shell.nodes(HEADS[frame])
-        for physics, out in ((after, for_new), (old, for_old)):
-            out.append(rms(physics.shape(physics.coefficients(truth)) - truth))
-    assert np.mean(for_new) < 0.97 * np.mean(for_old)
+def test_the_evidence_is_the_posterior_integrated_over_the_weights():
+    """By Laplace, exactly for a Gaussian: -log of N(data; 0, 1 + noise) in one dimension."""
+    data, noise = 1.7, 0.3
+    precision = 1 + 1 / noise**2
+    mean = data / noise**2 / precision
+    value = 0.5 * ((data - mean) / noise) ** 2 + np.log(noise) + 0.5 * mean**2
+    found = Settled(np.zeros((1, 3)), np.array([mean]), np.array([[1 / precision]]), value)
+    wanted = 0.5 * data**2 / (1 + noise**2) + 0.5 * np.log(1 + noise**2)
+    assert found.evidence == pytest.approx(wanted)

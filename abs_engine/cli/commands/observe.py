@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 _NOTES = """\
 Points and corrections are CSV files with the columns frame, view, point, x, y (or JSON): frames
 from 0, views from 1, pixels from 0 at the top left; leave x and y empty where the dot cannot be
-seen. The points are 16 of the lips and the nose, in rows from the subject's right to the left:
+seen. Any names will do, but 'train' learns from 16 points of the lips, which are given together
+with the nose, in rows from the subject's right to the left:
   corner_right, upper_outer_1 to _3, corner_left, lower_outer_1 to _3, upper_inner_1 to _4,
   lower_inner_1 to _4, nose
-and others on the skull. To correct: look at --overlay, edit the lines of --review, and
+and others as you like. To correct: look at --overlay, edit the lines of --review, and
 observe again with --corrections. The head frame needs one of --rigid, --pose and --unturned.
 """
 _CALIBRATE = Path("calibrate")

@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import click
 
 from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
+from abs_engine.cli.drawing import opened
+from abs_engine.cli.progress import Progress
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from abs_engine.io.assets import Speaker
+    from abs_engine.learn.further import Further
     from abs_engine.learn.training import Training
+    from abs_engine.tracking.lip_clips import LipRun
 
 _MOST_NAMED = 12
+NEGATIVE_LOG = "-log probability"
+
+
+def _runs(text: str) -> tuple[Path, ...]:
+    """Runs that are joined by commas."""
+    runs = tuple(Path(part) for part in text.split(",") if part)
+    if not runs:
+        raise click.BadParameter("it names no run")
+    return runs
 
 
 @command(
@@ -31,7 +48,13 @@ _MOST_NAMED = 12
     take.option("--train", type=int, default=140, metavar="N",
         text="complete frames to learn from, all of them required; the rest is for testing "
         "(default: 140)"),
-    examples="abs-engine train dots.npz -o lips.npz --person clara",
+    take.option("--add", many=True, type=_runs, metavar="RUN[,RUN]...",
+        text="learn from runs of videos without dots, too, of this person or others; join those "
+        "of cameras that filmed the same by commas. Kept if frames that were left out are more "
+        "probable then"),
+    take.renderer(),
+    examples="abs-engine train dots.npz -o lips.npz --person clara\n"
+    "abs-engine train dots.npz -o lips2.npz --person clara --add run-front,run-side run-monday",
 )  # fmt: skip
 def train(chosen: Chosen) -> Done:
     """Learn how lips move from observed dots."""
@@ -43,17 +66,56 @@ def train(chosen: Chosen) -> Done:
 
     observations = read_observations(chosen.observations)
     speaker = load_speaker(chosen.speaker)
+    groups = [[_loaded(run, speaker) for run in group] for group in chosen.add]
     done = learn(observations, speaker, chosen.person, n_modes=chosen.modes, n_train=chosen.train)
-    lines = report_lines(done)
-    done.physics.save(chosen.output)  # first: whoever reads the lines may stop at any of them
+    lines, physics, evidence = report_lines(done), done.physics, list[float]()
+    if groups:
+        further = _further(chosen, done, groups, speaker)
+        physics, evidence = further.physics, list(further.evidence)
+        lines += further_lines(further)
+    physics.save(chosen.output)  # first: whoever reads the lines may stop at any of them
     facts = {
         "output": chosen.output,
         "learned_frames": len(done.used),
         "test_frames": len(done.tested),
-        "noise_mm": float(done.physics.noise),
-        "shares": [float(share) for share in done.physics.shares],
+        "noise_mm": float(physics.noise),
+        "shares": [float(share) for share in physics.shares],
+        "left_out_nats": evidence,
     }
     return Done([*lines, f"wrote {chosen.output}"], facts)
+
+
+def _loaded(run: Path, speaker: Speaker) -> LipRun:
+    from abs_engine.face.shape.lip_shell import cut_lip_shell
+    from abs_engine.tracking.lip_clips import load_lip_run
+
+    return load_lip_run(run, speaker, cut_lip_shell(speaker))
+
+
+def _further(
+    chosen: Chosen, done: Training, groups: list[list[LipRun]], speaker: Speaker
+) -> Further:
+    """What runs teach beside the dots."""
+    from abs_engine.core.threads import one_thread
+    from abs_engine.learn.further import train_further
+    from abs_engine.tracking.lip_clips import lip_clip
+
+    with opened(chosen.renderer) as renderer, one_thread(), Progress("learning") as progress:
+        progress.announce("reading the runs")
+        clips = [lip_clip(g, speaker, done.shell, done.physics, renderer) for g in groups]
+        return train_further(done, clips, tell=progress.announce)
+
+
+def further_lines(further: Further) -> list[str]:
+    """What further training found, and whether it is kept."""
+    nats = ", ".join(f"{value:.1f}" for value in further.evidence)
+    kept = f"kept: round {further.kept}" if further.kept else "not kept: nothing new was learned"
+    lines = [f"{NEGATIVE_LOG} of a moment that was left out, before and by round: {nats}; {kept}"]
+    found = further.sources[1:]
+    if found:
+        frames = ", ".join(str(len(source)) for source in found)
+        lines.append(f"shapes that were added, by clip: {frames}")
+    return lines
 
 
 def report_lines(done: Training) -> list[str]:
@@ -64,13 +126,19 @@ def report_lines(done: Training) -> list[str]:
     lines = [
         f"correspondence: {done.correspondence.how}",
         f"{len(done.used)} frames learned from, {len(done.tested)} left for testing, "
-        f"{len(done.left_out)} left out{_named(done.left_out, ', as dots were lost')}",
+        f"{len(done.left_out)} left out{_named(done.left_out, ', as too few dots were found')}",
         f"noise: {physics.noise:.3f} mm for each coordinate of a dot, beyond the modes",
         "variance held by the first modes: "
         + "  ".join(f"{k}: {share:.2%}" for k, share in enumerate(physics.shares, 1)),
     ]
+    if len(done.incomplete):
+        told = _named(done.incomplete, "")
+        lines.insert(
+            2, f"{len(done.incomplete)} of these frames are learned from without some dots{told}"
+        )
     if len(done.jumped):
-        lines.insert(2, f"{len(done.jumped)} more left out{_named(done.jumped, ', as dots jump')}")
+        told = _named(done.jumped, ", which were left out")
+        lines.insert(2, f"in {len(done.jumped)} frames dots jump{told}")
     if len(done.uncertain):
         told = _named(done.uncertain, "; a person should look at them")
         lines.insert(2, f"{len(done.uncertain)} of these frames have uncertain dots{told}")

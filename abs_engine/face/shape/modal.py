@@ -31,6 +31,7 @@ _LAYOUT: Layout = {
     "noise": real(low=0.0),
     **dict.fromkeys(("person", "speaker", "source"), text()),
     "noise_variances": real("P?", low=0.0),
+    "motion_variances": real("P?", low=0.0, optional=True),
 }
 
 
@@ -61,6 +62,9 @@ class LearnedPhysics:
         What was learned from.
     noise_variances : (P,) float64, mm^2
         How much of `variances` errors of observation make; none where they are not known.
+    motion_variances : (P,) float64, mm^2
+        What `variances` are in motion that was not learned from, see `learn.held_out`; none where
+        that is not known.
     """
 
     rest: FloatArray
@@ -73,16 +77,22 @@ class LearnedPhysics:
     speaker: str = ""
     source: str = ""
     noise_variances: FloatArray = field(default_factory=lambda: np.zeros(0))
+    motion_variances: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def expected(self) -> FloatArray:
+        """Variances (P,), mm^2, of other motion, with errors of observation as `variances`."""
+        return self.motion_variances if len(self.motion_variances) else self.variances
 
     @property
     def deviations(self) -> FloatArray:
-        """Standard deviations (P,), mm, of the motion itself, without the errors of observation.
+        """Standard deviations (P,), mm, of other motion itself, without errors of observation.
 
         A weak mode that is mostly error would else be free to move by as much; a twentieth of its
         variance is left to it.
         """
         noise = self.noise_variances if len(self.noise_variances) else 0.0
-        return np.asarray(np.sqrt(np.maximum(self.variances - noise, 0.05 * self.variances)))
+        return np.asarray(np.sqrt(np.maximum(self.expected - noise, 0.05 * self.expected)))
 
     @property
     def held(self) -> float:
@@ -128,7 +138,14 @@ class LearnedPhysics:
         write_npz(path, FORMAT, VERSION, vars(self))
 
 
-def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> LearnedPhysics:
+def learn(
+    rest: FloatArray,
+    displacements: FloatArray,
+    n_modes: int = 10,
+    *,
+    weights: FloatArray | None = None,
+    spread: FloatArray | None = None,
+) -> LearnedPhysics:
     """Learn the physics from observed displacements.
 
     Parameters
@@ -137,6 +154,12 @@ def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> Lea
     displacements : (T, N, 3) float64, mm
         Of the training frames.
     n_modes : int
+    weights : (T,) float64, optional
+        How much each frame counts, above 0; by default all the same.
+    spread : (R, N, 3) float64, mm, optional
+        What is added to the covariance of the displacements: the sum of the outer products of
+        these. Displacements that are means of a posterior have less covariance than the motion, by
+        as much as the posterior has on average.
 
     Raises
     ------
@@ -157,9 +180,14 @@ def learn(rest: FloatArray, displacements: FloatArray, n_modes: int = 10) -> Lea
     if not np.isfinite(data).all():
         bad = int(np.flatnonzero(~np.isfinite(data).all(axis=1))[0])
         raise ParameterError(f"displacements of frame {bad} are not finite", "leave it out")
-    mean = data.mean(axis=0)
-    _, scale, vectors = np.linalg.svd(data - mean, full_matrices=False)
-    values = scale**2 / max(1, len(data) - 1)
+    share = np.ones(len(data)) if weights is None else np.asarray(weights, np.float64)
+    share = share / share.sum()
+    mean, count = share @ data, len(data)
+    rows = np.sqrt(share * count / max(1, count - 1))[:, None] * (data - mean)
+    if spread is not None:
+        rows = np.concatenate([rows, np.reshape(spread, (-1, data.shape[1]))])
+    _, scale, vectors = np.linalg.svd(rows, full_matrices=False)
+    values = scale**2
     rank = int((values > max(1e-12 * values[0], _STILL)).sum())
     if not 0 < n_modes <= rank:
         raise ParameterError(

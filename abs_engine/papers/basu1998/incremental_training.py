@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
-from abs_engine.face.shape.modal import learn
-from abs_engine.fit.shell import shell_problem
-from abs_engine.fit.shell_relaxation import Settled, settle, softness
+from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.fit.shell import shell_colours
+from abs_engine.fit.shell_relaxation import Seen
 from abs_engine.io.assets import Speaker
-from abs_engine.papers.basu1998.experiment import TrainedLips, poses_of
+from abs_engine.learn.further import LipClip, train_further
+from abs_engine.papers.basu1998.experiment import TrainedLips
 from abs_engine.papers.basu1998.motion import (
     UNROUNDED,
     Motion,
@@ -23,12 +24,9 @@ from abs_engine.papers.basu1998.motion import (
     recorded_motion,
     recording_path,
 )
-from abs_engine.papers.basu1998.single_frames import colours_of, fit_frames, typical_shapes
-from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.papers.basu1998.single_frames import typical_shapes
 
 FloatArray = NDArray[np.float64]
-STRAINED = 0.4
-"""mm by which nodes typically leave the modal shape: about what least strain misses of it."""
 
 
 def further_motion(speaker: Speaker, person: str) -> Motion:
@@ -39,40 +37,47 @@ def further_motion(speaker: Speaker, person: str) -> Motion:
         return authored_motion(speaker, person, sentences=UNROUNDED)
 
 
-def settled_shapes(
-    lips: TrainedLips, view: Truth, renderer: Renderer, driver: str = "simplex"
-) -> Iterator[Settled]:
-    """Modal fits of a clip's frames, each then relaxed to the full-rank shell; pose known.
+def lip_clip(lips: TrainedLips, views: Sequence[Truth], renderer: Renderer) -> LipClip:
+    """A clip that several cameras filmed at once, the head's poses known.
 
-    Frames in which no mouth is found are left out.
+    Nothing else is given: the lips start from shapes of the dots.
     """
-    setting = lips.setting(view.camera, renderer)
-    elastic = lips.model.shell.elastic_at(lips.model.physics.rest)
-    soft = softness(elastic, STRAINED)
-    pictures, motion = list(view.pictures()), GivenMotion(poses_of(view))
-    for fit in fit_frames(setting, pictures, motion, lips.starts, driver):
-        pose = view.pose(fit.frame)
-        colours = colours_of(shell_problem(setting, pictures[fit.frame], pose))
-        yield settle(setting.model, colours, fit.weights, pose, elastic, soft)
+    settings = [lips.setting(view.camera, renderer) for view in views]
+    moments = []
+    for frame, pictures in enumerate(zip(*(v.pictures() for v in views), strict=True)):
+        seen = []
+        for setting, view, picture in zip(settings, views, pictures, strict=True):
+            pose = view.pose(frame)
+            seen.append(Seen(replace(shell_colours(setting, picture, pose), pull=None), pose))
+        moments.append(tuple(seen))
+    at_rest = np.zeros((len(moments), len(lips.model.shell), 3))
+    return LipClip(lips.model, tuple(moments), at_rest)
 
 
-def further_trained(lips: TrainedLips, shapes: list[Settled]) -> TrainedLips:
-    """The same lips, learned from the dots' frames and from settled shapes together."""
-    old = lips.model.physics
-    seen = np.stack([s.nodes for s in shapes]) - old.rest
-    displacements = np.concatenate([lips.training.displacements, seen])
-    new = learn(old.rest, displacements, len(old.modes))
-    # How much of each old mode is in a new one tells its share of the errors of observation
-    shared = (new.matrix.T @ old.matrix) ** 2
-    noise = shared @ old.noise_variances if len(old.noise_variances) else old.noise_variances
-    told = f"{old.source}; and {len(shapes)} shapes found in video"
-    physics = replace(
-        new, noise=old.noise, person=old.person, speaker=old.speaker, source=told,
-        noise_variances=noise,
-    )  # fmt: skip
+def with_sample_variances(lips: TrainedLips) -> TrainedLips:
+    """The same lips with the variances of the dots' own frames, as section 4.2 has them."""
+    physics = replace(lips.model.physics, motion_variances=np.zeros(0))
+    return _moving_by(lips, physics, lips.training.displacements)
+
+
+def _moving_by(
+    lips: TrainedLips, physics: LearnedPhysics, displacements: FloatArray
+) -> TrainedLips:
+    """The same lips with other physics, and the displacements (K, N, 3) it was learned from."""
     return replace(
         lips,
         model=replace(lips.model, physics=physics),
         starts=typical_shapes(physics, displacements),
         training=replace(lips.training, physics=physics, displacements=displacements),
     )
+
+
+def further_trained(
+    lips: TrainedLips, clips: Sequence[LipClip]
+) -> tuple[TrainedLips, tuple[float, ...]]:
+    """The same lips, learned from the dots' frames and from clips together.
+
+    And -log probability of a moment that was left out of the clips, before and after each round.
+    """
+    done = train_further(lips.training, clips)
+    return _moving_by(lips, done.physics, done.displacements), done.evidence

@@ -10,6 +10,7 @@ from abs_engine.core.provenance import described
 from abs_engine.papers.basu1998.filmed import YAWS, camera_name
 from abs_engine.papers.basu1998.scores import (
     FRONTAL,
+    FURTHER_LEFT,
     GOALS,
     GRID,
     KNOWN,
@@ -36,6 +37,11 @@ DRIVERS = {
     "gradient": "gradient in parameter space, by differences",
     "simplex": "Nelder-Mead simplex",
     "simplex_one_sample": "the same, one sample for each facet (eq. 8)",
+}
+FURTHER = {
+    "before_mm": "five seconds of dots",
+    "cross_validated_mm": "the same, variances of the modes cross-validated",
+    "after_mm": "and learned again from the relaxed shell",
 }
 _INTEGRALS = {"exact": "exact sum", "sample": "one sample"}
 """How a posterior is integrated over a facet, in words."""
@@ -239,9 +245,13 @@ def _yaws(results: Results) -> str:
 def _further(results: Results) -> str:
     rows = [
         (name, told(number(results, f"further_training.{key}"), "mm"))
-        for key, name in (("before_mm", "before"), ("after_mm", "after"))
+        for key, name in FURTHER.items()
     ]
-    what = "<p>Lip error before and after shapes of the relaxed shell were learned from, too.</p>"
+    what = (
+        "<p>Lip error, frontal camera, pose known. The shell is relaxed on another clip, seen by "
+        f"three cameras at once. What is left of the first: {FURTHER_LEFT.told(results)} (goal: "
+        f"{FURTHER_LEFT.aim()}).</p>"
+    )
     return what + table(("", "lip error, RMS"), rows)
 
 

@@ -26,5 +26,7 @@ REMARKS = (
     "frame that is off its neighbours' aperture by 4 mm.",
     "Further training starts from five seconds in which speech's rounded lips are hardly or not "
     "seen: the recording, or authored speech without rounded vowels. Shapes that the full-rank "
-    "shell found in a clip of other words, from three sides, are added.",
+    "shell found in a clip of other words, seen from three sides at once, are added with the "
+    "covariance of their posterior, in three rounds; the round is kept by which the last fifth of "
+    "that clip, which is not learned from, is most probable.",
 )

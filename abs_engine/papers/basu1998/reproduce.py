@@ -46,7 +46,8 @@ from abs_engine.papers.basu1998.filmed import (
 from abs_engine.papers.basu1998.incremental_training import (
     further_motion,
     further_trained,
-    settled_shapes,
+    lip_clip,
+    with_sample_variances,
 )
 from abs_engine.papers.basu1998.motion import (
     Motion,
@@ -71,6 +72,9 @@ WAYS: tuple[tuple[str, str, str, Integral], ...] = (
 """Name in the results, driver, rule of the forces, and how the posterior is integrated (5.4)."""
 LITERAL = "forces_as_printed"
 """One fixed step from one start, the mean shape: eqs. 8, 10, 12 and 13 as they are printed."""
+FURTHER = ("before_mm", "cross_validated_mm", "after_mm")
+"""Lips of five seconds of dots with the variances of these, with cross-validated ones, and after
+further training."""
 SPARSE = {LITERAL: 5, "simplex_one_sample": 5}
 """Every how many frames are fitted where that takes long: one sample is not fused into drawing."""
 
@@ -104,7 +108,7 @@ def reproduce(
     views = film(amount, folder / "filmed", seed)
     known: list[FrameError] = []
     blob, moving = [], []
-    further: list[tuple[float, float]] = []
+    further: list[tuple[float, ...]] = []
     for person in amount.people:
         tell(f"learning {person}'s lips and colours")
         seen = [views[person, "colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
@@ -196,14 +200,13 @@ def _further(
     test: Truth,
     renderer: Renderer,
     seed: int,
-) -> tuple[float, float]:
-    """Error on the test before and after further training of the session's lips, mm."""
+) -> tuple[float, ...]:
+    """Error on the test, mm, by each of `FURTHER`, of lips that five seconds of dots gave."""
     motion = further_motion(speaker, lips.person)
     before = learn_lips(speaker, lips.person, lips.classes, seed, motion)
-    shapes = [s for clip in clips for s in settled_shapes(before, clip, renderer)]
-    after = further_trained(before, shapes)
-    found = [rms_of(list(pose_known(x, {FRONT: test}, renderer, BEST))) for x in (before, after)]
-    return found[0], found[1]
+    after = further_trained(before, [lip_clip(before, clips, renderer)])[0]
+    each = with_sample_variances(before), before, after
+    return tuple(rms_of(list(pose_known(x, {FRONT: test}, renderer, BEST))) for x in each)
 
 
 def _fitted(
@@ -212,7 +215,7 @@ def _fitted(
     blob: Sequence[FrameError],
     filmed: int,
     moving: Sequence[FrameError],
-    further: Sequence[tuple[float, float]],
+    further: Sequence[tuple[float, ...]],
 ) -> None:
     """Sections 5 and 6.1 as numbers; `filmed` frames were there to be placed by the blob."""
     drivers: dict[str, dict[str, Any]] = {
@@ -253,11 +256,15 @@ def _fitted(
             "highest": float(np.sqrt(np.mean([e.highest**2 for e in best]))),
             "frames": {"blob": len(blob), "blob_filmed": filmed, "estimated": len(moving)},
         },
-        "further_training": {
-            "before_mm": float(np.sqrt(np.mean([a**2 for a, _ in further]))),
-            "after_mm": float(np.sqrt(np.mean([b**2 for _, b in further]))),
-        },
+        "further_training": _trained(further),
     }  # fmt: skip
+
+
+def _trained(further: Sequence[tuple[float, ...]]) -> dict[str, float]:
+    """Errors of all people by each of `FURTHER`, mm, and what is left of the first."""
+    rms = np.sqrt(np.mean(np.square(further), axis=0))
+    left = {"left": float(rms[-1] / rms[0])}
+    return {**dict(zip(FURTHER, map(float, rms), strict=True)), **left}
 
 
 def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:

