@@ -133,9 +133,10 @@ def fit_jointly(
 
 def views_of(body: HeadBody, frames: Sequence[HeadFrameSeen], head: JointHead) -> list[HeadView]:
     """The frames as they show the head."""
+    heads = body.of_person(head.identity, head.postures)
     return [
-        HeadView.of(f.gray, p, body.vertices(head.identity, x), body.speaker.faces)
-        for f, p, x in zip(frames, head.poses, head.postures, strict=True)
+        HeadView.of(f.gray, p, x, body.speaker.faces)
+        for f, p, x in zip(frames, head.poses, heads, strict=True)
     ]
 
 
