@@ -197,27 +197,33 @@ def match(
     window = _window(body, second, camera)
     one, scene = body.speaker, body.scene.at(second.vertices.astype(np.float32))
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), second.pose), camera, window)[0]
-    facet, weights = np.maximum(drawn.facet_id - 1, 0), drawn.barycentrics.astype(np.float64)
-    corners = one.faces[facet]
     # Facets are so small that what is straight in space is straight in the picture, too
     own = first.camera or camera
-    carried_to = at_pixels(drawn.facet_id, weights, one.faces, first.shown(own))
+    carried_to = at_pixels(drawn.facet_id, drawn.barycentrics, one.faces, first.shown(own))
     there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > _FACING)
-    height, width = facet.shape
-    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
-    seen = _sampled(second.gray, window.to_image(grid), window.scale)
+    seen = _sampled(second.gray, _pixels(window), window.scale)
     finer = _pixels_a_mm(second.pose, camera) / _pixels_a_mm(first.pose, own)
     coarse = window.scale * (1.0 if first.camera is None else finer)
     carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
-    pixels, found = _matched(carried, seen, shown & body.skull[facet])
+    still = shown & body.skull[np.maximum(drawn.facet_id - 1, 0)]
+    pixels, found = _matched(carried, seen, still)
     if len(pixels) < _LEAST:
         return None
     column, row = pixels.T
-    where = corners[row, column], weights[row, column]
+    facet, weights = drawn.facet_id[row, column] - 1, drawn.barycentrics[row, column]
+    where = one.faces[facet], weights.astype(np.float64)
     return Matches(
         *where, there[row, column], window.to_image(found), _PIXEL / window.scale,
         _between(*where, body.identity), _between(*where, body.posture),
     )  # fmt: skip
+
+
+def _pixels(window: Window) -> NDArray[np.float32]:
+    """Places of a window's drawn pixels in the image, (H, W, 2), px."""
+    drawn = np.repeat(np.arange(max(window.drawn), dtype=np.float64)[:, None], 2, axis=1)
+    x, y = window.to_image(drawn).T.astype(np.float32)
+    width, height = window.drawn
+    return np.stack(np.meshgrid(x[:width], y[:height]), axis=-1)
 
 
 def _pixels_a_mm(pose: Pose, camera: Camera) -> float:
@@ -234,7 +240,7 @@ def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
     return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 
 
-def _sampled(gray: Gray, pixels: FloatArray, scale: float) -> Gray:
+def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     """The picture at pixels (H, W, 2), blurred as coarsely as it is drawn."""
     soft = cv2.GaussianBlur(gray, (0, 0), 0.4 / scale) if scale < 1 else gray
     x, y = np.moveaxis(pixels.astype(np.float32), -1, 0)
