@@ -59,4 +59,4 @@ def _kernel(
         np.exp(np.divide(apart, reach**2, out=term), out=term)
         term *= sd**2
         out += term
-    return out
+    return np.asarray(out, np.float64)
