@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +98,10 @@ class GaussianPrior(Prior):
 
     def curvature(self, x: FloatArray) -> FloatArray:
         """The inverse of the covariance, (N, N)."""
+        return self._information
+
+    @cached_property
+    def _information(self) -> FloatArray:
         return np.diag(self.deviation**-2.0)
 
     def roots(self, vectors: FloatArray) -> FloatArray:

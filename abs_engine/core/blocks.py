@@ -84,6 +84,8 @@ class Blocks:
                 f"there is no block of parameters '{min(unknown)}'",
                 f"choose one of {', '.join(self.specs)}",
             )
+        if len(wanted) == len(self.specs):
+            return self
         return Blocks({name: spec for name, spec in self.specs.items() if name in wanted})
 
     def indices(self, names: Iterable[str]) -> NDArray[np.int64]:

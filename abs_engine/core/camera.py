@@ -7,7 +7,7 @@ y down, z forward.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -125,6 +125,8 @@ class Camera:
         (..., 3) float64
             (x'' z, y'' z, z) with x'', y'' of the OpenCV model.
         """
+        if not self.distorted:
+            return np.asarray(points, np.float64)
         k1, k2, p1, p2, k3, k4, k5, k6 = self.distortion
         z = points[..., 2]
         safe = np.where(np.abs(z) < 1e-9, 1e-9, z)
@@ -151,21 +153,27 @@ class Camera:
         -------
         (4, 4) float64
         """
-        s, (width, height) = window.scale, window.drawn
-        k, n, f = self.matrix, self.near, self.far
-        shift_x, shift_y = 0.5 - window.x, 0.5 - window.y
-        rows = [
-            [
-                2 * s * k[0, 0] / width,
-                2 * s * k[0, 1] / width,
-                2 * s * (k[0, 2] + shift_x) / width - 1,
-                0,
-            ],
-            [0, 2 * s * k[1, 1] / height, 2 * s * (k[1, 2] + shift_y) / height - 1, 0],
-            [0, 0, (f + n) / (f - n), -2 * f * n / (f - n)],
-            [0, 0, 1, 0],
-        ]
-        return np.array(rows, np.float64)
+        return _clip_matrix(self, window)
+
+
+@lru_cache(maxsize=32)  # asked for in every drawing
+def _clip_matrix(camera: Camera, window: Window) -> FloatArray:
+    """See `Camera.clip_matrix`."""
+    s, (width, height) = window.scale, window.drawn
+    k, n, f = camera.matrix, camera.near, camera.far
+    shift_x, shift_y = 0.5 - window.x, 0.5 - window.y
+    rows = [
+        [
+            2 * s * k[0, 0] / width,
+            2 * s * k[0, 1] / width,
+            2 * s * (k[0, 2] + shift_x) / width - 1,
+            0,
+        ],
+        [0, 2 * s * k[1, 1] / height, 2 * s * (k[1, 2] + shift_y) / height - 1, 0],
+        [0, 0, (f + n) / (f - n), -2 * f * n / (f - n)],
+        [0, 0, 1, 0],
+    ]
+    return np.array(rows, np.float64)
 
 
 @dataclass(frozen=True)

@@ -83,14 +83,10 @@ def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray
     (V, 3) float64
         Unit length, or zero where no adjacent facet has an area.
     """
-    cross, corners = _facet_cross(vertices, faces), faces.T.ravel()
-    count = len(vertices)
-    each = [np.bincount(corners, np.tile(axis, 3), minlength=count) for axis in cross.T]
-    sums = np.stack(each, axis=1).astype(np.float64)
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    normals = np.zeros_like(sums)
-    np.divide(sums, length, out=normals, where=length > 0)
-    return normals
+    from abs_engine.core.facet_loops import unit_normals  # numba takes a while to import
+
+    normals = unit_normals(np.asarray(vertices, np.float64), np.asarray(faces))
+    return np.asarray(normals, np.float64)
 
 
 def _facet_cross(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:

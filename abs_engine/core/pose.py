@@ -82,8 +82,12 @@ def pose_moves(arms: FloatArray) -> FloatArray:
     arms : (N, 3) float64, mm
         From the point that the pose turns about, camera axes.
     """
-    turns = np.stack([np.cross(axis, arms) for axis in np.eye(3)])
-    return np.concatenate([turns, np.broadcast_to(np.eye(3)[:, None], (3, *arms.shape))])
+    moves = np.zeros((_POSE, *arms.shape))
+    for axis in range(3):
+        one, other = (axis + 1) % 3, (axis + 2) % 3
+        moves[axis, ..., one], moves[axis, ..., other] = -arms[..., other], arms[..., one]
+        moves[3 + axis, ..., axis] = 1.0
+    return moves
 
 
 def pose_block() -> ParamSpec:

@@ -101,8 +101,13 @@ class Scene:
 
     def vertices(self, weights: ArrayLike) -> NDArray[np.float64]:
         """Deformed vertices (V, 3), mm, head frame, for weights (P,)."""
-        moved = np.tensordot(np.asarray(weights, np.float64), self.modes, axes=1)
+        moved = np.tensordot(np.asarray(weights, np.float64), self.exact_modes, axes=1)
         return np.asarray(self.mean + moved, np.float64)
+
+    @cached_property
+    def exact_modes(self) -> NDArray[np.float64]:
+        """The modes (P, V, 3) as they are computed with."""
+        return self.modes.astype(np.float64)
 
 
 _DTYPES = {

@@ -102,14 +102,15 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
     covariance = _covariance(problem, curve)
     own = problem.blocks.places
     posture, pose = covariance[own[POSTURE], own[POSTURE]], covariance[own[POSE], own[POSE]]
-    modes = face.scene.modes.astype(np.float64)
+    modes = face.scene.exact_modes
     vertices = face.scene.vertices(problem.blocks.part(x, POSTURE))
     moves, height = modes[:, face.rings["points"]], float(lip_gap(vertices[face.rings["points"]]))
     right, left = (vertices[k] for k in face.rings["corners"])
     along = (left - right) / max(float(np.linalg.norm(left - right)), 1e-9)
     wide = (modes[:, face.rings["corners"][1]] - modes[:, face.rings["corners"][0]]) @ along
     lips = modes[:, np.concatenate([face.rings[name] for name in RINGS])]
-    spread = np.sqrt(np.maximum(np.einsum("pnd,pq,qnd->nd", lips, posture, lips), 0.0))
+    varied = (np.tensordot(posture, lips, 1) * lips).sum(axis=0)
+    spread = np.sqrt(np.maximum(varied, 0.0))
     classes = face.appearance.get(COLOUR)
     grey = classes is not None and not classes.chromatic
     high, broad = (GREY_APERTURE, GREY_WIDTH) if grey else (APERTURE, WIDTH)

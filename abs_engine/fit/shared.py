@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import POSE_NAMES, POSE_UNITS
+from abs_engine.core.threads import in_threads
 from abs_engine.fit.problem import Problem
 
 FloatArray = NDArray[np.float64]
@@ -50,12 +51,15 @@ class SharedProblem:
         Pose and identity, see `shared_blocks`.
     prior : GaussianPrior
         Over both.
+    threads : int
+        How many frames are evaluated at once; what is found is the same.
     """
 
     frames: Sequence[Problem]
     held: FloatArray
     blocks: Blocks
     prior: GaussianPrior
+    threads: int = 1
 
     @property
     def spec(self) -> ParamSpec:
@@ -66,9 +70,13 @@ class SharedProblem:
         """Value and terms at a correction and an identity (6 + Q,)."""
         values: dict[str, float] = {}
         data = 0.0
-        for problem, held in zip(self.frames, self.held, strict=True):
-            moved, vector = self._moved(problem, held, x)
-            found = moved(vector).terms
+
+        def of_frame(k: int) -> Mapping[str, float]:
+            moved, vector = self._moved(k, x)
+            return moved(vector).terms
+
+        each = in_threads(of_frame, range(len(self.frames)), self.threads)
+        for problem, found in zip(self.frames, each, strict=True):
             for name in problem.terms:
                 values[name] = values.get(name, 0.0) + found[name]
                 data += found[name]
@@ -89,9 +97,13 @@ class SharedProblem:
         """
         value, slope = self.prior.negative_log(x), self.prior.slope(x)
         curve = self.prior.curvature(x)
-        for problem, held in zip(self.frames, self.held, strict=True):
-            moved, vector = self._moved(problem, held, x)
-            cost, fall, bend = moved.newton(vector, reach, local)
+
+        def of_frame(k: int) -> tuple[float, FloatArray, FloatArray]:
+            moved, vector = self._moved(k, x)
+            return moved.newton(vector, reach, local)
+
+        each = in_threads(of_frame, range(len(self.frames)), self.threads)
+        for problem, (cost, fall, bend) in zip(self.frames, each, strict=True):
             own = problem.blocks.indices((POSE, IDENTITY))
             value, slope = value + cost, slope + fall[own]
             curve = curve + bend[np.ix_(own, own)]
@@ -101,10 +113,9 @@ class SharedProblem:
         """Values (B,) at corrections and identities (B, 6 + Q)."""
         return np.array([self(x).value for x in vectors])
 
-    def _moved(
-        self, problem: Problem, held: FloatArray, x: FloatArray
-    ) -> tuple[Problem, FloatArray]:
+    def _moved(self, k: int, x: FloatArray) -> tuple[Problem, FloatArray]:
         """A frame with its base pose corrected, and where it stands."""
+        problem, held = self.frames[k], self.held[k]
         base = problem.frame.pose(self.blocks.part(x, POSE))
         vector = held.copy()
         vector[problem.blocks.places[IDENTITY]] = self.blocks.part(x, IDENTITY)

@@ -15,7 +15,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
 from abs_engine.tracking.landmark_fit import STRAY, shown
-from abs_engine.tracking.landmark_jacobian import seen_motion
+from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
@@ -87,17 +87,20 @@ def landmark_equations(
     deep = seen.depth * float(z.mean()) - z
     off = np.column_stack([(seen.rays - ray) * reach @ seen.axes.T, deep - deep.mean()])
     off = off - noise.bias - np.tensordot(guess.error, noise.between, 1)
-    turn, pivot = guess.pose.rotation, guess.pose.apply(shape.pivot)
-    slope = seen_motion(there, pivot, modes, turn, reach / z, seen.axes)
-    slope[..., 2] -= seen.depth * slope[..., 2].mean(axis=1, keepdims=True)
-    slope[..., 2] -= slope[..., 2].mean(axis=1, keepdims=True)
-    parts = [slope[: 6 + k], noise.between, slope[6 + k :], noise.within]
-    flat = np.concatenate(parts).reshape(-1, off.size)
-    root = np.sqrt(_weights(shape, noise, guess.pose, there, off).ravel())
-    flat *= root  # a matrix by its own transpose: BLAS makes half of it
-    told = Equations(flat @ flat.T, -(flat @ (root * off.ravel())))
-    information, gradient = _without(told, len(flat) - len(noise.within))
-    return Equations(information / alike, gradient / alike)
+    root = np.sqrt(_weights(shape, noise, guess.pose, there, off))
+    moves, known = 6 + len(modes), 6 + len(modes) + len(noise.between)
+    flat = np.empty((known + len(noise.within), off.size))
+    weighed_motion(
+        there, guess.pose.apply(shape.pivot), modes, guess.pose.rotation, reach / z, seen.axes,
+        seen.depth, root, flat[:moves],
+    )  # fmt: skip
+    np.multiply(noise.between, root, out=flat[moves:known].reshape(noise.between.shape))
+    np.multiply(noise.within, root, out=flat[known:].reshape(noise.within.shape))
+    # a matrix by its own transpose: BLAS makes half of it
+    told = Equations(flat @ flat.T, -(flat @ (root * off).ravel()))
+    information, gradient = _without(told, known)
+    order = np.r_[: 6 + k, moves:known, 6 + k : moves]
+    return Equations(information[np.ix_(order, order)] / alike, gradient[order] / alike)
 
 
 def _reach(shape: LandmarkShape, seen: SeenRays) -> float:

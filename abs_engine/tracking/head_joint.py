@@ -133,9 +133,10 @@ def fit_jointly(
 
 def views_of(body: HeadBody, frames: Sequence[HeadFrameSeen], head: JointHead) -> list[HeadView]:
     """The frames as they show the head."""
+    heads = body.of_person(head.identity, head.postures)
     return [
-        HeadView.of(f.gray, p, body.vertices(head.identity, x), body.speaker.faces)
-        for f, p, x in zip(frames, head.poses, head.postures, strict=True)
+        HeadView.of(f.gray, p, x, body.speaker.faces)
+        for f, p, x in zip(frames, head.poses, heads, strict=True)
     ]
 
 
@@ -176,8 +177,10 @@ def _settled(
             system.add_frame(k, *each)
         if pairs:
             views = views_of(problem.body, frames, head)
-            for (i, j), matches in pairs.items():
-                system.add_matches(i, j, matches, views)
+            compared = partial(system.compared, views=views)
+            by_texture = in_threads(compared, pairs.items())
+            for (i, j), equations in zip(pairs, by_texture, strict=True):
+                system.add_matches(i, j, equations)
         head, moved = system.step()
         if moved < _SETTLED:
             break
@@ -239,17 +242,23 @@ class _System:
         if by_pupils is not None:
             self._add(np.r_[at[:6], np.arange(k)], *by_pupils)
 
-    def add_matches(
-        self, first: int, second: int, matches: Matches, views: Sequence[HeadView]
-    ) -> None:
-        """Add matches of the same skin in two frames."""
-        p, k = self.problem, self.problem.sizes[0]
+    def compared(
+        self, pair: tuple[tuple[int, int], Matches], views: Sequence[HeadView]
+    ) -> Equations:
+        """Equations of matches of the same skin in two frames."""
+        (first, second), matches = pair
+        p = self.problem
         e = linearised(p.body, matches, views[first], views[second], p.camera)
         slope = np.concatenate([e.first, e.second[:6], e.identity])
         flat = slope.reshape(len(slope), -1)
         weighed = flat * np.repeat(e.weight, 2)
+        return Equations(weighed @ flat.T, -(weighed @ e.residual.ravel()))
+
+    def add_matches(self, first: int, second: int, by_texture: Equations) -> None:
+        """Add the equations of two frames' matches, see `compared`."""
+        k = self.problem.sizes[0]
         where = np.r_[self._at(first)[:6], self._at(second)[:6], np.arange(k)]
-        self._add(where, weighed @ flat.T, -(weighed @ e.residual.ravel()))
+        self._add(where, *by_texture)
 
     def step(self) -> tuple[JointHead, float]:
         """The head after a step, and how far the poses turned, or the identity moved, in it."""

@@ -22,7 +22,7 @@ from abs_engine.tracking.head_texture import (
     HeadView,
     Matches,
     gray_of,
-    linearised,
+    linearised_at,
     match,
 )
 from abs_engine.tracking.landmark_fit import (
@@ -83,10 +83,12 @@ class TexturedHead:
         nearest = min(self.views, key=lambda v: v.pose.angle_to(pose))
         view = HeadView(gray, pose, vertices, nearest.normals)
         matches = match(self.body, nearest, view, self.camera, self.renderer)
+        points = np.zeros((0, 3)) if matches is None else matches.of(vertices)
         for _ in range(_STEPS):
             system = self._landmarks(seen, pose, posture)
             if matches is not None:
-                system = system.plus(self._texture(matches, nearest, gray, pose, posture))
+                moved = np.tensordot(posture - start.posture, matches.posture, 1)
+                system = system.plus(self._texture(matches, nearest, pose, points + moved))
             step = system.step()
             pose, posture = turned(self.shape, pose, step[:6]), posture + step[6:]
             if np.abs(step[:3]).max() < _SETTLED:
@@ -104,13 +106,11 @@ class TexturedHead:
         return Equations(information + np.diag(own), gradient + np.r_[np.zeros(6), posture])
 
     def _texture(
-        self, matches: Matches, nearest: HeadView, gray: Gray, pose: Pose, posture: FloatArray
+        self, matches: Matches, nearest: HeadView, pose: Pose, points: FloatArray
     ) -> Equations:
-        """The same by the texture."""
-        vertices = self.body.vertices(np.zeros(0), posture)
-        view = HeadView(gray, pose, vertices, nearest.normals)
-        e = linearised(self.body, matches, nearest, view, self.camera, who=False)
-        flat = e.second.reshape(6 + len(posture), -1)
+        """The same by the texture, at points (N, 3) of the head."""
+        e = linearised_at(self.body, matches, nearest, pose, points, self.camera, who=False)
+        flat = e.second.reshape(len(e.second), -1)
         weighed = flat * np.repeat(e.weight, 2)
         return Equations(weighed @ flat.T, -(weighed @ e.residual.ravel()))
 

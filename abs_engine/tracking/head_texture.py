@@ -95,8 +95,12 @@ class HeadBody:
 
     def vertices(self, identity: FloatArray, posture: FloatArray) -> FloatArray:
         """A person (K,) in a posture (M,): (V, 3), mm."""
-        moved = np.tensordot(identity, self.identity, 1) + np.tensordot(posture, self.posture, 1)
-        return np.asarray(self.mean + moved)
+        return np.asarray(self.of_person(identity, posture[None])[0])
+
+    def of_person(self, identity: FloatArray, postures: FloatArray) -> FloatArray:
+        """A person (K,) in postures (N, M): (N, V, 3), mm."""
+        own = self.mean + np.tensordot(identity, self.identity, 1)
+        return np.asarray(own + np.tensordot(postures, self.posture, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +128,22 @@ class HeadView:
         """The view of a head (V, 3) in a posture."""
         return cls(gray, pose, vertices, vertex_normals(vertices, faces))
 
+    def shown(self, camera: Camera) -> FloatArray:
+        """Where each vertex is seen, px, and the cosine of surface and line of sight, (V, 3).
+
+        Computed once for the camera of a clip.
+        """
+        if camera not in self._shown:
+            at = self.pose.apply(self.vertices)
+            sight = at / np.linalg.norm(at, axis=1, keepdims=True)
+            facing = -(self.normals @ self.pose.rotation.T * sight).sum(axis=1)
+            self._shown[camera] = np.column_stack([camera.project(at), facing])
+        return self._shown[camera]
+
+    @cached_property
+    def _shown(self) -> dict[Camera, FloatArray]:
+        return {}
+
 
 @dataclass(frozen=True, eq=False)
 class Matches:
@@ -139,6 +159,10 @@ class Matches:
         Where the frames show them.
     sigma : float, px
         How far a match is off.
+    identity : (K, N, 3) float64, mm per standard deviation
+        How they differ from person to person.
+    posture : (M, N, 3) float64, mm per standard deviation
+        How they move.
     """
 
     corners: NDArray[np.integer]
@@ -146,10 +170,17 @@ class Matches:
     first: FloatArray
     second: FloatArray
     sigma: float
+    identity: FloatArray
+    posture: FloatArray
 
     def of(self, values: FloatArray) -> FloatArray:
         """Values (..., V, 3) at the points, (..., N, 3)."""
-        return np.asarray(np.einsum("nk,...nkd->...nd", self.weights, values[..., self.corners, :]))
+        return _between(self.corners, self.weights, values)
+
+
+def _between(corners: NDArray[np.integer], weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Values (..., V, 3) between the corners (N, 3) of facets, (..., N, 3)."""
+    return np.asarray(np.einsum("nk,...nkd->...nd", weights, values[..., corners, :]))
 
 
 def gray_of(image: NDArray[np.uint8]) -> Gray:
@@ -166,30 +197,33 @@ def match(
     window = _window(body, second, camera)
     one, scene = body.speaker, body.scene.at(second.vertices.astype(np.float32))
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), second.pose), camera, window)[0]
-    facet, weights = np.maximum(drawn.facet_id - 1, 0), drawn.barycentrics.astype(np.float64)
-    corners = one.faces[facet]
     # Facets are so small that what is straight in space is straight in the picture, too
-    at = first.pose.apply(first.vertices)
-    sight = at / np.linalg.norm(at, axis=1, keepdims=True)
-    facing = -(first.normals @ first.pose.rotation.T * sight).sum(axis=1)
     own = first.camera or camera
-    known = np.column_stack([own.project(at), facing])
-    carried_to = at_pixels(drawn.facet_id, weights, one.faces, known)
+    carried_to = at_pixels(drawn.facet_id, drawn.barycentrics, one.faces, first.shown(own))
     there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > _FACING)
-    height, width = facet.shape
-    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
-    seen = _sampled(second.gray, window.to_image(grid), window.scale)
+    seen = _sampled(second.gray, _pixels(window), window.scale)
     finer = _pixels_a_mm(second.pose, camera) / _pixels_a_mm(first.pose, own)
     coarse = window.scale * (1.0 if first.camera is None else finer)
     carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
-    pixels, found = _matched(carried, seen, shown & body.skull[facet])
+    still = shown & body.skull[np.maximum(drawn.facet_id - 1, 0)]
+    pixels, found = _matched(carried, seen, still)
     if len(pixels) < _LEAST:
         return None
     column, row = pixels.T
+    facet, weights = drawn.facet_id[row, column] - 1, drawn.barycentrics[row, column]
+    where = one.faces[facet], weights.astype(np.float64)
     return Matches(
-        corners[row, column], weights[row, column], there[row, column], window.to_image(found),
-        _PIXEL / window.scale,
+        *where, there[row, column], window.to_image(found), _PIXEL / window.scale,
+        _between(*where, body.identity), _between(*where, body.posture),
     )  # fmt: skip
+
+
+def _pixels(window: Window) -> NDArray[np.float32]:
+    """Places of a window's drawn pixels in the image, (H, W, 2), px."""
+    drawn = np.repeat(np.arange(max(window.drawn), dtype=np.float64)[:, None], 2, axis=1)
+    x, y = window.to_image(drawn).T.astype(np.float32)
+    width, height = window.drawn
+    return np.stack(np.meshgrid(x[:width], y[:height]), axis=-1)
 
 
 def _pixels_a_mm(pose: Pose, camera: Camera) -> float:
@@ -206,7 +240,7 @@ def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
     return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 
 
-def _sampled(gray: Gray, pixels: FloatArray, scale: float) -> Gray:
+def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     """The picture at pixels (H, W, 2), blurred as coarsely as it is drawn."""
     soft = cv2.GaussianBlur(gray, (0, 0), 0.4 / scale) if scale < 1 else gray
     x, y = np.moveaxis(pixels.astype(np.float32), -1, 0)
@@ -262,13 +296,24 @@ class MatchEquations:
 
 
 def linearised(
-    body: HeadBody, found: Matches, first: HeadView, second: HeadView, camera: Camera,
-    who: bool = True,
-) -> MatchEquations:  # fmt: skip
-    """The matches' equations; of the first frame and the identity only if `who` is asked for.
+    body: HeadBody, found: Matches, first: HeadView, second: HeadView, camera: Camera
+) -> MatchEquations:
+    """The matches' equations.
 
     A point stays on its ray in the first frame: where shape or pose change, it slides along the
     surface.
+    """
+    points = found.of(second.vertices)
+    return linearised_at(body, found, first, second.pose, points, camera)
+
+
+def linearised_at(
+    body: HeadBody, found: Matches, first: HeadView, pose: Pose, points: FloatArray, camera: Camera,
+    who: bool = True,
+) -> MatchEquations:  # fmt: skip
+    """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
+
+    Of the first frame and the identity only if `who` is asked for.
     """
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation
@@ -278,26 +323,36 @@ def linearised(
     far = np.maximum(np.linalg.norm(slide, axis=1, keepdims=True), 1e-9)
     slide *= np.minimum(1.0, _SLIDE_MM / far)
 
-    def sunk(moves: FloatArray) -> FloatArray:
-        """Distance along the ray (..., N, 3) by which a move of the surface takes its points."""
-        return np.asarray(ray * (moves * normal).sum(axis=-1, keepdims=True) / steep)
-
-    point = found.of(second.vertices) + slide
-    posture = found.of(body.posture)
-    moves = [_moves(second.pose, point, body.pivot), posture @ second.pose.rotation.T]
+    point = points + slide
+    there = pose.apply(point)
+    seen = _picture_motion(there, camera)
+    own = seen @ pose.rotation  # of a motion in the head's own axes
+    moves = np.einsum("nij,dnj->dni", seen, _moves(pose, point, body.pivot))
+    posture = np.einsum("nij,dnj->dni", own, found.posture)
+    before = identity = np.zeros((0, *found.second.shape))
     if who:
+        # Where the surface sinks, its points go along their rays of the first frame
+        sunk = np.einsum("nij,nj->ni", own, ray / steep)
         back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
-        parts = [sunk(back) - back, sunk(found.of(body.identity))]
-        moves = [*(part @ second.pose.rotation.T for part in parts), *moves]
-    there = second.pose.apply(point)
-    slope = np.concatenate(moves)
-    focal, depth = np.diag(camera.matrix)[:2], there[:, 2:]
-    across = focal * (slope[..., :2] - there[:, :2] / depth * slope[..., 2:]) / depth
+        before = (back * normal).sum(axis=-1)[..., None] * sunk
+        before -= np.einsum("nij,dnj->dni", own, back)
+        identity = (found.identity * normal).sum(axis=-1)[..., None] * sunk
     residual = found.second - camera.project(there)
     away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
     weight = 1 / (_ALIKE * found.sigma**2 * (1 + away))
-    n = len(across) - 6 - len(posture)
-    return MatchEquations(residual, across[:n][:6], across[n:], across[6:n], weight)
+    return MatchEquations(residual, before, np.concatenate([moves, posture]), identity, weight)
+
+
+def _picture_motion(points: FloatArray, camera: Camera) -> FloatArray:
+    """Motion in the picture, px, of points (N, 3) for a mm along each axis, (N, 2, 3).
+
+    All are in the camera's frame; its distortion is left out.
+    """
+    seen = np.zeros((len(points), 2, 3))
+    seen[:, 0, 0], seen[:, 1, 1] = np.diag(camera.matrix)[:2, None] / points[:, 2]
+    across = points[:, :2] / points[:, 2:]
+    seen[:, 0, 2], seen[:, 1, 2] = -seen[:, 0, 0] * across[:, 0], -seen[:, 1, 1] * across[:, 1]
+    return seen
 
 
 def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:

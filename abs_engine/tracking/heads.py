@@ -113,10 +113,9 @@ def _average(
     expression: LinearShape | None,
     known: bool,
 ) -> AverageHead:
-    """The head before anything was seen of a person; compiled functions are loaded beside it."""
-    average = AverageHead.of(speaker, correspondence, scale, expression, known=known)
+    """The head before anything was seen of a person; compiled functions are loaded first."""
     landmark_jacobian.load()
-    return average
+    return AverageHead.of(speaker, correspondence, scale, expression, known=known)
 
 
 def _check_box(video: Path, box: FaceBox) -> None:

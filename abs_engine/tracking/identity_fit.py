@@ -193,6 +193,7 @@ def person_problem(
     terms: Sequence[Mapping[str, Term]],
     vectors: FloatArray,
     deviation: FloatArray,
+    threads: int = 1,
 ) -> SharedProblem:
     """The person (Q,) and a correction of the poses, the frames' postures held.
 
@@ -206,6 +207,8 @@ def person_problem(
         Where each frame stands.
     deviation : (6,) float64, radians and mm
         How far off the poses may be.
+    threads : int
+        How many frames are drawn at once.
     """
     blocks = shared_blocks(deviation, model.person_deviation)
     own = Blocks(
@@ -217,4 +220,4 @@ def person_problem(
     ]
     held = np.hstack([vectors, np.zeros((len(vectors), model.n_person))])
     prior = GaussianPrior(np.zeros(len(blocks)), np.r_[deviation, model.person_deviation])
-    return SharedProblem(problems, held, blocks, prior)
+    return SharedProblem(problems, held, blocks, prior, threads)

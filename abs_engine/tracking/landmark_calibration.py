@@ -224,7 +224,8 @@ def _round(
     seen = [LipOutline(head.lips, f.face.landmarks, share) for f in placed]
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]
-    joint = person_problem(model, [f.calibration for f in placed], evidence, vectors, deviation)
+    frames, threads = [f.calibration for f in placed], workers(head.renderer)
+    joint = person_problem(model, frames, evidence, vectors, deviation, threads)
     start = joint.blocks.vector({IDENTITY: person})
     found = Newton(limit=_PERSON_LIMIT, polished=40).minimise(joint, start, joint.spec).x
     shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))

@@ -16,7 +16,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import at_base
 from abs_engine.core.threads import one_thread
-from abs_engine.tracking.landmark_jacobian import seen_motion
+from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
@@ -215,15 +215,15 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
     off = (ray - seen.rays) * depth @ seen.axes.T + shape.bias
     sunk = seen.depth * depth - z
     residual = np.column_stack([off, sunk.mean() - sunk]) / shape.deviation
-    slope = seen_motion(  # (6 + M, 468, 3)
-        there, pose.apply(shape.pivot), shape.posture, pose.rotation, depth / z, seen.axes
-    )
-    slope[..., 2] -= slope[..., 2].mean(axis=1, keepdims=True)
-    slope /= shape.deviation
-    residual[LIPS, 2], slope[:, LIPS, 2] = 0.0, 0.0  # depths of lips say nothing of their opening
-    trust = _trust(shape, pose, there, residual) / _TOGETHER
-    root = np.sqrt(trust)[:, None]
-    flat = (slope * root).reshape(len(slope), -1)
+    residual[LIPS, 2] = 0.0  # depths of lips say nothing of their opening
+    root = np.sqrt(_trust(shape, pose, there, residual) / _TOGETHER)[:, None]
+    weight = root / shape.deviation
+    weight[LIPS, 2] = 0.0
+    flat = np.empty((6 + len(posture), residual.size))
+    weighed_motion(
+        there, pose.apply(shape.pivot), shape.posture, pose.rotation, depth / z, seen.axes,
+        np.zeros(COUNT), weight, flat,
+    )  # fmt: skip
     misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))
     return _Normal(flat @ flat.T, flat @ (residual * root).ravel(), misfit)
 

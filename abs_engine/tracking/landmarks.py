@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import cv2
 import numpy as np
@@ -62,12 +62,12 @@ class Landmarks:
         """Columns and rows (468, 2)."""
         return self.points[:, :2]
 
-    @property
+    @cached_property
     def axes(self) -> tuple[FloatArray, FloatArray]:
         """Unit vectors (2,) in the picture: from the right to the left eye, and down the face."""
         return _axes(*(self.pixels[pair].mean(axis=0) for pair in EYES))
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Longer side of the upright box about the points, px."""
         return float(max(np.ptp(self.pixels @ axis) for axis in self.axes))

@@ -94,9 +94,11 @@ def track_shots(
     """
     head, clock = setting.motion.follower(), setting.clock
 
-    def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame]:
+    def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str]:
         with clock.part(FOLLOWING):
-            return shot, head.step(shot.image, memory)
+            frame = head.step(shot.image, memory)
+        with clock.part(EVIDENCE):
+            return shot, frame, _hidden(setting, frame)
 
     read = clock.over(READING, shots)
     if _followed_apart(setting):
@@ -105,10 +107,10 @@ def track_shots(
         frames = (seen(shot, memory) for shot in read)  # each with what is then known
     last = float("nan")
     with one_thread(), closed_after(frames):
-        for shot, frame in frames:
+        for shot, frame, hidden in frames:
             memory = replace(memory, gap=_gap(setting, shot.time - last))
             earlier = None if journal is None else journal.earlier()
-            result, memory = earlier or _step(setting, shot.index, frame, memory)
+            result, memory = earlier or _step(setting, shot.index, frame, hidden, memory)
             if journal is not None and earlier is None:
                 journal.add(result, memory)
             last = shot.time
@@ -128,14 +130,19 @@ def _followed_apart(setting: ClipSetting) -> bool:
     return shared and getattr(setting.motion, "alone", False)
 
 
+def _hidden(setting: ClipSetting, frame: HeadFrame) -> str:
+    """Reason why a frame's mouth cannot be seen; empty where it can, or no head was found."""
+    if setting.visibility is None or frame.pose is None:
+        return ""
+    return setting.visibility.hidden(frame, frame.pose)
+
+
 def _step(
-    setting: ClipSetting, index: int, frame: HeadFrame, memory: Memory
+    setting: ClipSetting, index: int, frame: HeadFrame, hidden: str, memory: Memory
 ) -> tuple[FrameResult, Memory]:
     pose = frame.pose
     if pose is None:
         return replace(lost(setting.face, index), status=setting.why_lost), memory.lost()
-    with setting.clock.part(EVIDENCE):
-        hidden = "" if setting.visibility is None else setting.visibility.hidden(frame, pose)
     if hidden:
         seen = replace(lost(setting.face, index), pose=pose, status=hidden, covered=True)
         return seen, memory.lost()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 
@@ -20,6 +22,7 @@ from abs_engine.tracking.landmark_fit import (
     fit_frame,
     turned,
 )
+from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmark_shape import BIAS_SHARE, CLOSEST, WITHIN
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING
 from abs_engine.tracking.lip_landmarks import LipLandmarks
@@ -254,3 +257,44 @@ def test_lips_that_lie_off_are_that_far_off():
     biased = replace(shape, bias=np.full((COUNT, 2), 1.5))
     off = LipLandmarks.of(biased, MODES, CAMERA).apart(seen, pose, posture)[0]
     assert off == pytest.approx(1.5 * np.sqrt(2), rel=0.02)
+
+
+def test_landmarks_move_as_their_weighed_motion_says():
+    shape, pose, posture = average(), pose_of(3), posture_of(3)
+    rng = np.random.default_rng(1)
+    axes, sunk, weight = (
+        rng.normal(size=(2, 2)),
+        rng.normal(size=COUNT),
+        rng.uniform(size=(COUNT, 3)),
+    )
+
+    def seen(step):
+        moved = turned(shape, pose, step[:6]).apply(points_of(shape, posture + step[6:]))
+        z = moved[:, 2]
+        depth = z - sunk * z.mean()
+        return np.column_stack([moved[:, :2] / z[:, None] @ axes.T, depth - depth.mean()]) * weight
+
+    there, factor = (
+        pose.apply(points_of(shape, posture)),
+        1 / pose.apply(points_of(shape, posture))[:, 2],
+    )
+    out = np.empty((6 + len(posture), 3 * COUNT))
+    pivot = pose.apply(shape.pivot)
+    weighed_motion(there, pivot, shape.posture, pose.rotation, factor, axes, sunk, weight, out)
+    for k, step in enumerate(1e-4 * np.eye(len(out))):
+        slope = (seen(step) - seen(-step)) / 2e-4
+        np.testing.assert_allclose(out[k], slope.ravel(), rtol=1e-5, atol=1e-6)
+
+
+def test_loading_compiled_loops_leaves_scipys_linear_algebra_to_those_that_need_it():
+    said = """
+import sys
+import numba
+import numpy as np
+from abs_engine.tracking import landmark_jacobian
+landmark_jacobian.load()
+print("scipy.linalg" in sys.modules)
+print(numba.njit(lambda a, b: np.dot(a, b))(2 * np.eye(3), np.ones((3, 3)))[0, 0])
+"""
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "2.0"]

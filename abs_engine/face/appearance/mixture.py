@@ -71,13 +71,11 @@ class Mixture:
         pseudo = strength * anchor.weights
         mass = share.sum(axis=0) + pseudo
         means = (share.T @ samples + pseudo[:, None] * anchor.means) / mass[:, None]
-        covariances = []
-        for k, mean in enumerate(means):
-            offset, pull = samples - mean, anchor.means[k] - mean
-            scatter = (offset * share[:, k, None]).T @ offset
-            prior = pseudo[k] * (anchor.covariances[k] + np.outer(pull, pull))
-            covariances.append((scatter + prior) / mass[k] + _FLOOR * np.eye(len(mean)))
-        return Mixture(mass / mass.sum(), means, np.stack(covariances))
+        pull = anchor.means - means
+        drawn = anchor.covariances + pull[:, :, None] * pull[:, None]
+        prior = pseudo[:, None, None] * drawn
+        spread = (_scatters(samples, share, means) + prior) / mass[:, None, None]
+        return Mixture(mass / mass.sum(), means, spread + _FLOOR * np.eye(means.shape[1]))
 
     def updated(self, samples: FloatArray, weight: FloatArray) -> Mixture:
         """One step of expectation maximisation on samples (N, D) with weights (N,)."""
@@ -87,22 +85,21 @@ class Mixture:
         alive = mass > 1e-3 * mass.sum()
         share, mass = share[:, alive], mass[alive]
         means = share.T @ samples / mass[:, None]
-        covariances = np.stack(
-            [_covariance(samples - m, s, n) for m, s, n in zip(means, share.T, mass, strict=True)]
-        )
-        return Mixture(mass / mass.sum(), means, covariances)
+        scatter = _scatters(samples, share, means) / mass[:, None, None]
+        return Mixture(mass / mass.sum(), means, scatter + _FLOOR * np.eye(means.shape[1]))
 
 
-def _covariance(offset: FloatArray, share: FloatArray, mass: float) -> FloatArray:
-    covariance = (offset * share[:, None]).T @ offset / mass
-    return np.asarray(covariance + _FLOOR * np.eye(offset.shape[1]))
+def _scatters(samples: FloatArray, share: FloatArray, means: FloatArray) -> FloatArray:
+    """Weighted sums (K, D, D) of the offsets of samples (N, D) from each mean, by shares (N, K)."""
+    turned = np.ascontiguousarray(samples.T), np.ascontiguousarray(share.T)
+    return np.asarray(mixture_loops.scatters(*turned, means))
 
 
 def single(samples: FloatArray, weight: FloatArray) -> Mixture:
     """One Gaussian with the weighted mean and covariance of samples (N, D)."""
     mean = weight @ samples / weight.sum()
-    covariance = _covariance(samples - mean, weight, float(weight.sum()))
-    return Mixture(np.ones(1), mean[None], covariance[None])
+    spread = _scatters(samples, weight[:, None], mean[None]) / float(weight.sum())
+    return Mixture(np.ones(1), mean[None], spread + _FLOOR * np.eye(len(mean)))
 
 
 def fit_mixture(samples: FloatArray, weight: FloatArray, most: int, steps: int = 25) -> Mixture:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numba
+import numpy as np
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
@@ -24,3 +25,18 @@ def exponents(samples, means, roots, part, out):
                     part[n] += slope * (samples[column, n] - middle)
             for n in range(count):
                 out[k, n] -= 0.5 * part[n] * part[n]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def scatters(samples, share, means):
+    """Sum of each component's share (K, N) of samples (D, N) by their offsets, (K, D, D)."""
+    size, count = samples.shape
+    out = np.empty((len(means), size, size))
+    for k in range(len(means)):
+        for row in range(size):
+            for column in range(row + 1):
+                one, other, total = means[k, row], means[k, column], 0.0
+                for n in range(count):
+                    total += share[k, n] * (samples[row, n] - one) * (samples[column, n] - other)
+                out[k, row, column] = out[k, column, row] = total
+    return out

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.face.schema import COMPONENT, PERSON
-from abs_engine.face.shape.proportions import with_proportions
+from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import smooth_modes
 from abs_engine.io.assets import Speaker
 
@@ -71,9 +71,10 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     """
     targets = identity_shape(speaker).modes(speaker)
     modes = np.concatenate([targets, smooth_modes(speaker.vertices.astype(np.float64))])
-    flat = with_proportions(speaker, modes.reshape(len(modes), -1))
-    values, vectors = np.linalg.eigh(flat @ flat.T)
-    kept = vectors[:, np.argsort(-values)[:_KEPT]].T
+    flat = modes.reshape(len(modes), -1)
+    tied = proportioned(speaker, flat)
+    values, vectors = np.linalg.eigh(tied @ (flat @ flat.T) @ tied.T)
+    kept = vectors[:, np.argsort(-values)[:_KEPT]].T @ tied
     return np.asarray((kept @ flat).reshape(-1, *modes.shape[1:]), np.float32)
 
 

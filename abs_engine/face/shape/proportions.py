@@ -36,9 +36,14 @@ def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
     -------
     (K, 3 V) float64
     """
+    return np.asarray(proportioned(speaker, modes) @ modes)
+
+
+def proportioned(speaker: Speaker, modes: FloatArray) -> FloatArray:
+    """What modes (K, 3 V) are multiplied by in `with_proportions`, (K, K)."""
     found = _proportions(speaker, modes.reshape(len(modes), -1, 3))
     if found is None:
-        return modes
+        return np.eye(len(modes))
     changes, spread = found
     free = (changes**2).sum(axis=0)
     tied = spread**2 < free  # what differs by less already is left alone
@@ -48,7 +53,7 @@ def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
     left = np.eye(len(modes)) - slopes @ gain
     values, axes = np.linalg.eigh(0.5 * (left + left.T))
     root = axes * np.sqrt(np.maximum(values, 0.0))
-    return np.asarray(root.T @ modes)
+    return np.asarray(root.T)
 
 
 def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, FloatArray] | None:

@@ -32,7 +32,10 @@ def smooth_modes(
     values, vectors = np.linalg.eigh(kernel)
     order = np.argsort(-values)[:_RANK]
     fields = _kernel(vertices, samples, scales) @ vectors[:, order] / np.sqrt(values[order])
-    return np.asarray(np.einsum("vr,cd->rcvd", fields, np.eye(3)).reshape(-1, len(vertices), 3))
+    each = np.zeros((len(fields.T), 3, len(vertices), 3))
+    for axis in range(3):
+        each[:, axis, :, axis] = fields.T
+    return np.asarray(each.reshape(-1, len(vertices), 3))
 
 
 def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
@@ -49,5 +52,11 @@ def _kernel(
 ) -> FloatArray:
     """Covariance (N, M) of the displacements at points, mm^2."""
     apart = (one**2).sum(1)[:, None] + (other**2).sum(1) - 2 * one @ other.T
-    terms = [sd**2 * np.exp(-0.5 * np.maximum(apart, 0) / reach**2) for sd, reach in scales]
-    return np.asarray(np.sum(terms, axis=0))
+    np.maximum(apart, 0, out=apart)
+    apart *= -0.5
+    out, term = np.zeros_like(apart), np.empty_like(apart)
+    for sd, reach in scales:
+        np.exp(np.divide(apart, reach**2, out=term), out=term)
+        term *= sd**2
+        out += term
+    return np.asarray(out, np.float64)
