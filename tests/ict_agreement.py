@@ -62,6 +62,8 @@ class Agreement:
         offset of a tracker that lays each person's own face right.
     own : float
         Median of the rotation's error, the true person laid on our average head.
+    own_pitch : float
+        Mean error of that kind about the axis through the ears, degrees; up is positive.
     laid : float
         Median of the rotation's error, the fitted head laid on the true one.
     size : float
@@ -94,6 +96,7 @@ class Agreement:
     offset: float
     nod: float
     own: float
+    own_pitch: float
     laid: float
     size: float
     depth: float
@@ -212,6 +215,12 @@ def apertures(ours: FloatArray, true: FloatArray) -> tuple[float, ...]:
     )
 
 
+def nodded_up(ours: FloatArray, true: FloatArray, between: FloatArray) -> float:
+    """How far tracked heads look up beyond true ones, mean, degrees; arguments as of `turns`."""
+    error = Rotation.from_rotvec(ours).inv() * Rotation.from_matrix(true @ between.T)
+    return float(np.degrees(error.mean().as_rotvec()[0]))
+
+
 def across(points: FloatArray) -> FloatArray:
     """How far contours (T, N, 3) reach across the face, (T,), mm."""
     return np.asarray(np.ptp(points[..., 0], axis=1), np.float64)
@@ -237,6 +246,7 @@ def agreement(folder: Path, film: Path, speaker: Speaker) -> Agreement:
     person = true["neutral"][true["landmarks"]].astype(np.float64)
     laid_on = [convention(speaker, person, fitted) for fitted in (None, head)]
     own, laid = (spread(turns(ours["rotation"], theirs["rotation"], c)[0])[0] for c in laid_on)
+    pitch = nodded_up(ours["rotation"], theirs["rotation"], laid_on[0])
     nod = float(np.degrees(Rotation.from_matrix(laid_on[0] @ between.T).magnitude()))
     eyes = (
         eye_corners(head, marks),
@@ -244,7 +254,7 @@ def agreement(folder: Path, film: Path, speaker: Speaker) -> Agreement:
     )
     lengths = [np.linalg.norm(np.diff(e, axis=0)) for e in eyes]
     return Agreement(
-        len(at), frames, *spread(error), *spread(left), offset, nod, own, laid,
+        len(at), frames, *spread(error), *spread(left), offset, nod, own, pitch, laid,
         float(lengths[0] / lengths[1]), *places(ours, theirs, eyes),
         *apertures(ours["aperture"], theirs["aperture"]),
         correlation(ours["width"], theirs["width"]),
@@ -259,7 +269,8 @@ def line(name: str, a: Agreement) -> str:
         f"{name:8} found {a.found:.0f} of {a.frames:.0f}  "
         f"rotation {a.turn:.1f} deg (rms {a.turn_rms:.1f}, 95 % {a.turn_95:.1f}), "
         f"motion {a.motion:.1f} (rms {a.motion_rms:.1f}, 95 % {a.motion_95:.1f}), "
-        f"offset {a.offset:.1f}, nod {a.nod:.1f}, own {a.own:.1f}, laid {a.laid:.1f}  "
+        f"offset {a.offset:.1f}, nod {a.nod:.1f}, own {a.own:.1f} "
+        f"(up {a.own_pitch:.1f}), laid {a.laid:.1f}  "
         f"size x{a.size:.3f}  depth x{a.depth:.3f}  eyes {a.place:.1f} px\n"
         f"{'':8} aperture r {a.r_aperture:.3f}, {a.aperture:.2f} mm rms (scaled {a.scaled:.2f})  "
         f"closures precision {a.precision:.2f}, recall {a.recall:.2f} of {a.closed:.0f}  "
