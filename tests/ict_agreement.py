@@ -248,10 +248,7 @@ def agreement(folder: Path, film: Path, speaker: Speaker) -> Agreement:
     own, laid = (spread(turns(ours["rotation"], theirs["rotation"], c)[0])[0] for c in laid_on)
     pitch = nodded_up(ours["rotation"], theirs["rotation"], laid_on[0])
     nod = float(np.degrees(Rotation.from_matrix(laid_on[0] @ between.T).magnitude()))
-    eyes = (
-        eye_corners(head, marks),
-        eye_corners(true["neutral"], true["landmarks"]),
-    )
+    eyes = eye_corners(head, marks), eye_corners(true["neutral"], true["landmarks"])
     lengths = [np.linalg.norm(np.diff(e, axis=0)) for e in eyes]
     return Agreement(
         len(at), frames, *spread(error), *spread(left), offset, nod, own, pitch, laid,
