@@ -8,7 +8,9 @@ Our head frame differs from ICT's by a convention that no run knows of. It is ta
 average heads, once for all films: the rotation of the similarity that lays 52 of the 68 usual
 landmarks (all but the jaw line, of which only the chin) on each other. What it leaves of a
 rotation's error is partly a constant of each person's: people's own faces differ from the average
-one by 1 to 4 degrees of nodding. `laid` is the error where the convention is the rotation that lays
+one by 1 to 4 degrees of nodding. `own` is the error where the convention is each person's: the same
+landmarks of the true head are laid on our average one, which is where a tracker that has only seen
+the person can put the frame. `laid` is the error where the convention is the rotation that lays
 the fitted head's landmarks on the true head's, of brows, eyes and nose only: no posture moves these
 much, and a fitted head comes in the mean posture. `motion` is the error less each film's own mean.
 Sizes and depths are compared in mm: those of a film whose camera was not given to the
@@ -55,6 +57,13 @@ class Agreement:
         The same less the film's mean offset.
     offset : float
         That offset, degrees.
+    nod : float
+        How far the true person's landmarks are turned against the average head's, degrees: the
+        offset of a tracker that lays each person's own face right.
+    own : float
+        Median of the rotation's error, the true person laid on our average head.
+    own_pitch : float
+        Mean error of that kind about the axis through the ears, degrees; up is positive.
     laid : float
         Median of the rotation's error, the fitted head laid on the true one.
     size : float
@@ -70,6 +79,8 @@ class Agreement:
     closed : float
         Frames that are closed in truth, of those found.
     r_width : float
+    r_across : float
+        Correlation of how far the outer contour reaches across the face.
     score : float
         Mean.
     """
@@ -83,6 +94,9 @@ class Agreement:
     motion_rms: float
     motion_95: float
     offset: float
+    nod: float
+    own: float
+    own_pitch: float
     laid: float
     size: float
     depth: float
@@ -94,6 +108,7 @@ class Agreement:
     recall: float
     closed: float
     r_width: float
+    r_across: float
     score: float
 
 
@@ -200,7 +215,18 @@ def apertures(ours: FloatArray, true: FloatArray) -> tuple[float, ...]:
     )
 
 
-_EACH = ("rotation", "translation", "aperture", "width", "score")
+def nodded_up(ours: FloatArray, true: FloatArray, between: FloatArray) -> float:
+    """How far tracked heads look up beyond true ones, mean, degrees; arguments as of `turns`."""
+    error = Rotation.from_rotvec(ours).inv() * Rotation.from_matrix(true @ between.T)
+    return float(np.degrees(error.mean().as_rotvec()[0]))
+
+
+def across(points: FloatArray) -> FloatArray:
+    """How far contours (T, N, 3) reach across the face, (T,), mm."""
+    return np.asarray(np.ptp(points[..., 0], axis=1), np.float64)
+
+
+_BOTH = ("rotation", "translation", "aperture", "width")
 
 
 def agreement(folder: Path, film: Path, speaker: Speaker) -> Agreement:
@@ -211,24 +237,26 @@ def agreement(folder: Path, film: Path, speaker: Speaker) -> Agreement:
     at = np.flatnonzero(run["found"][:frames] & pose)
     if not len(at):
         return Agreement(0, frames, *[float("nan")] * (len(fields(Agreement)) - 2))
-    ours: dict[str, Any] = {k: run[k][at] for k in _EACH} | {"camera_matrix": run["camera_matrix"]}
-    theirs: dict[str, Any] = {k: true[k][at] for k in _EACH[:-1]}
-    theirs["camera_matrix"] = true["camera_matrix"]
+    ours: dict[str, Any] = {k: run[k][at] for k in (*_BOTH, "lip_points", "score")}
+    theirs: dict[str, Any] = {k: true[k][at] for k in (*_BOTH, "outer")}
+    ours["camera_matrix"], theirs["camera_matrix"] = run["camera_matrix"], true["camera_matrix"]
     between = convention(speaker, true["average_landmarks"])
     error, left, offset = turns(ours["rotation"], theirs["rotation"], between)
     marks, head = speaker.points["landmark_68"], load_mesh(folder).mean
-    own = convention(speaker, true["neutral"][true["landmarks"]].astype(np.float64), head)
-    laid = spread(turns(ours["rotation"], theirs["rotation"], own)[0])[0]
-    eyes = (
-        eye_corners(head, marks),
-        eye_corners(true["neutral"], true["landmarks"]),
-    )
+    person = true["neutral"][true["landmarks"]].astype(np.float64)
+    laid_on = [convention(speaker, person, fitted) for fitted in (None, head)]
+    own, laid = (spread(turns(ours["rotation"], theirs["rotation"], c)[0])[0] for c in laid_on)
+    pitch = nodded_up(ours["rotation"], theirs["rotation"], laid_on[0])
+    nod = float(np.degrees(Rotation.from_matrix(laid_on[0] @ between.T).magnitude()))
+    eyes = eye_corners(head, marks), eye_corners(true["neutral"], true["landmarks"])
     lengths = [np.linalg.norm(np.diff(e, axis=0)) for e in eyes]
     return Agreement(
-        len(at), frames, *spread(error), *spread(left), offset, laid,
+        len(at), frames, *spread(error), *spread(left), offset, nod, own, pitch, laid,
         float(lengths[0] / lengths[1]), *places(ours, theirs, eyes),
         *apertures(ours["aperture"], theirs["aperture"]),
-        correlation(ours["width"], theirs["width"]), float(ours["score"].mean()),
+        correlation(ours["width"], theirs["width"]),
+        correlation(across(ours["lip_points"]), across(theirs["outer"])),
+        float(ours["score"].mean()),
     )  # fmt: skip
 
 
@@ -238,11 +266,12 @@ def line(name: str, a: Agreement) -> str:
         f"{name:8} found {a.found:.0f} of {a.frames:.0f}  "
         f"rotation {a.turn:.1f} deg (rms {a.turn_rms:.1f}, 95 % {a.turn_95:.1f}), "
         f"motion {a.motion:.1f} (rms {a.motion_rms:.1f}, 95 % {a.motion_95:.1f}), "
-        f"offset {a.offset:.1f}, laid {a.laid:.1f}  "
+        f"offset {a.offset:.1f}, nod {a.nod:.1f}, own {a.own:.1f} "
+        f"(up {a.own_pitch:.1f}), laid {a.laid:.1f}  "
         f"size x{a.size:.3f}  depth x{a.depth:.3f}  eyes {a.place:.1f} px\n"
         f"{'':8} aperture r {a.r_aperture:.3f}, {a.aperture:.2f} mm rms (scaled {a.scaled:.2f})  "
         f"closures precision {a.precision:.2f}, recall {a.recall:.2f} of {a.closed:.0f}  "
-        f"width r {a.r_width:.3f}  score {a.score:.3f}"
+        f"width r {a.r_width:.3f} (outline {a.r_across:.3f})  score {a.score:.3f}"
     )
 
 

@@ -159,7 +159,7 @@ def relaxed(
 
 
 def shared_shape(model: LipModel, views: Sequence[Seen]) -> SharedShape:
-    """What is minimised over a model's weights for one moment, seen by one view or more."""
+    """Objective over a model's weights for one moment, seen by one view or more."""
     scene = model.scene()
     blocks = pose_and(mode_block(model.n_modes, MODE_LIMIT))
     pivot = model.physics.rest.mean(axis=0)

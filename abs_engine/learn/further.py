@@ -52,7 +52,7 @@ class LipClip:
 
     @property
     def learned(self) -> int:
-        """How many moments are learned from; the others are left out, one at least."""
+        """Number of moments that are learned from; the others are left out, one at least."""
         return min(len(self.moments) - 1, round((1 - LEFT_OUT) * len(self.moments)))
 
     def relaxed(self, physics: LearnedPhysics, shapes: FloatArray) -> Source:

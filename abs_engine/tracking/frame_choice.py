@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TypeVar
 
 import numpy as np
@@ -33,17 +33,25 @@ def choose_frames(
 
 
 def spread_frames(
-    found: Iterable[tuple[Image, Seen | None]],
-    name: str,
-    least: float = LEAST_FOUND,
-    order: Callable[[Seen], float] | None = None,
-    count: int = LEARN_FROM,
+    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = LEAST_FOUND
 ) -> list[tuple[Image, Seen]]:
-    """Frames with what was seen in them, spread evenly over the ten seconds from the first face on.
+    """Frames with what was seen in them, spread evenly over the time; see `candidate_frames`."""
+    kept = candidate_frames(found, name, least)
+    return [kept[k] for k in spread_over(np.arange(len(kept)))]
 
-    With `order` they are spread over its ranks, from the least to the largest, instead of time.
 
-    Memory does not grow with the clip: candidates are thinned out as they come. More than a share
+def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]:
+    """Indices of `LEARN_FROM` values (N,), from the least to the largest by rank, in order."""
+    picked = np.unique(np.linspace(0, len(values) - 1, LEARN_FROM).round().astype(int))
+    return [int(k) for k in np.sort(np.argsort(values, kind="stable")[picked])]
+
+
+def candidate_frames(
+    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = LEAST_FOUND
+) -> list[tuple[Image, Seen]]:
+    """Frames with what was seen in them, of the ten seconds from the first face on.
+
+    Memory does not grow with the clip: they are thinned out as they come. More than a share
     `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
     a few faces in a clip of something else are none.
 
@@ -63,7 +71,7 @@ def spread_frames(
             if seen % stride == 0:
                 kept.append((image, there))
             seen += 1
-        if len(kept) >= 4 * count:
+        if len(kept) >= 4 * LEARN_FROM:
             kept, stride = kept[::2], 2 * stride
         if looked == LOOK_AT:
             break
@@ -73,8 +81,4 @@ def spread_frames(
             "give a video with a frontal face; where one is there but not found, give its mouth in "
             "the first frame with --mouth X Y WIDTH HEIGHT",
         )
-    picked = np.unique(np.linspace(0, len(kept) - 1, count).round().astype(int))
-    if order is not None:
-        rank = np.argsort([order(there) for _, there in kept], kind="stable")
-        picked = np.sort(rank[picked])
-    return [kept[k] for k in picked]
+    return kept

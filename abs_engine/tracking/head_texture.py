@@ -129,7 +129,7 @@ class HeadView:
         return cls(gray, pose, vertices, vertex_normals(vertices, faces))
 
     def shown(self, camera: Camera) -> FloatArray:
-        """Where each vertex is seen, px, and the cosine of surface and line of sight, (V, 3).
+        """Place of each vertex, px, and the cosine of surface and line of sight, (V, 3).
 
         Computed once for the camera of a clip.
         """

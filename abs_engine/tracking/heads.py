@@ -25,9 +25,10 @@ from abs_engine.tracking.blob_start import (
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.face_detection import find_faces
-from abs_engine.tracking.frame_choice import spread_frames
+from abs_engine.tracking.frame_choice import candidate_frames, spread_over
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
+from abs_engine.tracking.head_views import turned_apart
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmark_correspondence import (
     USUAL_DEVIATION,
@@ -157,11 +158,13 @@ def by_landmarks(
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         found = ((image, follower.step(image)) for image in clip.frames())
-        chosen = spread_frames(found, str(clip.video), order=lambda seen: seen.openness)
+        seen = candidate_frames(found, str(clip.video))
+    chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
+    turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
     tell("fitting the head")
-    fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell)
+    fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )

@@ -79,6 +79,13 @@ class Landmarks:
         across = float(np.linalg.norm(left - right))
         return float(np.linalg.norm(upper - lower)) / max(across, 1e-9)
 
+    def turn_to(self, other: Landmarks) -> FloatArray:
+        """Rotation vector (3,), radians, camera axes, that lays the points best on other ones."""
+        mine, theirs = (p.points - p.points.mean(axis=0) for p in (self, other))
+        left, _, right = np.linalg.svd(theirs.T @ mine)
+        left[:, 2] *= np.sign(np.linalg.det(left @ right))
+        return np.asarray(cv2.Rodrigues(left @ right)[0][:, 0], np.float64)
+
 
 def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | None:
     """The points of a face that was detected; None where the network sees no face there.

@@ -95,6 +95,7 @@ def fit_person(
     renderer: Renderer,
     colours: ColourClasses | None,
     tell: Callable[[str], None],
+    turned: Sequence[tuple[Image, Landmarks]] | None = None,
 ) -> FittedPerson:
     """Fit the whole head, the mouth and the colours to frames that show one person.
 
@@ -109,6 +110,8 @@ def fit_person(
         Those learned before.
     tell : callable
         Called with what is begun, in a few words.
+    turned : sequence of (image, Landmarks), optional
+        Frames that the head is fitted to, in place of `chosen`.
 
     Raises
     ------
@@ -116,7 +119,8 @@ def fit_person(
         If the mouth lies outside of the picture in all of them.
     """
     speaker = average.speaker
-    head = average.fitted([seen_in(image, marks) for image, marks in chosen], camera, renderer)
+    seen = [seen_in(image, marks) for image, marks in turned or chosen]
+    head = average.fitted(seen, camera, renderer)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         free_person=not average.known, expression=head.expression, person_spread=PERSON_SPREAD,

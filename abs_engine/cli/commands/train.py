@@ -95,7 +95,7 @@ def _loaded(run: Path, speaker: Speaker) -> LipRun:
 def _further(
     chosen: Chosen, done: Training, groups: list[list[LipRun]], speaker: Speaker
 ) -> Further:
-    """What runs teach beside the dots."""
+    """Lessons of runs beside the dots."""
     from abs_engine.core.threads import one_thread
     from abs_engine.learn.further import train_further
     from abs_engine.tracking.lip_clips import lip_clip
@@ -107,7 +107,7 @@ def _further(
 
 
 def further_lines(further: Further) -> list[str]:
-    """What further training found, and whether it is kept."""
+    """Lines on what further training found, and whether it is kept."""
     nats = ", ".join(f"{value:.1f}" for value in further.evidence)
     kept = f"kept: round {further.kept}" if further.kept else "not kept: nothing new was learned"
     lines = [f"{NEGATIVE_LOG} of a moment that was left out, before and by round: {nats}; {kept}"]
