@@ -69,7 +69,7 @@ class _Law:
         return cls(mean, vectors[:modes], values[:modes] + _LEAST**2, rest + _LEAST**2)
 
     def without_itself(self, flat: FloatArray, known: BoolArray) -> FloatArray:
-        """Places at which the other known dots of a frame have each dot, (T, K, 3), mm, of flat (T, 3 K)."""
+        """Places, (T, K, 3), mm, where a frame's other known dots have each dot; flat (T, 3 K)."""
         away = np.where(np.repeat(known, 3, axis=1), flat - self.mean, 0.0)
         normal = np.einsum(
             "pk,tk,qk->tpq", self.basis, np.repeat(known, 3, axis=1) / self.noise, self.basis
@@ -128,7 +128,7 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
 
 
 def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray, BoolArray]:
-    """Places of all dots by the others, and a mask of those there: the worst of a frame goes first."""
+    """Places of all dots by the others, and a mask of those there; the worst goes first."""
     known, every = there.copy(), np.arange(len(there))
     for _ in range(there.shape[1] - FEWEST + 1):
         guess = law.without_itself(flat, known)
