@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.provenance import code_digest
 from abs_engine.core.registry import PLUGINS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.unfinished import Unfinished
+from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
@@ -41,8 +40,6 @@ from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
 
 DEFAULTS = TrackOptions()
-_MACHINE = OutputError, OpenGLError
-"""Errors after which the same command may succeed."""
 
 
 def prepare(
@@ -203,18 +200,6 @@ def _choices(
         sorted(beside.items()),
     )
     return "\n".join(map(str, parts))
-
-
-@contextmanager
-def kept_if_of_use(made: Unfinished, frames: Path) -> Iterator[None]:
-    """Remove what was made if the body fails, unless the same command could go on with it."""
-    try:
-        yield
-    except BaseException as error:
-        input_at_fault = isinstance(error, AbsEngineError) and not isinstance(error, _MACHINE)
-        if input_at_fault or not frames.is_file():
-            made.discard()
-        raise
 
 
 def check_options(options: TrackOptions, info: VideoInfo) -> None:

@@ -18,9 +18,6 @@ _WORST = 5
 _MADE = (
     ("command", "command"), ("person", "person"), ("seed", "seed"), ("drawn by", "renderer"),
     ("abs_engine", "engine_version"), ("commit", "commit"),
-    ("seconds, all stages of this run", "seconds"),
-    ("seconds of tracking sentences, all processes", "tracking_seconds"),
-    ("largest memory of a process, MB", "peak_memory_mb"),
 )  # fmt: skip
 _PAPER_TREES = {
     "vowels": "{i e ɛ} {a} and the rounded ones",
@@ -35,7 +32,7 @@ _SENTENCES = (
     ("depth_mm", "along z, mm"), ("worst_sentence_mm", "worst sentence, mm"),
     ("evaluations_per_frame", "evaluations a frame"),
     ("closure_recall", "closures, recall"), ("closure_precision", "precision"),
-    ("sentences", "sentences"), ("frames", "frames"), ("seconds_per_frame", "s a frame"),
+    ("sentences", "sentences"), ("frames", "frames"),
 )  # fmt: skip
 _AS_PRINTED = (("la_lin", "la_lin"), ("la_lin_as_printed", "la_lin, as printed"))
 _TELECONFERENCE = (
