@@ -86,7 +86,9 @@ def test_a_failure_leaves_nothing_of_use(error, status, begun, tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("words", [["--quick"], []])
-@pytest.mark.parametrize("error", [KeyboardInterrupt(), MemoryError(), OSError(28, "No space left")])
+@pytest.mark.parametrize(
+    "error", [KeyboardInterrupt(), MemoryError(), OSError(28, "No space left")]
+)
 def test_an_interrupted_report_is_resumed_by_the_same_command(words, error, tmp_path, monkeypatch):
     found, errors = [], [error]
 

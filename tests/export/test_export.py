@@ -93,6 +93,17 @@ def test_arkit_is_read_as_the_same_face(folder, run, clip, tmp_path):
     ]  # fmt: skip
 
 
+def test_arkit_s_columns_are_those_of_the_app_s_files(folder, run, tmp_path):
+    table = pd.read_csv(exported(folder, "arkit", tmp_path))
+    names = list(table.columns)
+    assert names[:3] == ["Timecode", "BlendShapeCount", "EyeBlinkLeft"]
+    assert names[17:20] == ["JawRight", "JawLeft", "JawOpen"]
+    assert names[23:25] == ["MouthRight", "MouthLeft"]
+    assert names[53:57] == ["TongueOut", "HeadYaw", "HeadPitch", "HeadRoll"]
+    for unit, weights in zip(run.speaker.unit_names, unit_weights(run).T, strict=True):
+        np.testing.assert_allclose(table[unit[:1].upper() + unit[1:]], weights, atol=1e-6)
+
+
 @pytest.mark.parametrize("name", ["openface", "landmarks"])
 def test_landmarks_are_read_in_the_same_places(name, folder, run, clip, tmp_path):
     read = read_landmarks(exported(folder, name, tmp_path), clip)

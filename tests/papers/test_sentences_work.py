@@ -100,7 +100,9 @@ def studio(monkeypatch):
 
 def work(folder, **other):
     face = SimpleNamespace(shape=SimpleNamespace(vertices=None, neutral=None))
-    return Work(folder, folder.parent / "aside", "clara", 0, None, face, np.zeros((1, P)), "none", **other)
+    return Work(
+        folder, folder.parent / "aside", "clara", 0, None, face, np.zeros((1, P)), "none", **other
+    )
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(studio, tmp_path):
