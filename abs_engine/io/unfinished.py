@@ -9,12 +9,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
-from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError
+from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, StudioError
 from abs_engine.io.files import Making, check_free, unwritable
 from abs_engine.io.naming import CHOICES, WHOLE, lock, partial_of, rename_new
 
 _TRIES = 10
-_MACHINE = OutputError, OpenGLError
+_MACHINE = OutputError, OpenGLError, StudioError
 """Errors after which the same command may succeed."""
 
 

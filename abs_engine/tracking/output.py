@@ -129,7 +129,7 @@ def read_facts(folder: Path) -> dict[str, Any]:
     told = []
     for path in (folder / SUMMARY, folder / TIMING):
         try:
-            told.append(dict(parse_json(path.read_text(encoding="utf-8"))))
+            told.append(dict(parse_json(path.read_text(encoding="utf-8"), gaps=True)))
         except (OSError, ValueError, TypeError) as error:
             raise InputFileError(f"{path} cannot be read", "track the clip again") from error
     return {**told[0], "timing": told[1]}
