@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import resource
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.clock import write_timing
 from abs_engine.core.provenance import made_by
@@ -43,6 +46,9 @@ SEARCH_MODEL, REPORTED = "tex_lin", 300
 """Model of the comparison of solvers, and the budget of which results.json tells."""
 
 
+ERRORS = "errors"
+"""Of a round of visemes, while it is kept."""
+Split = tuple[NDArray[np.int64], NDArray[np.int64]]
 Part = Callable[[Report, Speech], None]
 """A later experiment: a report, and the filmed corpus with beads."""
 
@@ -141,21 +147,34 @@ def _visemes(report: Report, beaded: Speech, bare: Speech) -> None:
         errors: list[VisemeError] = []
         rounds = splits(len(speech.pictures), report.seed, report.amount.rounds)
         asked = ASKED if len(rounds) > 1 else MODELS  # the short run has no time for both rules
-        for k, (trained, tests) in enumerate(rounds):
+        for k, split in enumerate(rounds):
             report.tell(f"visemes, {title}: {k + 1} of {len(rounds)}")
-            face = speech.learn(trained, report.renderer)
-            errors += find_visemes(speech, face, tests, report.renderer, asked)
-            if k == 0:
-                report.results[f"texture_variance{'' if speech.beads else '_bare'}"] = (
-                    face.tex_lin.explained
-                )
-                _appearance(report, speech, face)
+            errors += _round(report, f"{key}-{k}", speech, split, asked)
         report.results[key] = summary(errors)
         found[title] = errors
     report.figure(
         "figure6.png", figure_bytes(residual_figure(found)),
         "Figure 6: residuals of visemes that appearance was not learned from, the worst named.",
     )  # fmt: skip
+
+
+def _round(
+    report: Report, name: str, speech: Speech, split: Split, models: Sequence[str]
+) -> list[VisemeError]:
+    """Errors of the visemes that a split leaves to be tested; the first one's figures, too."""
+
+    def found(own: Report) -> None:
+        face = speech.learn(split[0], own.renderer)
+        errors = find_visemes(speech, face, split[1], own.renderer, models)
+        own.results[ERRORS] = [vars(e) | {"distances": e.distances.tolist()} for e in errors]
+        if name.endswith("-0"):
+            key = f"texture_variance{'' if speech.beads else '_bare'}"
+            own.results[key] = face.tex_lin.explained
+            _appearance(own, speech, face)
+
+    report.stage(name, found)
+    rows = report.results.pop(ERRORS)
+    return [VisemeError(**{**row, "distances": np.array(row["distances"])}) for row in rows]
 
 
 def _appearance(report: Report, speech: Speech, face: TalkingFace) -> None:
