@@ -91,7 +91,8 @@ def reproduction_page(
 <h2>Closures in the GRID recordings</h2>
 {_grid(results)}
 <h2>Figures</h2>
-{pictures(figures)}"""
+{pictures(figures)}
+<p>What it took: <a href="timing.json">timing.json</a>.</p>"""
     return results_page(
         "Basu, Oliver and Pentland (1998) reproduced",
         "3D modeling and tracking of human lip motions, reproduced",

@@ -85,7 +85,8 @@ work.</p>
 <h2>The search of a sequence, measured on a sentence kept for practice</h2>
 {_practice(results)}
 <h2>Figures</h2>
-{pictures(figures)}"""
+{pictures(figures)}
+<p>What it took: <a href="timing.json">timing.json</a>.</p>"""
     heading = "Shape and appearance models of talking faces, reproduced"
     return results_page("Odisio and Bailly (2003) reproduced", heading, body, results)
 
