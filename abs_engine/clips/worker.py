@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from pathlib import Path
@@ -13,7 +12,8 @@ from abs_engine.core.errors import AbsEngineError, BusyOutputError, InputFileErr
 from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.threads import keep_to_one_core
 from abs_engine.dataset.sums import digest
-from abs_engine.io.naming import sweep
+from abs_engine.io.inputs import parse_json
+from abs_engine.io.naming import made_before
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.run import track_video
 
@@ -68,11 +68,10 @@ def _known(job: Job) -> dict[str, Any] | None:
     OutputError
         If it is another clip's, or was tracked with other options.
     """
-    if not job.folder.exists():
+    if not made_before(job.folder):
         return None
-    sweep(job.folder)
     try:
-        facts: dict[str, Any] = json.loads(_text(job.folder / "run.json"))
+        facts: dict[str, Any] = parse_json(_text(job.folder / "run.json"), gaps=True)
         told = {name: _text(job.folder / name) for name in job.beside}
         same = told == job.beside and facts["settings"]["video_sha256"] == digest(job.video)
     except (OSError, ValueError, LookupError, TypeError):

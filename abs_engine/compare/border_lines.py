@@ -11,7 +11,11 @@ import numpy as np
 MOST = 16  # longest line to either side, drawn pixels
 _REACH = 2.55  # pixels around a border's middle that tell its normal
 _PARTED = 0.15  # what each pixel must gain on the average for lips to be parted there
-_compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+_compiled: Any = numba.njit(
+    cache=True, nogil=True, error_model="numpy", fastmath=True, forceinline=True
+)
+"""Inlined, as a process that compiles these and one that reads them from the cache would else call
+different copies of a loop, whose last digits differ."""
 
 
 @_compiled

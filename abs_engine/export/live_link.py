@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,25 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 
+ORDER = (
+    "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft",
+    "eyeSquintLeft", "eyeWideLeft", "eyeBlinkRight", "eyeLookDownRight", "eyeLookInRight",
+    "eyeLookOutRight", "eyeLookUpRight", "eyeSquintRight", "eyeWideRight", "jawForward",
+    "jawLeft", "jawRight", "jawOpen", "mouthClose", "mouthFunnel", "mouthPucker", "mouthLeft",
+    "mouthRight", "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight",
+    "mouthDimpleLeft", "mouthDimpleRight", "mouthStretchLeft", "mouthStretchRight",
+    "mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft",
+    "mouthPressRight", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
+    "mouthUpperUpRight", "browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft",
+    "browOuterUpRight", "cheekPuff", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft",
+    "noseSneerRight", "tongueOut",
+)  # fmt: skip
+"""ARKit's units as packets have them; the head's yaw, pitch and roll follow, and both eyes'."""
+_IN_FILES = {
+    "jawLeft": "jawRight", "jawRight": "jawLeft",
+    "mouthLeft": "mouthRight", "mouthRight": "mouthLeft",
+}  # fmt: skip
+"""Files of the app have these the other way around."""
 HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 EYES = tuple(
     f"{side}Eye{angle}" for side in ("Left", "Right") for angle in ("Yaw", "Pitch", "Roll")
@@ -20,14 +40,21 @@ _DIGITS = 6
 
 
 def live_link_columns(run: TrackedRun) -> tuple[str, ...]:
-    """The names of the 61 numbers of a frame, in Live Link Face's order where it is known."""
-    names = tuple(name[:1].upper() + name[1:] for name in run.speaker.unit_names)
-    return (*names, *HEAD, *EYES)
+    """The names of the 61 numbers of a frame, in the order of the app's files."""
+    names = (run.speaker.unit_names[k] for k in _in_files(run.speaker.unit_names))
+    return (*(name[:1].upper() + name[1:] for name in names), *HEAD, *EYES)
+
+
+def _in_files(units: Sequence[str]) -> list[int]:
+    """Places of a head's units in the order of files; those of no other name come last."""
+    usual = [_IN_FILES.get(name, name) for name in ORDER]
+    known = [units.index(name) for name in usual if name in units]
+    return known + [k for k, name in enumerate(units) if name not in usual]
 
 
 def live_link_rows(run: TrackedRun) -> FloatArray:
     """The 61 numbers of each frame, (T, 61): weights, then radians; NaN in lost frames."""
-    weights = unit_weights(run)
+    weights = unit_weights(run)[:, _in_files(run.speaker.unit_names)]
     return np.hstack([weights, head_angles(run), np.where(run.shown, 0.0, np.nan)[:, None] * _SIX])
 
 
@@ -58,16 +85,18 @@ def timecode(frame: int, rate: float) -> str:
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     rows = live_link_rows(run)
-    count = len(run.speaker.unit_names)
+    places = _in_files(run.speaker.unit_names)
+    count = len(places)
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
-        table.writerow(["Timecode", "BlendshapeCount", *live_link_columns(run)])
+        table.writerow(["Timecode", "BlendShapeCount", *live_link_columns(run)])
         for frame, row in enumerate(rows):
             cells = ["" if np.isnan(x) else f"{x:.{_DIGITS}f}" for x in row]
             table.writerow([timecode(frame, run.rate), rows.shape[1], *cells])
     rounded = np.round(rows, _DIGITS)
     turned = np.rad2deg(rounded - rows)[:, count : count + 3]
-    return (*unit_loss(run, rounded[:, :count]), Loss(rms(turned), "degrees", "head angles"))
+    weights = rounded[:, np.argsort(places)]
+    return (*unit_loss(run, weights), Loss(rms(turned), "degrees", "head angles"))
 
 
 LIVE_LINK = Exporter(

@@ -5,13 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 from abs_engine.core.registry import EXPORTERS
-from abs_engine.export.exporter import Exporter, Loss, read_run
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run
+from abs_engine.export.smoothed import smoothed
 from abs_engine.io.files import check_free, scratch, write_new
 from abs_engine.io.unfinished import NewFolder
+from abs_engine.tracking.smoothing import Smoothing
 
 
 def export_run(
-    run: Path | str, to: str, output: Path | str, speaker: Path | None = None
+    run: Path | str,
+    to: str,
+    output: Path | str,
+    speaker: Path | None = None,
+    smooth: str | None = None,
 ) -> tuple[Loss, ...]:
     """Write a run in another program's format.
 
@@ -25,16 +31,19 @@ def export_run(
         A file with the format's ending, or a folder; must not exist.
     speaker : Path, optional
         The head that the run was tracked with, if not the bundled one.
+    smooth : str, optional
+        A filter, "butterworth:HZ" or "savitzky-golay:FRAMES", by which the run is smoothed before.
 
     Returns
     -------
     tuple of Loss
-        What reading the output back gives, beside the run.
+        What reading the output back gives, beside the run; of a smoothed one, first how far the
+        filter moves the lips, then what is read back beside that.
 
     Raises
     ------
     ParameterError
-        If there is no such format, or it needs a package that is missing.
+        If there is no such format or filter, or the format needs a package that is missing.
     InputFileError, ModelFormatError
         If the run cannot be read.
     OutputError
@@ -42,7 +51,16 @@ def export_run(
     """
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(Path(output), exporter.suffix)
+    smoothing = None if smooth is None else Smoothing.named(smooth)
     tracked = read_run(Path(run), speaker)
+    if smoothing is None:
+        return _written(exporter, tracked, output)
+    tracked, moved = smoothed(tracked, smoothing)
+    return moved, *_written(exporter, tracked, output)
+
+
+def _written(exporter: Exporter, tracked: TrackedRun, output: Path) -> tuple[Loss, ...]:
+    """Write a file or a folder, whole or not at all."""
     if not exporter.suffix:
         with NewFolder(output) as folder:
             lost = exporter.write(tracked, folder.work)

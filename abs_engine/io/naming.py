@@ -77,6 +77,14 @@ def lock(path: Path, flags: int) -> int:
     return number
 
 
+def made_before(path: Path) -> bool:
+    """Whether an output is there; what a process killed just then left beside it is taken away."""
+    if not os.path.lexists(path):
+        return False
+    sweep(path)
+    return True
+
+
 def sweep(path: Path) -> None:
     """Take away what a killed process left beside a finished output.
 

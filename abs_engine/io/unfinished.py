@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
-from abs_engine.core.errors import OutputError
+from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, StudioError
 from abs_engine.io.files import Making, check_free, unwritable
 from abs_engine.io.naming import CHOICES, WHOLE, lock, partial_of, rename_new
 
 _TRIES = 10
+_MACHINE = OutputError, OpenGLError, StudioError
+"""Errors after which the same command may succeed."""
 
 
 class NewFolder(Making):
@@ -182,6 +185,28 @@ class Unfinished(NewFolder):
             raise KeyboardInterrupt(
                 f"what was done is kept in {self.partial}; the same command resumes there"
             ) from None
+
+
+@contextmanager
+def kept_if_of_use(made: Unfinished, done: Path) -> Iterator[None]:
+    """Remove what was made if the body fails, unless the same command could go on with it.
+
+    Parameters
+    ----------
+    made : Unfinished
+    done : Path
+        Of use if it is there; a folder, if the output or it holds something.
+    """
+    try:
+        yield
+    except BaseException as error:
+        input_at_fault = isinstance(error, AbsEngineError) and not isinstance(error, _MACHINE)
+        of_use = done.is_file()
+        if done.is_dir():
+            of_use = any(inside for folder in (done, made.work) for inside in folder.iterdir())
+        if input_at_fault or not of_use:
+            made.discard()
+        raise
 
 
 def _empty(folder: Path) -> None:

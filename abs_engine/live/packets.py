@@ -15,25 +15,11 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import OutputError
 from abs_engine.core.pose import parted
 from abs_engine.export.face_units import UnitFit
-from abs_engine.export.live_link import EYES, angles_of
+from abs_engine.export.live_link import EYES, ORDER, angles_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.live.release import Released
 from abs_engine.tracking.options import ClipTracker
 
-ORDER = (
-    "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft",
-    "eyeSquintLeft", "eyeWideLeft", "eyeBlinkRight", "eyeLookDownRight", "eyeLookInRight",
-    "eyeLookOutRight", "eyeLookUpRight", "eyeSquintRight", "eyeWideRight", "jawForward",
-    "jawLeft", "jawRight", "jawOpen", "mouthClose", "mouthFunnel", "mouthPucker", "mouthLeft",
-    "mouthRight", "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight",
-    "mouthDimpleLeft", "mouthDimpleRight", "mouthStretchLeft", "mouthStretchRight",
-    "mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft",
-    "mouthPressRight", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthUpperUpLeft",
-    "mouthUpperUpRight", "browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft",
-    "browOuterUpRight", "cheekPuff", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft",
-    "noseSneerRight", "tongueOut",
-)  # fmt: skip
-"""ARKit's units as packets have them; the head's yaw, pitch and roll follow, and both eyes'."""
 NAME = "abs_engine"
 _VERSION = 6
 _DAY = 86400

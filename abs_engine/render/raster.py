@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Literal
 
 import moderngl
@@ -13,7 +15,7 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.core.scene import Candidates, PixelTerm, Scene
 from abs_engine.render import targets
-from abs_engine.render.context import GLContext, NativeContext
+from abs_engine.render.context import GLContext
 from abs_engine.render.cpu import check_term
 from abs_engine.render.instanced import InstancedPath, can_layer
 from abs_engine.render.programs import Programs
@@ -163,10 +165,19 @@ class OpenGLRenderer:
                 owner.release()
         self.gl.close()
 
-    def _current(self) -> NativeContext:
+    @contextmanager
+    def _current(self) -> Iterator[None]:
+        """The scope of GL calls; a lost context or full memory must not pass for empty pictures."""
         if not self._open:
             raise OpenGLError("the renderer is closed", "open another one")
-        return self.gl.current()
+        with self.gl.current():
+            try:
+                yield
+            except moderngl.Error as error:
+                raise _failed(" ".join(str(error).split())) from error
+            found = self.gl.ctx.error
+            if found != "GL_NO_ERROR":
+                raise _failed(found)
 
     def _set_state(self, cull: bool) -> None:
         ctx = self.gl.ctx
@@ -174,6 +185,10 @@ class OpenGLRenderer:
         ctx.depth_func = "<"
         ctx.front_face = "cw"  # see Camera.clip_matrix
         ctx.cull_face = "back"
+
+
+def _failed(said: str) -> OpenGLError:
+    return OpenGLError(f"OpenGL failed ({said})", "free the GPU, or draw with --renderer cpu")
 
 
 def _check_weights(scene: Scene, candidates: Candidates) -> None:

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from abs_engine.core.provenance import code_digest
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import load_truth
 from abs_engine.evaluate.line_of_sight import position_errors
 from abs_engine.evaluate.truth_report import report
-from abs_engine.io.unfinished import NewFolder
+from abs_engine.io.naming import made_before
+from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.report.demo_page import camera_error, demo_page, head_given
 from abs_engine.report.scoring import run_closures
 from abs_engine.studio.filming import film_scene
 from abs_engine.studio.make import Crew
 from abs_engine.studio.scenefile import Label, sentence_scene
 from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.output import Progress
+from abs_engine.tracking.output import Progress, read_facts
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import track_video
 
@@ -83,6 +86,9 @@ def run_demo(
 ) -> DemoResult:
     """Film, track, evaluate and report.
 
+    What was done when the process was killed is kept beside the folder: called again with the same
+    options, it goes on there.
+
     Parameters
     ----------
     folder : Path
@@ -108,20 +114,27 @@ def run_demo(
     StudioError
         If the studio cannot draw on this machine.
     """
-    with NewFolder(folder) as made:
-        clip, run_folder = made.work / CLIP, made.work / RUN
-        film_clip(
-            clip, options.sentence, person=options.person, size=options.size,
-            frames=options.frames, seed=options.seed, command="abs-engine demo", progress=filming,
-        )  # fmt: skip
+    choices = f"{options}\n{renderer.description}\n{code_digest()}"
+    with Unfinished(folder, choices, anew=True) as made, kept_if_of_use(made, made.work):
+        clip, run_folder, evaluation = (made.work / part for part in (CLIP, RUN, EVALUATION))
+        if not made_before(clip):
+            film_clip(
+                clip, options.sentence, person=options.person, size=options.size,
+                frames=options.frames, seed=options.seed, command="abs-engine demo",
+                progress=filming, keep=True,
+            )  # fmt: skip
         truth = load_truth(clip)
         known = options.person if options.person_known else None
         choice = TrackOptions(person=known, camera=truth.camera)
-        run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
-        (made.work / EVALUATION).mkdir()
+        if made_before(run_folder):
+            run = read_facts(run_folder)
+        else:
+            run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
+        shutil.rmtree(evaluation, ignore_errors=True)  # of a process killed just then
+        evaluation.mkdir()
         arrays = load_run(run_folder)
         closures = run_closures(run_folder, truth)
-        scores = report(arrays, truth, made.work / EVALUATION, closures)
+        scores = report(arrays, truth, evaluation, closures)
         remarks = (
             head_given(options.person, options.person_known),
             camera_error(*position_errors(arrays["translation"], truth.translations)),
@@ -145,6 +158,7 @@ def film_clip(
     labels: tuple[Label, ...] = (),
     command: str = "",
     progress: Progress | None = None,
+    keep: bool = False,
 ) -> Path:
     """Film a bundled person with one ideal camera; see `abs_engine.studio.filming.film_scene`.
 
@@ -168,12 +182,14 @@ def film_clip(
     command : str
         Kept in the ground truth.
     progress : callable, optional
+    keep : bool
+        Whether what was filmed stays when it is interrupted, for the next call to go on from.
     """
     scene = sentence_scene(
         sentence, person=person, size=size, frames=frames, seed=seed, lossless=lossless,
         labels=labels,
     )  # fmt: skip
-    return film_scene(scene, folder, command=command, crew=Crew(filming=progress)).folder
+    return film_scene(scene, folder, command=command, crew=Crew(filming=progress, keep=keep)).folder
 
 
 def score_rows(scores: dict[str, Any]) -> list[tuple[str, str]]:

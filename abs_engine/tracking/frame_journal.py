@@ -7,6 +7,7 @@ A line that was cut off, and what comes after it, does not count.
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
@@ -25,6 +26,7 @@ import numpy as np
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.core.geometry import Pose
 from abs_engine.fit.belief import Belief
+from abs_engine.optimise.base import Solution
 from abs_engine.tracking.clip_setting import FrameResult
 from abs_engine.tracking.frame_state import Memory
 
@@ -37,11 +39,17 @@ Found = tuple[FrameResult, Memory]
 class FrameJournal:
     """The frames that were done before, then those that are done now; a context manager.
 
+    It waits for another process that still writes to it.
+
     Parameters
     ----------
     path : Path
+        Its folder is made if need be.
     basis : str
         What the frames follow from: those that follow from something else are forgotten.
+    ends : bool
+        Whether the end of each frame's search (`FrameResult.highest`) is kept, too, without its
+        trace.
 
     Attributes
     ----------
@@ -49,8 +57,11 @@ class FrameJournal:
         Number of frames that were done before.
     """
 
-    def __init__(self, path: Path, basis: str) -> None:
+    def __init__(self, path: Path, basis: str, ends: bool = False) -> None:
         heading = {"format": FORMAT, "version": VERSION, "basis": basis}
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file, self._ends = path.open("ab", buffering=0), ends
+        fcntl.flock(self._file, fcntl.LOCK_EX)
         known, end = _read(path)
         self._kept: deque[Found] = deque()
         if known and known[0] == heading:
@@ -59,7 +70,6 @@ class FrameJournal:
             except (LookupError, TypeError, ValueError, AttributeError, AbsEngineError):
                 known, self._kept = [], deque()  # begun anew, as with another heading
         self.resumed = len(self._kept)
-        self._file = path.open("ab", buffering=0)
         self._synced = time.monotonic()
         if not known or known[0] != heading:
             end = 0
@@ -79,7 +89,10 @@ class FrameJournal:
         OSError
             If it cannot be written.
         """
-        self._write({"result": replace(result, highest=None), "memory": memory})
+        end = result.highest if self._ends else None
+        if end is not None:
+            end = replace(end, trace=np.zeros(0), information=None)
+        self._write({"result": replace(result, highest=end), "memory": memory})
 
     def _write(self, told: dict[str, Any]) -> None:
         text = json.dumps(told, default=_plain).encode()
@@ -143,8 +156,9 @@ def _whole(told: dict[str, Any]) -> Any:
 
 def _found(line: Mapping[str, Any]) -> Found:
     result, memory = dict(line["result"]), dict(line["memory"])
-    belief = result["belief"]
+    belief, end = result["belief"], result["highest"]
     result |= {"pose": _pose(result["pose"]), "belief": belief and Belief(**belief)}
+    result |= {"highest": end and Solution(**end)}
     memory |= {"pose": _pose(memory["pose"]), "values": tuple(memory["values"])}
     return FrameResult(**result), Memory(**memory)
 

@@ -74,6 +74,9 @@ class TrackOptions:
         A choice of all of these together, of `core.registry.PRESETS`.
     worn : bool
         Whether the camera is worn before the mouth: the lower face alone, the head still.
+    smooth : str or None
+        A filter of the measures beside those that are as they were found; see
+        `smoothing.Smoothing.named`.
     """
 
     person: str | None = None
@@ -93,6 +96,7 @@ class TrackOptions:
     driver: str | None = None
     preset: str | None = None
     worn: bool = False
+    smooth: str | None = None
 
     def __post_init__(self) -> None:
         """Take "colour+texture" for ("colour", "texture")."""

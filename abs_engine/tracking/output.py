@@ -8,14 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.clock import write_timing
+from abs_engine.core.clock import TIMING, write_timing
+from abs_engine.core.errors import InputFileError
 from abs_engine.core.threads import closed_after
 from abs_engine.io.files import png
+from abs_engine.io.inputs import parse_json
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.contours import Image
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
-from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.record import SUMMARY, Recorder
 from abs_engine.tracking.sheet import ContactSheet
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
@@ -114,3 +116,20 @@ def write_run(
     }
     write_timing(folder, timing)
     return {**recorder.write(folder, {"settings": facts.settings}), "timing": timing}
+
+
+def read_facts(folder: Path) -> dict[str, Any]:
+    """Facts of a run that is there, as `write_run` returned them.
+
+    Raises
+    ------
+    InputFileError
+        If ``run.json`` or ``timing.json`` cannot be read.
+    """
+    told = []
+    for path in (folder / SUMMARY, folder / TIMING):
+        try:
+            told.append(dict(parse_json(path.read_text(encoding="utf-8"), gaps=True)))
+        except (OSError, ValueError, TypeError) as error:
+            raise InputFileError(f"{path} cannot be read", "track the clip again") from error
+    return {**told[0], "timing": told[1]}

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.provenance import code_digest
 from abs_engine.core.registry import PLUGINS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.unfinished import Unfinished
+from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.mouth_landmarks import EVIDENCE
@@ -39,10 +40,9 @@ from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
+from abs_engine.tracking.smoothing import Smoothing
 
 DEFAULTS = TrackOptions()
-_MACHINE = OutputError, OpenGLError
-"""Errors after which the same command may succeed."""
 
 
 def prepare(
@@ -176,11 +176,16 @@ def track_video(
             where = os.path.relpath(video.resolve(), folder.resolve())
             settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
             recorder = Recorder(tracker.setting)
+            smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
+            if smoothing is not None:
+                smoothing.check(tracker.setting.rate, np.asarray(tracker.setting.times))
             made.empty()
             with FrameJournal(frames, fingerprint((tracker.setting, tracker.memory))) as journal:
                 facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
                 results = tracker.results(journal)
                 told = write_run(made.work, tracker.setting, results, facts, progress, recorder)
+            if smoothing is not None:
+                smoothing.write(made.work, recorder.arrays())
             for name, text in beside.items():
                 (made.work / name).write_text(text, encoding="utf-8")
             made.finish()
@@ -205,18 +210,6 @@ def _choices(
     return "\n".join(map(str, parts))
 
 
-@contextmanager
-def kept_if_of_use(made: Unfinished, frames: Path) -> Iterator[None]:
-    """Remove what was made if the body fails, unless the same command could go on with it."""
-    try:
-        yield
-    except BaseException as error:
-        input_at_fault = isinstance(error, AbsEngineError) and not isinstance(error, _MACHINE)
-        if input_at_fault or not frames.is_file():
-            made.discard()
-        raise
-
-
 def check_options(options: TrackOptions, info: VideoInfo) -> None:
     """Raise `ParameterError` for a mouth outside of the picture or another picture's camera.
 
@@ -228,6 +221,8 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
             "give the camera.json of this video",
         )
     check_choices(options)
+    if options.smooth is not None:
+        Smoothing.named(options.smooth).check(info.rate, np.zeros(0))
     if options.mouth is None:
         return
     if options.poses is not None:
@@ -249,6 +244,8 @@ def check_choices(options: TrackOptions) -> None:
     So for what only a start by landmarks can do, beside another start.
     """
     pupil_scale(options.pupil_distance)
+    if options.smooth is not None:
+        Smoothing.named(options.smooth)
     for name, value, known in (
         ("start", options.start or STARTS[0], STARTS),
         ("evidence", options.evidence, EVIDENCE),
@@ -315,6 +312,7 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "face": options.face,
         "faces": tracker.faces,
         "scale": asdict(tracker.scale),
+        "smoothing": None if options.smooth is None else Smoothing.named(options.smooth).told(),
         "plugins": [{"file": path.name, "sha256": digest(path)} for path in PLUGINS],
         **tracker.facts,
     }

@@ -19,7 +19,9 @@ def asked(monkeypatch):
     """What the reproduction was asked for; it writes a page and no more."""
     calls = []
 
-    def reproduce(folder, renderer, *, quick, seed, tell):
+    def reproduce(folder, kept, renderer, *, quick, seed, tell):
+        assert kept.is_dir()
+        assert not list(kept.iterdir())
         calls.append({"quick": quick, "seed": seed, "renderer": renderer})
         assert folder.is_dir()
         assert not list(folder.iterdir())
@@ -64,11 +66,16 @@ def test_reports_are_numbered(asked, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("error", "status"), [(ParameterError("it broke", "correct it"), 2), (KeyboardInterrupt(), 130)]
+    ("error", "status", "begun"),
+    [
+        (ParameterError("it broke", "correct it"), 2, True),
+        (KeyboardInterrupt(), 130, False),
+    ],
 )
-def test_a_failure_leaves_nothing(error, status, tmp_path, monkeypatch, capsys):
+def test_a_failure_leaves_nothing_of_use(error, status, begun, tmp_path, monkeypatch, capsys):
     def fail(folder, *_, **__):
-        (folder / "half").write_text("written")
+        if begun:
+            (folder / "half").write_text("written")
         raise error
 
     _put(monkeypatch, fail)
@@ -76,6 +83,43 @@ def test_a_failure_leaves_nothing(error, status, tmp_path, monkeypatch, capsys):
     assert run("000") == status
     assert not list(tmp_path.iterdir())
     assert capsys.readouterr().err.startswith("abs-engine: ")
+
+
+@pytest.mark.parametrize("words", [["--quick"], []])
+@pytest.mark.parametrize(
+    "error", [KeyboardInterrupt(), MemoryError(), OSError(28, "No space left")]
+)
+def test_an_interrupted_report_is_resumed_by_the_same_command(words, error, tmp_path, monkeypatch):
+    found, errors = [], [error]
+
+    def make(folder, kept, *_, **__):
+        found.append([sorted(p.name for p in one.iterdir()) for one in (folder, kept)])
+        for one in (folder, kept):
+            (one / "half").touch()
+        if errors:
+            raise errors.pop()
+        return {}
+
+    _put(monkeypatch, make)
+    monkeypatch.chdir(tmp_path)
+    assert run("000", *words) == (130 if isinstance(error, KeyboardInterrupt) else 2)
+    assert run("000", *words) == 0
+    assert found == [[[], []], [["half"], ["half"]]]
+    made = tmp_path / "runs"
+    assert [p.name for p in made.iterdir()] == ["reproduce-000"]
+    assert [p.name for p in (made / "reproduce-000").iterdir()] == ["half"]
+
+
+def test_hours_of_work_are_not_removed_for_other_choices(tmp_path, monkeypatch, capsys):
+    def make(folder, *_, **__):
+        (folder / "half").touch()
+        raise KeyboardInterrupt
+
+    _put(monkeypatch, make)
+    assert run("000", "-o", tmp_path / "report") == 130
+    assert run("000", "-o", tmp_path / "report", "--seed", 2) == 2
+    assert "choose the same" in capsys.readouterr().err.splitlines()[-1]
+    assert (tmp_path / ".report.partial" / "whole" / "half").is_file()
 
 
 def test_what_exists_is_not_written_over(asked, tmp_path, capsys):

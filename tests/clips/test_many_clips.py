@@ -129,6 +129,7 @@ def tracked(tmp_path_factory):
     (folder / "text.mp4").write_text("no video")
     words = [str(folder / name) for name in ("head.mp4", "text.mp4")]
     words = ["track", *words, "-o", str(folder / "runs"), "--renderer", "cpu", "--quiet"]
+    words += ["--smooth", "savitzky-golay:5"]
     assert main([*words, "--workers", "2"]) == 2
     return folder, words
 
@@ -148,12 +149,24 @@ def test_a_clip_that_fails_stops_no_other(tracked):
 def test_a_run_is_that_of_its_clip_alone(tracked):
     folder, _ = tracked
     alone = ["track", str(folder / "head.mp4"), "-o", str(folder / "runs-head"), "--quiet"]
-    assert main([*alone, "--renderer", "cpu"]) == 0
+    assert main([*alone, "--renderer", "cpu", "--smooth", "savitzky-golay:5"]) == 0
     ours, other = contents(folder / "runs" / "head"), contents(folder / "runs-head")
     paths = [json.loads(one.pop("run.json")) for one in (ours, other)]
     assert [one["settings"].pop("video_path") for one in paths] == ["../../head.mp4", "../head.mp4"]
     assert paths[0] == paths[1]
     assert ours == other
+
+
+@pytest.mark.slow
+def test_smoothing_is_named_in_the_run_and_lies_beside_what_was_found(tracked):
+    folder = tracked[0] / "runs" / "head"
+    told = json.loads((folder / "run.json").read_text())["settings"]["smoothing"]
+    assert told == {"filter": "savitzky-golay", "window_frames": 5, "degree": 2}
+    names = "results.csv", "smoothed.csv"
+    raw, smooth = (list(csv.DictReader((folder / n).read_text().splitlines())) for n in names)
+    assert len(raw) == len(smooth) == len(OPEN)
+    for row, own in zip(raw, smooth, strict=True):  # too few to be smoothed
+        assert float(own["aperture"]) == pytest.approx(float(row["aperture"]), rel=1e-5)
 
 
 @pytest.mark.slow

@@ -114,7 +114,7 @@ def test_the_search_is_the_papers(monkeypatch):
 
 def work(folder, **other):
     face = SimpleNamespace(shape=SimpleNamespace(vertices=None, neutral=None))
-    return Work(folder, "clara", 0, None, face, np.zeros((1, N)), "none", **other)
+    return Work(folder, folder / "aside", "clara", 0, None, face, np.zeros((1, N)), "none", **other)
 
 
 def test_a_works_own_settings_are_searched_with_and_kept_apart(tmp_path, monkeypatch):
@@ -124,7 +124,7 @@ def test_a_works_own_settings_are_searched_with_and_kept_apart(tmp_path, monkeyp
     monkeypatch.setattr(sentences_work, "film_plan", lambda *_: film)
 
     def search(_face, _model, *given):
-        used.append(given[-2])
+        used.append(given[-4])
         nothing = np.zeros((0, N))
         return sequence.Tracked(nothing, (), nothing[:, 0], np.zeros(0, int), np.zeros(0, bool))
 
@@ -153,7 +153,7 @@ def test_both_are_tracked_on_the_same_sentences(tmp_path, monkeypatch, amount, c
         beads=0, pictures=SimpleNamespace(camera=None), built=SimpleNamespace(alpha=None)
     )
     drawn = SimpleNamespace(description="none")
-    report = Report(tmp_path, drawn, None, "clara", 0, False, lambda _: None, amount)
+    report = Report(tmp_path, tmp_path, drawn, None, "clara", 0, False, lambda _: None, amount)
     sentences_parts._as_printed(report, speech, "ours")
     (usual, jobs), (literal, same) = ran
     assert jobs == same

@@ -21,7 +21,9 @@ from abs_engine.export.exporter import read_run, rms
 from abs_engine.export.face_units import unit_weights
 from abs_engine.export.fap import LIPS, fapu, parameters
 from abs_engine.export.live_link import timecode
+from abs_engine.export.smoothed import smoothed
 from abs_engine.export.writing import export_run
+from abs_engine.tracking.smoothing import Smoothing
 
 POSTURES = (0, 1, 2, 3, None, 1, 0)
 LOST = 4
@@ -52,6 +54,29 @@ def exported(folder: Path, name: str, at: Path) -> Path:
     return out
 
 
+def test_a_run_is_smoothed_only_where_that_is_asked_for(tmp_path, capsys):
+    run = written_run(tmp_path / "run", (0, 1, 2, 3, 2, 0, 1, 3, 0, 2, None, 1))
+    before = {p.name: p.read_bytes() for p in run.iterdir()}
+    words = ["export", str(run), "--to", "praat", "-o"]
+    assert main([*words, str(tmp_path / "raw")]) == 0
+    assert "smoothed," not in capsys.readouterr().out
+    assert main([*words, str(tmp_path / "smooth"), "--smooth", "savitzky-golay:5"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("smoothed, lips, by savitzky-golay:5: ")
+    assert said[1].startswith("read back, ")
+    assert {p.name: p.read_bytes() for p in run.iterdir()} == before
+    raw = read_run(run)
+    soft, _ = smoothed(raw, Smoothing.named("savitzky-golay:5"))
+    assert soft.frames == raw.frames
+    turned = [raw.pose(k).rotation.T @ soft.pose(k).rotation for k in raw.frames]  # a still head
+    np.testing.assert_allclose(turned, np.tile(np.eye(3), (len(turned), 1, 1)), atol=1e-6)
+    steps = [np.abs(np.diff(one.mesh.weights[:10], axis=0)).sum() for one in (raw, soft)]
+    assert steps[1] < 0.8 * steps[0]
+    tables = [(tmp_path / name / "measures.tsv").read_text() for name in ("raw", "smooth")]
+    assert tables[0] != tables[1]
+    assert len(tables[0].splitlines()) == len(tables[1].splitlines())
+
+
 def test_arkit_is_read_as_the_same_face(folder, run, clip, tmp_path):
     path = exported(folder, "arkit", tmp_path)
     areas = run.speaker.points
@@ -66,6 +91,17 @@ def test_arkit_is_read_as_the_same_face(folder, run, clip, tmp_path):
     assert [timecode(k, 25.0) for k in (0, 26, 25 * 3661)] == [
         "00:00:00:00.000", "00:00:01:01.000", "01:01:01:00.000",
     ]  # fmt: skip
+
+
+def test_arkit_s_columns_are_those_of_the_app_s_files(folder, run, tmp_path):
+    table = pd.read_csv(exported(folder, "arkit", tmp_path))
+    names = list(table.columns)
+    assert names[:3] == ["Timecode", "BlendShapeCount", "EyeBlinkLeft"]
+    assert names[17:20] == ["JawRight", "JawLeft", "JawOpen"]
+    assert names[23:25] == ["MouthRight", "MouthLeft"]
+    assert names[53:57] == ["TongueOut", "HeadYaw", "HeadPitch", "HeadRoll"]
+    for unit, weights in zip(run.speaker.unit_names, unit_weights(run).T, strict=True):
+        np.testing.assert_allclose(table[unit[:1].upper() + unit[1:]], weights, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["openface", "landmarks"])

@@ -437,6 +437,28 @@ def test_a_fit_does_not_end_worse_than_it_began(driver):
     assert fit.seconds > 0
 
 
+def test_fits_that_were_cut_off_go_on_bit_by_bit(tmp_path):
+    frames, motion = [picture(k) for k in (18, 20, 22)], GivenMotion((FRONT,) * 3)
+
+    def fits(pictures, kept=None):
+        return list(fit_frames(setting(), pictures, motion, STARTS, judged=False, kept=kept))
+
+    def cut_off():
+        yield from frames[:2]
+        raise KeyboardInterrupt
+
+    kept = tmp_path / "front" / "a.journal"
+    with pytest.raises(KeyboardInterrupt):
+        fits(cut_off(), kept)
+    resumed, whole = fits(frames, kept), fits(frames)
+    assert [np.isnan(fit.seconds) for fit in resumed] == [True, True, False]
+    for one, other in zip(resumed, whole, strict=True):
+        for name in ("weights", "nodes", "highest"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        for name in ("x", "status", "value", "n_evaluations", "n_iterations"):
+            assert np.all(getattr(one.solution, name) == getattr(other.solution, name)), name
+
+
 def test_of_several_ends_the_mean_by_probability_is_found():
     """Two ends as probable as each other, and one e^-60 as probable."""
     ends = [

@@ -7,9 +7,9 @@ import struct
 import numpy as np
 import pytest
 
-from abs_engine.export.live_link import EYES, HEAD
+from abs_engine.export.live_link import EYES, HEAD, ORDER
 from abs_engine.io.assets import load_speaker
-from abs_engine.live.packets import ORDER, packet
+from abs_engine.live.packets import packet
 
 VALUES = np.linspace(0, 1, 61)
 

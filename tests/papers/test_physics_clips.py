@@ -93,9 +93,9 @@ def test_the_labels_that_are_shipped_are_sound():
 def test_without_the_clips_there_is_no_agreement(tmp_path, monkeypatch):
     told = []
     monkeypatch.setenv("ABS_ENGINE_DATA", str(tmp_path))
-    assert grid_agreement(CpuRenderer(), told.append) is None
+    assert grid_agreement(CpuRenderer(), told.append, tmp_path / "kept") is None
     (tmp_path / real_clips.FOLDER).mkdir()
-    assert grid_agreement(CpuRenderer(), told.append) is None
+    assert grid_agreement(CpuRenderer(), told.append, tmp_path / "kept") is None
     assert not told
 
 
@@ -113,7 +113,7 @@ def test_clips_that_are_there_are_tracked_and_summed(tmp_path, monkeypatch):
     run = {"closed": frames(0, 5, 7), "aperture": np.zeros(12)}
     monkeypatch.setattr(real_clips, "load_run", lambda _out: run)
     told = []
-    found = grid_agreement(CpuRenderer(), told.append)
+    found = grid_agreement(CpuRenderer(), told.append, tmp_path / "kept")
     assert tracked == [f"{name}.mpg" for name in names]
     assert told == [f"tracking {name}" for name in names]
     assert found["clips"] == names

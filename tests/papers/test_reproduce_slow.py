@@ -52,7 +52,6 @@ def test_every_driver_has_its_numbers(results, driver):
     found = results["drivers"][driver]
     assert 0 < found["mm"] < 1.5
     assert found["evaluations"] > 48  # typical shapes are compared first
-    assert 0 < found["seconds"] < 10
     assert 0 <= found["converged"] <= 1
 
 

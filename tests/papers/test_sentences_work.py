@@ -36,7 +36,7 @@ def tracked(value=0.5):
 
 
 def test_what_is_kept_comes_back(tmp_path):
-    kept = Kept(tmp_path / "tracked", {"seed": 0})
+    kept = Kept(tmp_path / "tracked", {"seed": 0}, tmp_path / "aside")
     assert kept.load("massue", "tex_lin", Settings()) is None
     kept.save("massue", "tex_lin", Settings(), tracked())
     found, own = kept.load("massue", "tex_lin", Settings()), tracked()
@@ -53,12 +53,12 @@ def test_what_is_kept_comes_back(tmp_path):
      ({"seed": 0}, Settings(limit=99))],
 )  # fmt: skip
 def test_what_is_stale_is_not_taken(tmp_path, basis, settings):
-    Kept(tmp_path, {"seed": 0}).save("massue", "tex_lin", Settings(), tracked())
-    assert Kept(tmp_path, basis).load("massue", "tex_lin", settings) is None
+    Kept(tmp_path, {"seed": 0}, tmp_path).save("massue", "tex_lin", Settings(), tracked())
+    assert Kept(tmp_path, basis, tmp_path).load("massue", "tex_lin", settings) is None
 
 
 def test_half_a_file_is_not_taken(tmp_path):
-    kept = Kept(tmp_path, {})
+    kept = Kept(tmp_path, {}, tmp_path / "aside")
     kept.save("massue", "tex_lin", Settings(), tracked())
     path = kept.path("massue", "tex_lin", Settings())
     path.write_bytes(path.read_bytes()[:100])
@@ -100,7 +100,9 @@ def studio(monkeypatch):
 
 def work(folder, **other):
     face = SimpleNamespace(shape=SimpleNamespace(vertices=None, neutral=None))
-    return Work(folder, "clara", 0, None, face, np.zeros((1, P)), "none", **other)
+    return Work(
+        folder, folder.parent / "aside", "clara", 0, None, face, np.zeros((1, P)), "none", **other
+    )
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(studio, tmp_path):
@@ -168,7 +170,7 @@ def test_the_linear_models_have_all_sentences():
 
 def test_a_stage_is_done_once(tmp_path):
     def report():
-        return Report(tmp_path, None, None, "clara", 0, True, print, QUICK)
+        return Report(tmp_path, tmp_path, None, None, "clara", 0, True, print, QUICK)
 
     def make(own):
         own.results["mm"] = 0.4
@@ -184,7 +186,7 @@ def test_a_stage_is_done_once(tmp_path):
 
 def test_the_command_is_told_as_it_is_typed(tmp_path):
     def command(quick, amount, workers=1):
-        made = Report(tmp_path, None, None, "kofi", 3, quick, print, amount, workers)
+        made = Report(tmp_path, tmp_path, None, None, "kofi", 3, quick, print, amount, workers)
         return made.command
 
     assert command(True, QUICK) == "abs-engine reproduce 001 --quick --seed 3 --person kofi"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import cv2
+import moderngl
 import numpy as np
 import pytest
 import shapes
 from shapes import FISHY, STILL, draw_one, triangles
 
 from abs_engine.core.camera import Camera, Window
+from abs_engine.core.errors import OpenGLError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, ClassMaps, ColourError
 
@@ -208,3 +210,26 @@ def test_buffers_have_the_promised_types(renderer):
         ((12, 20), "float32"),
         ((12, 20, 3), "float32"),
     ]
+
+
+def test_an_error_of_opengl_is_not_taken_for_an_empty_picture(renderer, monkeypatch):
+    camera, scene = (
+        Camera.ideal((20, 12), 30.0),
+        triangles([[[-9, -9, 40], [9, -9, 40], [0, 9, 40]]]),
+    )
+    draw = renderer._path.draw
+
+    def broken(*given):
+        renderer.gl.ctx.enable_direct(0xFFFF)  # refused by OpenGL, which goes on
+        return draw(*given)
+
+    def full(*_):
+        raise moderngl.Error("out of\nmemory")
+
+    for failing, said in ((broken, "GL_INVALID_ENUM"), (full, "out of memory")):
+        monkeypatch.setattr(renderer._path, "draw", failing)
+        with pytest.raises(OpenGLError, match=f"OpenGL failed .{said}") as caught:
+            draw_one(renderer, scene, camera)
+        assert "--renderer cpu" in caught.value.remedy
+    monkeypatch.setattr(renderer._path, "draw", draw)
+    assert draw_one(renderer, scene, camera).covered.any()

@@ -16,8 +16,8 @@ from abs_engine.io.files import check_free, next_free, parent_folder
 
 @command(
     "Track and look at the result",
-    take.output("DIR", "report folder, must not exist (default: runs/demo, runs/demo-2, ...)",
-        required=False),
+    take.output("DIR", "report folder, must not exist (default: runs/demo, runs/demo-2, ...); "
+        "after an interruption the same command resumes", required=False),
     take.option("--frames", type=take.count, metavar="N", text="length of the clip (default: 50)"),
     take.option("--average-head", is_flag=True,
         text="track with the average head (default: with the filmed person's own)"),

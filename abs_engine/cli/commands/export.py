@@ -21,12 +21,16 @@ def _notes() -> str:
     take.option("--to", "to", metavar="NAME", type=take.Named(EXPORTERS), required=True,
         text="the format, see below"),
     take.output("PATH", "the file, or the folder of formats that are several files"),
+    take.option("--smooth", metavar="FILTER:N",
+        text="smooth by butterworth:HZ, a cutoff, or savitzky-golay:FRAMES, a window, before "
+        "writing (default: nothing is smoothed)"),
     take.file("--speaker", text="head.npz that it was tracked with (default: the bundled head)"),
     take.file("--plugin", multiple=True, metavar="FILE.py",
         text="Python file that adds formats of your own; may be repeated"),
     examples="abs-engine export run --to praat -o praat\n"
     "abs-engine export run --to gltf -o head.glb\n"
-    "abs-engine export run --to arkit -o face.csv",
+    "abs-engine export run --to arkit -o face.csv\n"
+    "abs-engine export run --to praat -o smooth --smooth butterworth:8",
     notes=_notes,
 )  # fmt: skip
 def export(chosen: Chosen) -> Done:
@@ -35,6 +39,8 @@ def export(chosen: Chosen) -> Done:
 
     for plugin in chosen.plugin:
         load_plugin(plugin)
-    lost = export_run(chosen.run, chosen.to, chosen.output, chosen.speaker)
-    lines = [f"read back, {one}" for one in lost] + [f"wrote {chosen.output}"]
+    lost = export_run(chosen.run, chosen.to, chosen.output, chosen.speaker, chosen.smooth)
+    how = ["smoothed", "read back"] if chosen.smooth else ["read back"]
+    said = [f"{how[min(k, len(how) - 1)]}, {one}" for k, one in enumerate(lost)]
+    lines = [*said, f"wrote {chosen.output}"]
     return Done(lines, {"output": chosen.output, "loss": [asdict(one) for one in lost]})

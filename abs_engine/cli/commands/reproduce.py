@@ -14,26 +14,27 @@ from abs_engine.cli.drawing import opened
 from abs_engine.cli.progress import Progress, say
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.files import check_free, next_free, parent_folder
-from abs_engine.io.unfinished import NewFolder, Unfinished
+from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 
 if TYPE_CHECKING:
     from abs_engine.core.scene import Renderer
 
 Tell = Callable[[str], None]
 PAGE = "index.html"
-RESUMED = ("001",)
-"""Papers whose full run takes hours."""
+KEPT = "kept"
+"""Beside the report in the making: what an interrupted run is resumed from."""
 
 
-def _lips_by_physics(chosen: Chosen, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
+def _lips_by_physics(chosen: Chosen, made: Unfinished, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the paper's."""
     from abs_engine.papers.basu1998.reproduce import reproduce as make
     from abs_engine.papers.basu1998.scores import score_lines
 
-    return score_lines(make(folder, renderer, quick=chosen.quick, seed=chosen.seed, tell=tell))
+    folders = made.work, made.partial / KEPT
+    return score_lines(make(*folders, renderer, quick=chosen.quick, seed=chosen.seed, tell=tell))
 
 
-def _talking_faces(chosen: Chosen, folder: Path, renderer: Renderer, tell: Tell) -> list[str]:
+def _talking_faces(chosen: Chosen, made: Unfinished, renderer: Renderer, tell: Tell) -> list[str]:
     """Fill the folder; the main numbers beside the goals."""
     from abs_engine.io.assets import load_speaker
     from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
@@ -44,13 +45,13 @@ def _talking_faces(chosen: Chosen, folder: Path, renderer: Renderer, tell: Tell)
     usual = QUICK if chosen.quick else FULL
     amount = replace(usual, sentences=chosen.sentences or usual.sentences, twins=chosen.twins)
     report = Report(
-        folder, renderer, load_speaker(), chosen.person, chosen.seed, chosen.quick, tell, amount,
-        chosen.workers, chosen.renderer,
+        made.work, made.partial / KEPT, renderer, load_speaker(), chosen.person, chosen.seed,
+        chosen.quick, tell, amount, chosen.workers, chosen.renderer,
     )  # fmt: skip
     return score_lines(make(report, PARTS))
 
 
-PAPERS: dict[str, Callable[[Chosen, Path, Renderer, Tell], list[str]]] = {
+PAPERS: dict[str, Callable[[Chosen, Unfinished, Renderer, Tell], list[str]]] = {
     "000": _lips_by_physics,
     "001": _talking_faces,
 }
@@ -63,7 +64,8 @@ PAPERS: dict[str, Callable[[Chosen, Path, Renderer, Tell], list[str]]] = {
         text="000: 3D lips by learned physics (Basu, Oliver and Pentland 1998); 001: talking "
         "faces by articulatory parameters and appearance (Odisio and Bailly 2003)"),
     take.output("DIR", "report folder, must not exist (default: runs/reproduce-000, "
-        "runs/reproduce-000-2, ..., or the same with 001)", required=False),
+        "runs/reproduce-000-2, ..., or the same with 001); after an interruption the same command "
+        "resumes", required=False),
     take.option("--quick", is_flag=True, text="one person and few frames: takes a few minutes"),
     take.seed("filming and learning"),
     take.person("for 001: whose face, one of the bundled people (default: clara)", "clara"),
@@ -89,19 +91,23 @@ def reproduce(chosen: Chosen) -> Done:
             opened(chosen.renderer) as renderer,
             Progress(f"reproduce {chosen.paper}") as progress,
             _folder(chosen, folder, renderer) as made,
+            kept_if_of_use(made, made.partial / KEPT),
         ):
-            lines = PAPERS[chosen.paper](chosen, made.work, renderer, progress.announce)
+            lines = PAPERS[chosen.paper](chosen, made, renderer, progress.announce)
             made.finish()
     lines.append(f"wrote {folder}; open {folder / PAGE}")
     return Done(lines, {"output": folder, "lines": lines})
 
 
-def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> NewFolder | Unfinished:
-    """A folder that an interrupted run leaves only where the same command goes on with it."""
-    if chosen.quick or chosen.paper not in RESUMED:
-        return NewFolder(output)
-    words = chosen.paper, chosen.seed, chosen.person, renderer.description
-    folder = Unfinished(output, "\n".join(map(str, (*words, code_digest()))))
+def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> Unfinished:
+    """A folder that an interrupted run leaves for the same command, also with more sentences.
+
+    What takes hours is not removed for other choices.
+    """
+    words = chosen.paper, chosen.quick, chosen.seed, chosen.person, renderer.description
+    choices = "\n".join(map(str, (*words, code_digest())))
+    folder = Unfinished(output, choices, anew=chosen.quick)
     if folder.resumed:
         say(f"resuming {folder.partial}")
+    (folder.partial / KEPT).mkdir(exist_ok=True)
     return folder

@@ -91,6 +91,12 @@ def _notes() -> str:
         take.renderer(),
     ),
     *take.group(
+        "What is written",
+        take.option("--smooth", metavar="FILTER:N",
+            text="also write smoothed.csv, the measures smoothed by butterworth:HZ, a cutoff, or "
+            "savitzky-golay:FRAMES, a window (default: nothing is smoothed)"),
+    ),
+    *take.group(
         "Many videos; a table of them is written, and one that fails stops no other",
         take.option("--workers", type=take.count, metavar="N",
             text="how many to track at once, each on one core (default: as many as there are "

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,6 +134,7 @@ def pose_known(
     rule: str = "whole",
     score: Integral = "exact",
     step: int = 1,
+    kept: Path | None = None,
 ) -> Iterator[FrameError]:
     """Fit frames of every view, each by itself, with the pose known.
 
@@ -148,6 +150,8 @@ def pose_known(
         How the posterior is.
     step : int
         Every so many frames.
+    kept : Path, optional
+        Folder that gets a journal of each view's fits, and has those of an interrupted run.
 
     Yields
     ------
@@ -155,12 +159,16 @@ def pose_known(
     """
     for camera, view in views.items():
         setting = replace(lips.setting(view.camera, renderer), score=score)
-        fits = _known(setting, view, lips.starts, driver, rule, step)
+        fits = _known(setting, view, lips.starts, driver, rule, step, _journal(kept, camera))
         yield from (FrameError.of(lips, camera, driver, fit, view) for fit in fits)
 
 
 def as_printed(
-    lips: TrainedLips, views: Mapping[str, Truth], renderer: Renderer, step: int = 1
+    lips: TrainedLips,
+    views: Mapping[str, Truth],
+    renderer: Renderer,
+    step: int = 1,
+    kept: Path | None = None,
 ) -> Iterator[FrameError]:
     """Fit frames by the paper's forces alone: one fixed step, one start, one Gaussian, one sample.
 
@@ -171,6 +179,8 @@ def as_printed(
     renderer : Renderer
     step : int
         Every so many frames.
+    kept : Path, optional
+        As of `pose_known`.
 
     Yields
     ------
@@ -178,18 +188,30 @@ def as_printed(
     """
     for camera, view in views.items():
         setting = replace(lips.setting(view.camera, renderer), score="sample", seen=None)
-        fits = _known(setting, view, lips.starts[:1], AS_PRINTED, "sample", step)
+        journal = _journal(kept, camera)
+        fits = _known(setting, view, lips.starts[:1], AS_PRINTED, "sample", step, journal)
         yield from (FrameError.of(lips, camera, AS_PRINTED, fit, view) for fit in fits)
 
 
 def _known(
-    setting: ShellSetting, view: Truth, starts: FloatArray, driver: str, rule: str, step: int
+    setting: ShellSetting,
+    view: Truth,
+    starts: FloatArray,
+    driver: str,
+    rule: str,
+    step: int,
+    kept: Path | None,
 ) -> Iterator[ShellFit]:
     """Fits of every so many frames of a view at their true poses."""
     motion = GivenMotion(poses_of(view)[::step])
     pictures = islice(view.pictures(), None, None, step)
-    for fit in fit_frames(setting, pictures, motion, starts, driver, rule, judged=False):
+    for fit in fit_frames(setting, pictures, motion, starts, driver, rule, False, kept):
         yield replace(fit, frame=fit.frame * step)
+
+
+def _journal(kept: Path | None, camera: str) -> Path | None:
+    """The journal of a view's fits."""
+    return None if kept is None else kept / f"{camera}.journal"
 
 
 def poses_of(view: Truth) -> tuple[Pose, ...]:
@@ -198,29 +220,41 @@ def poses_of(view: Truth) -> tuple[Pose, ...]:
 
 
 def placed_by_blob(
-    lips: TrainedLips, views: Mapping[str, Truth], renderer: Renderer, driver: str
+    lips: TrainedLips,
+    views: Mapping[str, Truth],
+    renderer: Renderer,
+    driver: str,
+    kept: Path | None = None,
 ) -> Iterator[FrameError]:
     """As the paper does: depth and rotation are given, the place in the picture is the blob's.
 
-    Frames in which no mouth is found are left out.
+    Frames in which no mouth is found are left out. `kept` is as of `pose_known`.
     """
     for camera, view in views.items():
         setting = lips.setting(view.camera, renderer, BY_BLOB)
-        motion = BlobPlaces(poses_of(view), lips.classes)
-        for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver):
+        motion, journal = BlobPlaces(poses_of(view), lips.classes), _journal(kept, camera)
+        for fit in fit_frames(
+            setting, view.pictures(), motion, lips.starts, driver, kept=journal
+        ):  # fmt: skip
             yield FrameError.of(lips, camera, driver, fit, view)
 
 
 def pose_estimated(
-    lips: TrainedLips, speaker: Speaker, view: Truth, renderer: Renderer, driver: str
+    lips: TrainedLips,
+    speaker: Speaker,
+    view: Truth,
+    renderer: Renderer,
+    driver: str,
+    kept: Path | None = None,
 ) -> Iterator[FrameError]:
     """Fit a moving head: its pose is found by details of the upper face, then fitted along.
 
-    Frames in which no mouth is found are left out.
+    Frames in which no mouth is found are left out. `kept` is as of `pose_known`.
     """
     setting = lips.setting(view.camera, renderer, POSE_FREE)
     motion = HeadMotion(head_model(speaker, lips.person), view.camera, renderer)
-    for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver):
+    journal = _journal(kept, "moving")
+    for fit in fit_frames(setting, view.pictures(), motion, lips.starts, driver, kept=journal):
         yield FrameError.of(lips, "moving", driver, fit, view)
 
 

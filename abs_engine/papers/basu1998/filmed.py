@@ -16,6 +16,7 @@ from abs_engine.dataset.view import Truth
 from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.face.appearance.labelled import train_classes
+from abs_engine.io.naming import made_before
 from abs_engine.studio.filming import film_scene
 from abs_engine.studio.make import Crew
 from abs_engine.studio.scenefile import parse_scene
@@ -116,13 +117,13 @@ def _clip(
 def film(
     amount: Amount, folder: Path, seed: int, filming: Callable[[int, int], None] | None = None
 ) -> dict[tuple[str, str, str], Truth]:
-    """Film what the experiments need.
+    """Film what the experiments need, or what an interrupted run left to be filmed.
 
     Parameters
     ----------
     amount : Amount
     folder : Path
-        Must not exist.
+        Made if need be.
     seed : int
     filming : callable, optional
         Called with the number of frames done and of all.
@@ -132,12 +133,13 @@ def film(
     dict
         Views by person, kind of clip and camera.
     """
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     views = {}
     for kind in RATES:
         scene = parse_scene(scene_of(amount, seed, kind))
-        crew = Crew(filming=filming)
-        film_scene(scene, folder / kind, command="abs-engine reproduce 000", crew=crew)
+        crew = Crew(filming=filming, keep=True)
+        if not made_before(folder / kind):
+            film_scene(scene, folder / kind, command="abs-engine reproduce 000", crew=crew)
         for view in load_dataset(folder / kind):
             person, what = view.folder.parent.name.rsplit("-", 1)
             views[person, what, view.folder.name] = view

@@ -50,11 +50,10 @@ _COLUMNS: dict[str, tuple[str, Unit | None]] = {
     "highest_mm": ("of the highest end", "mm"),
     "evaluations": ("evaluations", "count"),
     "iterations": ("iterations", "count"),
-    "seconds": ("seconds a frame", None),
     "posterior": ("\N{MINUS SIGN}log posterior", None),
     "converged": ("converged within 15", "share"),
 }
-_FORMATS = {"seconds": "{:.3f}", "posterior": "{:.1f}"}
+_FORMATS = {"posterior": "{:.1f}"}
 
 
 def reproduction_page(
@@ -92,7 +91,8 @@ def reproduction_page(
 <h2>Closures in the GRID recordings</h2>
 {_grid(results)}
 <h2>Figures</h2>
-{pictures(figures)}"""
+{pictures(figures)}
+<p>What it took: <a href="timing.json">timing.json</a>.</p>"""
     return results_page(
         "Basu, Oliver and Pentland (1998) reproduced",
         "3D modeling and tracking of human lip motions, reproduced",
@@ -104,13 +104,11 @@ def reproduction_page(
 def _made(results: Results) -> str:
     """Making of the results."""
     people = results.get("people")
-    seconds = number(results, "seconds")
     rows = [
         ("command", results.get("command")),
         ("motion that was learned from", results.get("motion")),
         ("people", ", ".join(map(str, people)) if isinstance(people, list | tuple) else None),
         ("seed", results.get("seed")),
-        ("duration", None if seconds is None else f"{seconds:.0f} s"),
         ("drawn by", results.get("renderer")),
         ("made by", described(dict(results))),
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.metrics import spikes
 from abs_engine.io.assets import shipped
+from abs_engine.io.naming import made_before
 from abs_engine.papers.basu1998.motion import data_folder
 from abs_engine.tracking.options import BLOBS, TrackOptions
 from abs_engine.tracking.record import load_run
@@ -108,8 +108,19 @@ def agreement(labels: ClosureLabels, run: dict[str, Any]) -> Agreement:
     )  # fmt: skip
 
 
-def grid_agreement(renderer: Renderer, tell: Callable[[str], None]) -> dict[str, Any] | None:
-    """Track the labelled clips and compare; None where they are not at hand."""
+def grid_agreement(
+    renderer: Renderer, tell: Callable[[str], None], kept: Path
+) -> dict[str, Any] | None:
+    """Track the labelled clips and compare; None where they are not at hand.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    tell : callable
+        Called with what is begun.
+    kept : Path
+        Folder that gets the runs, and has those of an interrupted run; made if need be.
+    """
     labels = closure_labels()
     try:
         folder = data_folder(FOLDER)
@@ -119,12 +130,13 @@ def grid_agreement(renderer: Renderer, tell: Callable[[str], None]) -> dict[str,
     if not clips:
         return None
     total = Agreement(0, 0, 0, 0, 0, 0)
-    with tempfile.TemporaryDirectory() as scratch:
-        for name in clips:
-            tell(f"tracking {name}")
-            out = Path(scratch) / name
+    kept.mkdir(parents=True, exist_ok=True)
+    for name in clips:
+        tell(f"tracking {name}")
+        out = kept / name
+        if not made_before(out):
             track_video(folder / f"{name}.mpg", out, renderer, TrackOptions(start=BLOBS))
-            total += agreement(labels[name], load_run(out))
+        total += agreement(labels[name], load_run(out))
     return {
         "closure_precision": total.precision, "closure_recall": total.recall,
         "closures_met": total.met, "closures": total.closures,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from abs_engine.compare.forces import Rule as Integral
+from abs_engine.core.clock import write_timing
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.provenance import made_by
 from abs_engine.core.scene import Renderer
@@ -80,14 +81,22 @@ SPARSE = {LITERAL: 5, "simplex_one_sample": 5}
 
 
 def reproduce(
-    folder: Path, renderer: Renderer, *, quick: bool, seed: int, tell: Callable[[str], None]
+    folder: Path,
+    kept: Path,
+    renderer: Renderer,
+    *,
+    quick: bool,
+    seed: int,
+    tell: Callable[[str], None],
 ) -> dict[str, Any]:
-    """Fill a folder with tables, figures, ``results.json`` and ``index.html``.
+    """Fill a folder with tables, figures, ``results.json``, ``timing.json`` and ``index.html``.
 
     Parameters
     ----------
     folder : Path
-        Exists and is empty.
+        Exists, and is empty or as an interrupted run left it.
+    kept : Path
+        Gets the fits, frame by frame, and has those of an interrupted run.
     renderer : Renderer
     quick : bool
         One person, few frames, and no real clips.
@@ -117,23 +126,27 @@ def reproduce(
         for name, driver, rule, score in WAYS:
             tell(f"fitting {person} by {name.replace('_', ' ')}")
             step = SPARSE.get(name, 1)
-            known += _named(name, pose_known(lips, sides, renderer, driver, rule, score, step))
+            own = kept / person / name
+            fits = pose_known(lips, sides, renderer, driver, rule, score, step, own)
+            known += _named(name, fits)
         tell(f"fitting {person} by forces as printed")
-        known += _named(LITERAL, as_printed(lips, sides, renderer, SPARSE[LITERAL]))
+        own = kept / person / LITERAL
+        known += _named(LITERAL, as_printed(lips, sides, renderer, SPARSE[LITERAL], own))
         tell(f"fitting {person} from the blob, and moving")
-        blob += list(placed_by_blob(lips, sides, renderer, "forces"))
-        turning = views[person, "moving", FRONT]
-        moving += list(pose_estimated(lips, speaker, turning, renderer, BEST))
+        blob += list(placed_by_blob(lips, sides, renderer, "forces", kept / person / "blob"))
+        turning, own = views[person, "moving", FRONT], kept / person
+        moving += list(pose_estimated(lips, speaker, turning, renderer, BEST, own))
         tell(f"training {person}'s lips further")
-        further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed))
+        further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed, own))
         if person == amount.people[0]:
             fit_figures(report, lips, sides, known, renderer)
     _fitted(report, known, blob, len(amount.people) * len(YAWS) * amount.test, moving, further)
     tell("real clips")
-    grid = None if quick else grid_agreement(renderer, tell)
+    grid = None if quick else grid_agreement(renderer, tell, kept / "grid")
     report.results["grid"] = grid or {"closure_precision": None, "closure_recall": None}
     report.results |= _circumstances(amount.people, renderer, quick, seed)
-    report.results["seconds"] = round(time.perf_counter() - begun, 1)
+    took = round(time.perf_counter() - begun, 1)
+    write_timing(folder, {"seconds": took, "seconds_per_frame": _seconds(known)})
     (folder / "results.json").write_text(json.dumps(report.results, indent=2) + "\n")
     page = reproduction_page(report.results, report.figures, report.remarks)
     (folder / "index.html").write_text(page)
@@ -200,13 +213,17 @@ def _further(
     test: Truth,
     renderer: Renderer,
     seed: int,
+    kept: Path,
 ) -> tuple[float, ...]:
     """Error on the test, mm, by each of `FURTHER`, of lips that five seconds of dots gave."""
     motion = further_motion(speaker, lips.person)
     before = learn_lips(speaker, lips.person, lips.classes, seed, motion)
     after = further_trained(before, [lip_clip(before, clips, renderer)])[0]
-    each = with_sample_variances(before), before, after
-    return tuple(rms_of(list(pose_known(x, {FRONT: test}, renderer, BEST))) for x in each)
+    each = dict(zip(FURTHER, (with_sample_variances(before), before, after), strict=True))
+    return tuple(
+        rms_of(list(pose_known(x, {FRONT: test}, renderer, BEST, kept=kept / name)))
+        for name, x in each.items()
+    )
 
 
 def _fitted(
@@ -267,6 +284,15 @@ def _trained(further: Sequence[tuple[float, ...]]) -> dict[str, float]:
     return {**dict(zip(FURTHER, map(float, rms), strict=True)), **left}
 
 
+def _seconds(errors: Sequence[FrameError]) -> dict[str, float | None]:
+    """Mean seconds a frame, by driver, of those frames that no interrupted run had fitted."""
+    took: dict[str, list[float]] = {}
+    for error in errors:
+        took.setdefault(error.driver, []).append(error.fit.seconds)
+    means = {name: np.mean([s for s in own if s == s] or [np.nan]) for name, own in took.items()}
+    return {name: None if mean != mean else round(float(mean), 5) for name, mean in means.items()}
+
+
 def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
     if not errors:
         return {}
@@ -276,7 +302,6 @@ def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
         "highest_mm": float(np.sqrt(np.mean([e.highest**2 for e in errors]))),
         "evaluations": float(np.mean([s.n_evaluations for s in found])),
         "iterations": float(np.mean([s.n_iterations for s in found])),
-        "seconds": float(np.mean([e.fit.seconds for e in errors])),
         "posterior": float(np.mean([s.value for s in found])),
         "converged": converged(errors),
     }

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +34,7 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.papers.basu1998.placing import Clock
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.external_poses import GivenMotion
+from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.frame_state import Motion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
@@ -73,6 +76,7 @@ class ShellFit:
         The highest maximum, over pose and posture. Evaluations include those from all starts;
         iterations are those from its own.
     seconds : float
+        NaN where it was kept from before.
     explained : float
         Mean probability of the drawn classes over the compared pixels, 0 to 1.
     """
@@ -129,6 +133,7 @@ def fit_frames(
     driver: str = "forces",
     rule: str = "whole",
     judged: bool = True,
+    kept: Path | None = None,
 ) -> Iterator[ShellFit]:
     """Fit frames, each by itself; those in which no mouth is found are left out.
 
@@ -146,6 +151,8 @@ def fit_frames(
         How forces are found, see `compare.pull.PULL_RULES`.
     judged : bool
         Whether a mouth may not be there; else everything found is believed.
+    kept : Path, optional
+        Journal of these fits, of which an interrupted run did the first.
 
     Raises
     ------
@@ -155,10 +162,17 @@ def fit_frames(
     _check_driver(driver)
     clip = _clip(setting, motion, starts, driver, pull_rule(rule), judged)
     clock = Clock(motion.follower())
-    for _, found in track(replace(clip, motion=clock), pictures):
-        if found.highest is not None and found.pose is not None:
-            seconds = time.perf_counter() - clock.begun
-            yield _fit_of(setting, found, found.highest, found.pose, seconds)
+    with ExitStack() as open_files:
+        journal = None
+        if kept is not None:
+            journal = FrameJournal(kept, fingerprint((clip, driver, rule)), ends=True)
+            open_files.enter_context(journal)
+        before = 0 if journal is None else journal.resumed
+        for _, found in track(replace(clip, motion=clock), pictures, journal=journal):
+            if found.highest is not None and found.pose is not None:
+                took = time.perf_counter() - clock.begun
+                seconds = took if found.index >= before else float("nan")
+                yield _fit_of(setting, found, found.highest, found.pose, seconds)
 
 
 def fit_frame(

@@ -13,9 +13,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import parse_json
-
-STAGES = "stages"
-"""Folder of the stages that an interrupted run finished."""
+from abs_engine.io.naming import settle
 
 
 @dataclass(frozen=True)
@@ -59,6 +57,7 @@ class Amount:
     printed: int = 10
 
 
+_STAGE = ("results", "timing", "figures")
 QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)
 FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=24)
 
@@ -70,6 +69,9 @@ class Report:
     Parameters
     ----------
     folder : Path
+    kept : Path
+        Gets finished stages, and the frames of those under way, of which an interrupted run left
+        the first.
     renderer : Renderer
     speaker : Speaker
     person : str
@@ -83,11 +85,14 @@ class Report:
     renderer_name : str
         What they draw with; see `open_renderer`.
     results : dict
+    timing : dict
+        What they took.
     figures : list of (str, str)
         Address and caption.
     """
 
     folder: Path
+    kept: Path
     renderer: Renderer
     speaker: Speaker
     person: str
@@ -98,6 +103,7 @@ class Report:
     workers: int = 1
     renderer_name: str = "auto"
     results: dict[str, Any] = field(default_factory=dict)
+    timing: dict[str, Any] = field(default_factory=dict)
     figures: list[tuple[str, str]] = field(default_factory=list)
 
     @property
@@ -128,20 +134,20 @@ class Report:
         make : callable
             Adds to the results and figures of the report that it is given.
         """
-        path = self.folder / STAGES / f"{name}.json"
-        if path.is_file():
-            told = _stage(path)
-        else:
-            own, started = replace(self, results={}, figures=[]), time.perf_counter()
+        path = self.kept / f"{name}.json"
+        if not path.is_file():
+            own = replace(self, results={}, timing={}, figures=[])
+            started = time.perf_counter()
             make(own)
-            told = {"results": own.results, "figures": own.figures}
-            told["seconds"] = round(time.perf_counter() - started, 1)
-            path.parent.mkdir(exist_ok=True)
+            own.timing["seconds"] = round(time.perf_counter() - started, 1)
+            told = {part: getattr(own, part) for part in _STAGE}
             made = path.with_suffix(".part")
             made.write_text(json.dumps(told), encoding="utf-8")
+            settle(made)
             made.replace(path)
+        told = _stage(path)
         self.results |= told["results"]
-        self.results.setdefault("stage_seconds", {})[name] = told["seconds"]
+        self.timing[name] = told["timing"]
         self.figures += [(address, caption) for address, caption in told["figures"]]
 
 
@@ -149,6 +155,6 @@ def _stage(path: Path) -> dict[str, Any]:
     """Results of a finished stage."""
     try:
         told = parse_json(path.read_text(encoding="utf-8"), gaps=True)
-        return {name: told[name] for name in ("results", "figures", "seconds")}
+        return {name: told[name] for name in _STAGE}
     except (ValueError, LookupError, TypeError) as error:
         raise InputFileError(f"{path} is no part of a run", "remove it") from error

@@ -18,9 +18,6 @@ _WORST = 5
 _MADE = (
     ("command", "command"), ("person", "person"), ("seed", "seed"), ("drawn by", "renderer"),
     ("abs_engine", "engine_version"), ("commit", "commit"),
-    ("seconds, all stages of this run", "seconds"),
-    ("seconds of tracking sentences, all processes", "tracking_seconds"),
-    ("largest memory of a process, MB", "peak_memory_mb"),
 )  # fmt: skip
 _PAPER_TREES = {
     "vowels": "{i e ɛ} {a} and the rounded ones",
@@ -35,7 +32,7 @@ _SENTENCES = (
     ("depth_mm", "along z, mm"), ("worst_sentence_mm", "worst sentence, mm"),
     ("evaluations_per_frame", "evaluations a frame"),
     ("closure_recall", "closures, recall"), ("closure_precision", "precision"),
-    ("sentences", "sentences"), ("frames", "frames"), ("seconds_per_frame", "s a frame"),
+    ("sentences", "sentences"), ("frames", "frames"),
 )  # fmt: skip
 _AS_PRINTED = (("la_lin", "la_lin"), ("la_lin_as_printed", "la_lin, as printed"))
 _TELECONFERENCE = (
@@ -88,7 +85,8 @@ work.</p>
 <h2>The search of a sequence, measured on a sentence kept for practice</h2>
 {_practice(results)}
 <h2>Figures</h2>
-{pictures(figures)}"""
+{pictures(figures)}
+<p>What it took: <a href="timing.json">timing.json</a>.</p>"""
     heading = "Shape and appearance models of talking faces, reproduced"
     return results_page("Odisio and Bailly (2003) reproduced", heading, body, results)
 

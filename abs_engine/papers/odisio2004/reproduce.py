@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import resource
-import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.clock import write_timing
 from abs_engine.core.provenance import made_by
 from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.face.talking_file import save_talking
@@ -16,7 +19,7 @@ from abs_engine.io.files import png
 from abs_engine.learn.articulatory import dense_head, left_out_errors
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import BEADS
-from abs_engine.papers.odisio2004.gathered import STAGES, Report
+from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.papers.odisio2004.search import compare_solvers, compare_tolerances
 from abs_engine.papers.odisio2004.viseme_figures import (
@@ -43,6 +46,9 @@ SEARCH_MODEL, REPORTED = "tex_lin", 300
 """Model of the comparison of solvers, and the budget of which results.json tells."""
 
 
+ERRORS = "errors"
+"""Of a round of visemes, while it is kept."""
+Split = tuple[NDArray[np.int64], NDArray[np.int64]]
 Part = Callable[[Report, Speech], None]
 """A later experiment: a report, and the filmed corpus with beads."""
 
@@ -54,8 +60,8 @@ def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
     ----------
     report : Report
         Its folder is empty, or as an interrupted run with the same choices left it; it gets
-        ``index.html``, ``results.json``, figures, the filmed corpora, the tracked sentences, and
-        ``face.npz``, the bare face learned from all visemes.
+        ``index.html``, ``results.json``, ``timing.json``, figures, the filmed corpora, the tracked
+        sentences, and ``face.npz``, the bare face learned from all visemes.
     parts : tuple of callable
         Further experiments, which add to the results and the figures.
 
@@ -77,18 +83,18 @@ def reproduce(report: Report, parts: tuple[Part, ...] = ()) -> dict[str, Any]:
     report.stage("search", lambda own: _search(own, bare))
     for part in parts:
         part(report, beaded)
-    taken = report.results["stage_seconds"]
     report.results |= {
         "command": report.command, "person": report.person, "seed": report.seed,
         "quick": report.quick, "renderer": report.renderer.description,
-        **made_by(), "seconds": round(sum(taken.values()), 1),
-        "peak_memory_mb": _peak(),
+        **made_by(),
     }  # fmt: skip
+    took = round(sum(stage["seconds"] for stage in report.timing.values()), 1)
+    timing = {"seconds": took, "peak_memory_mb": _peak(), "stages": report.timing}
+    write_timing(folder, timing)
     text = json.dumps(report.results, indent=1) + "\n"
     (folder / RESULTS).write_text(text, encoding="utf-8")
     page = reproduction_page(report.results, report.figures)
     (folder / PAGE).write_text(page, encoding="utf-8")
-    shutil.rmtree(folder / STAGES)
     return report.results
 
 
@@ -141,21 +147,34 @@ def _visemes(report: Report, beaded: Speech, bare: Speech) -> None:
         errors: list[VisemeError] = []
         rounds = splits(len(speech.pictures), report.seed, report.amount.rounds)
         asked = ASKED if len(rounds) > 1 else MODELS  # the short run has no time for both rules
-        for k, (trained, tests) in enumerate(rounds):
+        for k, split in enumerate(rounds):
             report.tell(f"visemes, {title}: {k + 1} of {len(rounds)}")
-            face = speech.learn(trained, report.renderer)
-            errors += find_visemes(speech, face, tests, report.renderer, asked)
-            if k == 0:
-                report.results[f"texture_variance{'' if speech.beads else '_bare'}"] = (
-                    face.tex_lin.explained
-                )
-                _appearance(report, speech, face)
+            errors += _round(report, f"{key}-{k}", speech, split, asked)
         report.results[key] = summary(errors)
         found[title] = errors
     report.figure(
         "figure6.png", figure_bytes(residual_figure(found)),
         "Figure 6: residuals of visemes that appearance was not learned from, the worst named.",
     )  # fmt: skip
+
+
+def _round(
+    report: Report, name: str, speech: Speech, split: Split, models: Sequence[str]
+) -> list[VisemeError]:
+    """Errors of the visemes that a split leaves to be tested; the first one's figures, too."""
+
+    def found(own: Report) -> None:
+        face = speech.learn(split[0], own.renderer)
+        errors = find_visemes(speech, face, split[1], own.renderer, models)
+        own.results[ERRORS] = [vars(e) | {"distances": e.distances.tolist()} for e in errors]
+        if name.endswith("-0"):
+            key = f"texture_variance{'' if speech.beads else '_bare'}"
+            own.results[key] = face.tex_lin.explained
+            _appearance(own, speech, face)
+
+    report.stage(name, found)
+    rows = report.results.pop(ERRORS)
+    return [VisemeError(**{**row, "distances": np.array(row["distances"])}) for row in rows]
 
 
 def _appearance(report: Report, speech: Speech, face: TalkingFace) -> None:
@@ -194,11 +213,15 @@ def _search(report: Report, speech: Speech) -> None:
         speech, face, kept[: amount.searched], report.renderer, model=SEARCH_MODEL,
         budgets=amount.budgets, seed=seed,
     )  # fmt: skip
-    report.results["search_table"] = [asdict(row) for row in rows]
+    table = [asdict(row) for row in rows]
+    report.timing["seconds_per_fit"] = {
+        f"{row['solver']}, {row['budget']} evaluations": row.pop("seconds") for row in table
+    }
+    report.results["search_table"] = table
     report.results["search"] = {
         row.solver: {
             "mm": row.mm, "lips_mm": row.lips_mm, "failures": row.failures,
-            "seconds": row.seconds, "evaluations": row.evaluations,
+            "evaluations": row.evaluations,
         }
         for row in rows if row.budget == REPORTED
     }  # fmt: skip

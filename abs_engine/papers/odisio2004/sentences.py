@@ -80,10 +80,15 @@ class Sentences:
         place = {sentence.name: k for k, sentence in enumerate(SENTENCES)}
         return [_row(run) for run in sorted(self.runs, key=lambda run: place[run.filmed.name])]
 
-    @property
-    def seconds(self) -> float:
-        """Time of tracking, all models and processes together."""
-        return sum(own.seconds for run in self.runs for own in run.tracked.values())
+    def took(self) -> dict[str, float | None]:
+        """Mean seconds a frame, by model, of sentences that no interrupted run had begun."""
+        out: dict[str, float | None] = {}
+        for model in MODELS:
+            tracked = [run.tracked[model] for run in self.runs if model in run.tracked]
+            whole = [own for own in tracked if own.seconds == own.seconds]
+            frames, seconds = sum(map(len, whole)), sum(own.seconds for own in whole)
+            out[model] = round(seconds / frames, 5) if frames else None
+        return out
 
 
 def _told(model: str, runs: Sequence[Run]) -> dict[str, float]:
@@ -98,7 +103,6 @@ def _told(model: str, runs: Sequence[Run]) -> dict[str, float]:
         "depth_mm": _mean([c.depth for c in curves]),
         "worst_sentence_mm": max(float(c.rms.mean()) for c in curves),
         "evaluations_per_frame": _mean([c.evaluations for c in curves]),
-        "seconds_per_frame": sum(run.tracked[model].seconds for run in runs) / frames,
         "closure_precision": shut.precision,
         "closure_recall": shut.recall,
         "closures": shut.spoken,

@@ -64,14 +64,15 @@ def _practice(report: Report, speech: Speech, face: TalkingFace) -> None:
         seed=report.seed, beads=speech.beads, frames=frames,
     )  # fmt: skip
     report.results["practice_frames"] = frames
-    report.results["practice"] = practise(speech, face, filmed, report.renderer)
+    kept = report.kept / "practice"
+    report.results["practice"] = practise(speech, face, filmed, report.renderer, kept=kept)
 
 
 def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
     done = _tracked(report, speech, _work(report, speech, face), jobs_of(report.amount), True)
     report.results["sentences"] = done.told()
     report.results["sentences_each"] = done.told_each()
-    report.results["tracking_seconds"] = round(done.seconds, 1)
+    report.timing["seconds_per_frame"] = done.took()
     report.figures.append((FIGURE, "Figure 8: a tracked sentence; the truth is the solid line."))
     papers = all(TREE_MODEL in run.tracked for run in done.runs)
     model = TREE_MODEL if papers else LINEAR[0]
@@ -85,8 +86,9 @@ def _sentences(report: Report, speech: Speech, face: TalkingFace) -> None:
 
 def _work(report: Report, speech: Speech, face: TalkingFace) -> Work:
     return Work(
-        report.folder / TRACKED, report.person, speech.beads, speech.pictures.camera, face,
-        speech.built.alpha, report.renderer.description, report.seed, report.amount.frames,
+        report.folder / TRACKED, report.kept / TRACKED, report.person, speech.beads,
+        speech.pictures.camera, face, speech.built.alpha, report.renderer.description,
+        report.seed, report.amount.frames,
     )  # fmt: skip
 
 
@@ -134,7 +136,7 @@ def teleconference_part(report: Report, speech: Speech) -> None:
 def _teleconference(report: Report, speech: Speech) -> None:
     done = run_teleconference(
         report.speaker, speech, report.renderer, report.folder, seed=report.seed,
-        tell=report.tell, frames=report.amount.worn,
+        tell=report.tell, frames=report.amount.worn, kept=report.kept / "worn",
     )  # fmt: skip
     report.results["teleconference"] = done.told()
     report.figures.append((FIGURE_10, "Figure 10: a sequence that a worn camera filmed."))

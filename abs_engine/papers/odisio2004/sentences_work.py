@@ -1,7 +1,7 @@
 """Filming and tracking sentences, one after the other or in several processes.
 
-What is found goes into files (`kept.Kept`) and nowhere else: an interrupted run goes on with those
-that are there, and whoever wants results reads them.
+What is found goes into files (`result_cache.Kept`) and nowhere else: an interrupted run goes on
+with those that are there, and whoever wants results reads them.
 """
 
 from __future__ import annotations
@@ -69,6 +69,8 @@ class Work:
     ----------
     folder : Path
         Gets a file for each sentence and model.
+    aside : Path
+        Gets the frames of those under way.
     person : str
     beads : int
         On the face.
@@ -87,6 +89,7 @@ class Work:
     """
 
     folder: Path
+    aside: Path
     person: str
     beads: int
     camera: Camera
@@ -110,7 +113,7 @@ class Work:
             "camera": digest(self.camera),
             "face": digest([self.face, self.postures]),
         }  # fmt: skip
-        return Kept(self.folder, basis)
+        return Kept(self.folder, basis, self.aside)
 
     def plan(self, speaker: Speaker, sentence: Sentence) -> ClipPlan:
         """A sentence before the camera, as long as it is tracked."""
@@ -219,7 +222,8 @@ def track_job(work: Work, job: Job, speaker: Speaker, renderer: Renderer) -> Non
         how = work.how(model)
         found = track(
             work.face, model, filmed.pictures, filmed.camera, filmed.poses[0], shape.neutral,
-            renderer, how, work.postures,
+            renderer, how, work.postures, None,
+            work.kept.journal(job.sentence.name, model, how),
         )  # fmt: skip
         work.kept.save(job.sentence.name, model, how, found)
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,7 @@ from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.papers.odisio2004.frame_before import FrameBefore, TalkBinder
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
+from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.loop import AGAIN, at_rest
 from abs_engine.tracking.loop import track as track_frames
 
@@ -98,7 +101,7 @@ class Tracked:
     restarted : (T,) bool
         Whether the search started again from the corpus' postures.
     seconds : float
-        All together.
+        All together; NaN where an interrupted run had tracked some of it.
     """
 
     alpha: FloatArray
@@ -124,6 +127,7 @@ def track(
     settings: Settings | None = None,
     postures: FloatArray | None = None,
     progress: Callable[[int], None] | None = None,
+    kept: Path | None = None,
 ) -> Tracked:
     """Track a sequence.
 
@@ -144,6 +148,8 @@ def track(
         Of the corpus, from which a search may start again.
     progress : callable, optional
         Called with the number of frames done.
+    kept : Path, optional
+        Journal of the frames, of which an interrupted run did the first.
 
     Raises
     ------
@@ -158,14 +164,19 @@ def track(
     setting = clip_setting(face, name, camera, renderer, how, postures)
     rows: list[FrameResult] = []
     start = at_rest(pose, np.asarray(alpha, np.float64))
-    for _, result in track_frames(setting, pictures, start):
-        if not result.found:
-            raise OutOfPictureError(
-                f"frame {result.index}: {result.status}", "start where the face is"
-            )
-        rows.append(result)
-        if progress is not None:
-            progress(len(rows))
+    with ExitStack() as open_files:
+        journal = None
+        if kept is not None:
+            journal = FrameJournal(kept, fingerprint((setting, start, face, name, how)))
+            open_files.enter_context(journal)
+        for _, result in track_frames(setting, pictures, start, journal):
+            if not result.found:
+                raise OutOfPictureError(
+                    f"frame {result.index}: {result.status}", "start where the face is"
+                )
+            rows.append(result)
+            if progress is not None:
+                progress(len(rows))
     if not rows:
         raise ParameterError("the sequence has no picture", "give at least one")
     return Tracked(
@@ -174,7 +185,7 @@ def track(
         np.array([row.value / row.unit for row in rows]),
         np.array([row.evaluations for row in rows], np.int64),
         np.array([row.status == AGAIN for row in rows]),
-        time.perf_counter() - started,
+        float("nan") if journal is not None and journal.resumed else time.perf_counter() - started,
     )
 
 

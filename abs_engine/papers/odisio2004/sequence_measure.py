@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -62,6 +63,7 @@ def compare_searches(
     renderer: Renderer,
     which: Mapping[str, Settings],
     frames: int | None = None,
+    kept: Path | None = None,
 ) -> dict[str, Measured]:
     """Track one sequence with several searches.
 
@@ -78,12 +80,15 @@ def compare_searches(
     which : mapping of str to Settings
     frames : int, optional
         From the start; by default all.
+    kept : Path, optional
+        Folder that gets the frames, and has those of an interrupted run.
     """
     out = {}
-    for name, how in which.items():
+    for k, (name, how) in enumerate(which.items()):
         found = track(
             face, model, filmed.pictures[:frames], filmed.camera, filmed.poses[0],
-            face.shape.neutral, renderer, how, speech.built.alpha,
+            face.shape.neutral, renderer, how, speech.built.alpha, None,
+            None if kept is None else kept / f"{k}.journal",
         )  # fmt: skip
         points = np.array([face.shape.points(row) for row in found.alpha])
         away = ((points - filmed.points[:frames]) ** 2).sum(axis=2)
@@ -140,7 +145,12 @@ def by_articulation(
 
 
 def practise(
-    speech: Speech, face: TalkingFace, filmed: Filmed, renderer: Renderer, frames: int | None = None
+    speech: Speech,
+    face: TalkingFace,
+    filmed: Filmed,
+    renderer: Renderer,
+    frames: int | None = None,
+    kept: Path | None = None,
 ) -> list[dict[str, str | float]]:
     """A table of all of it: searches and stopping rules of both linear models, and variants.
 
@@ -154,11 +164,14 @@ def practise(
     renderer : Renderer
     frames : int, optional
         From the start; by default all.
+    kept : Path, optional
+        As of `compare_searches`.
     """
     rows: list[dict[str, str | float]] = []
 
     def add(model: str, own: TalkingFace, which: Mapping[str, Settings]) -> None:
-        found = compare_searches(speech, own, model, filmed, renderer, which, frames)
+        aside = None if kept is None else kept / f"{len(rows)}"
+        found = compare_searches(speech, own, model, filmed, renderer, which, frames, aside)
         rows.extend({"what": name, "model": model, **asdict(m)} for name, m in found.items())
 
     others = variants(speech, face, renderer)

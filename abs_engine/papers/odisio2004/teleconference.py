@@ -147,6 +147,7 @@ def run_teleconference(
     seed: int = 0,
     frames: int | None = None,
     tell: Tell = lambda _text: None,
+    kept: Path | None = None,
 ) -> Teleconference:
     """Film two sequences with a worn camera, learn from the first, and track both.
 
@@ -166,6 +167,8 @@ def run_teleconference(
         What is learned is learned from all.
     tell : callable
         Called with what is done next.
+    kept : Path, optional
+        Folder that gets the frames, and has those of an interrupted run.
 
     Raises
     ------
@@ -185,7 +188,7 @@ def run_teleconference(
             tracked[name] = track(
                 face, model, filmed.pictures[:frames], filmed.camera, filmed.poses[0],
                 shape.neutral, renderer, replace(settings_of(model), pose_known=True),
-                speech.built.alpha,
+                speech.built.alpha, None, None if kept is None else kept / f"{name}.journal",
             )  # fmt: skip
             curves[name] = curves_of(speaker, shape, filmed, tracked[name])
     if folder is not None:

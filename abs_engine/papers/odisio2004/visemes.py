@@ -19,6 +19,7 @@ from abs_engine.face.talking import (
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.talking import FROM_NEUTRAL, fit, talking_problem, usual_tolerance
 from abs_engine.io.assets import Speaker
+from abs_engine.io.naming import made_before
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.spoken import SpokenCorpus
@@ -133,7 +134,7 @@ def film_speech(
     """
     spoken = speak_corpus(speaker, speaker.named(person), visemes, noise=NOISE, seed=seed)
     built = build(spoken.corpus)
-    if folder.exists():
+    if made_before(folder):
         pictures = read_visemes(folder, spoken.corpus.visemes)
     else:
         pictures = film_visemes(

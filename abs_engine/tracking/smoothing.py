@@ -1,0 +1,136 @@
+"""Smoothing of a run's curves, where it is asked for: two standard filters of SciPy, by name."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, savgol_filter, sosfiltfilt
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import nearest
+from abs_engine.io.inputs import to_number
+from abs_engine.tracking.measures import ANGLES, LIPS, VELOCITIES, velocity
+from abs_engine.tracking.run_table import cells
+
+FloatArray = NDArray[np.float64]
+SMOOTHED = "smoothed.csv"
+BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
+_ORDER, _DEGREE = 2, 2
+_SIZES = ("width", "aperture", "protrusion", *LIPS, "jaw_opening")
+_NEVER_BELOW_0 = ("width", "aperture", "opening_area", "lip_area")
+_EVEN = 0.01  # of a frame's duration
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """A filter without delay for curves of evenly spaced frames.
+
+    Parameters
+    ----------
+    name : str
+        "butterworth": a low pass of second order that runs forwards and backwards
+        (`scipy.signal.sosfiltfilt`), so that half of the amplitude is left at the cutoff.
+        "savitzky-golay": a parabola fitted to a window around each frame
+        (`scipy.signal.savgol_filter`).
+    amount : float
+        The cutoff, Hz; the window, frames.
+    """
+
+    name: str
+    amount: float
+
+    @classmethod
+    def named(cls, text: str) -> Smoothing:
+        """A filter as it is typed, such as "butterworth:8" or "savitzky-golay:7".
+
+        Raises
+        ------
+        ParameterError
+            If there is no such filter.
+        """
+        name, _, given = text.partition(":")
+        if name not in (BUTTERWORTH, SAVITZKY_GOLAY):
+            raise ParameterError(
+                f"there is no filter '{name}'", nearest(name, (BUTTERWORTH, SAVITZKY_GOLAY))
+            )
+        try:
+            amount = to_number(given)
+        except ValueError:
+            amount = 0.0
+        window = name == SAVITZKY_GOLAY
+        if amount <= 0 or (window and (amount % 2 != 1 or amount <= _DEGREE + 1)):
+            what = "an odd number of frames, 5 or more" if window else "a frequency in Hz"
+            raise ParameterError(f"'{text}' does not give {what}", f"such as {name}:7")
+        return cls(name, amount)
+
+    def __str__(self) -> str:
+        return f"{self.name}:{self.amount:g}"
+
+    def told(self) -> dict[str, Any]:
+        """Its settings, as JSON values."""
+        if self.name == BUTTERWORTH:
+            return {"filter": self.name, "cutoff_hz": self.amount, "order": _ORDER,
+                    "passes": "forwards and backwards"}  # fmt: skip
+        return {"filter": self.name, "window_frames": int(self.amount), "degree": _DEGREE}
+
+    def check(self, rate: float, times: FloatArray) -> None:
+        """Raise `ParameterError` where it cannot be used, for frames (T,) shown at `times`, s."""
+        if self.name == BUTTERWORTH and self.amount >= rate / 2:
+            raise ParameterError(
+                f"frames at {rate:g} Hz hold nothing above {rate / 2:g} Hz",
+                "give a lower cutoff, or leave out --smooth",
+            )
+        if len(times) > 1 and np.abs(np.diff(times) * rate - 1).max() > _EVEN:
+            raise ParameterError(
+                "the frames are not evenly spaced in time, as the filters need",
+                "leave out --smooth, or convert the video to a constant rate",
+            )
+
+    def __call__(self, curve: FloatArray, rate: float) -> FloatArray:
+        """A curve (T,) or curves (T, K) at `rate` frames a second, smoothed.
+
+        Each stretch of frames with numbers by itself; one too short to be filtered stays.
+        """
+        out = np.array(curve, np.float64)
+        run, least = self._filter(rate)
+        known = np.isfinite(out.reshape(len(out), -1)).all(axis=1)
+        edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(np.int8)))
+        for first, end in edges.reshape(-1, 2):
+            if end - first >= least:
+                out[first:end] = run(out[first:end])
+        return out
+
+    def _filter(self, rate: float) -> tuple[Callable[[FloatArray], FloatArray], int]:
+        """What smooths (N, ...), and the least N."""
+        if self.name == SAVITZKY_GOLAY:
+            window = int(self.amount)
+            return (lambda x: savgol_filter(x, window, _DEGREE, axis=0)), window
+        sections = butter(_ORDER, self.amount, fs=rate, output="sos")
+        least = 3 * (2 * len(sections) + 1) + 1  # more than SciPy extends each end by
+        return (lambda x: sosfiltfilt(sections, x, axis=0)), least
+
+    def measures(self, arrays: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
+        """The measures of a run, (T,) each, smoothed; velocities are those of smoothed curves."""
+        rate, time = float(arrays["rate"]), np.asarray(arrays["time"], np.float64)
+        out = {name: self(arrays[name], rate) for name in (*_SIZES, *ANGLES) if name in arrays}
+        for name in _NEVER_BELOW_0:
+            if name in out:
+                out[name] = out[name].clip(min=0.0)
+        curves = dict(zip(VELOCITIES, ("aperture", "width", "jaw_opening"), strict=True))
+        return out | {v: velocity(out[of], time) for v, of in curves.items() if of in out}
+
+    def write(self, folder: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Write ``smoothed.csv`` into a run's folder."""
+        found = self.measures(arrays)
+        rows = zip(arrays["index"].tolist(), arrays["time"].tolist(),
+                   *(curve.tolist() for curve in found.values()), strict=True)  # fmt: skip
+        with (folder / SMOOTHED).open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file)
+            table.writerow(["index", "time", *found])
+            table.writerows(map(cells, rows))

@@ -1,0 +1,83 @@
+"""Smoothing where it is asked for: what the filters pass, gaps, and what cannot be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.tracking.smoothing import Smoothing
+
+RATE = 25.0
+TIME = np.arange(200) / RATE
+MIDDLE = slice(50, 150)  # away from the ends
+
+
+def wave(hertz):
+    return np.sin(2 * np.pi * hertz * TIME)
+
+
+def passed(smoothing, hertz):
+    """Share of a wave's amplitude that is left."""
+    out = smoothing(wave(hertz), RATE)
+    return float(out[MIDDLE] @ wave(hertz)[MIDDLE] / (wave(hertz)[MIDDLE] @ wave(hertz)[MIDDLE]))
+
+
+def test_a_low_pass_leaves_half_at_its_cutoff_and_does_not_delay():
+    low = Smoothing.named("butterworth:6")
+    assert passed(low, 1) == pytest.approx(1, abs=0.01)
+    assert passed(low, 6) == pytest.approx(0.5, abs=0.01)
+    assert passed(low, 11) < 0.02
+
+
+def test_a_window_leaves_a_parabola_as_it_is():
+    curve = 3 + 2 * TIME - TIME**2
+    np.testing.assert_allclose(Smoothing.named("savitzky-golay:9")(curve, RATE), curve, atol=1e-9)
+    assert abs(passed(Smoothing.named("savitzky-golay:9"), 11)) < 0.3
+
+
+@pytest.mark.parametrize("text", ["butterworth:6", "savitzky-golay:9"])
+def test_stretches_between_gaps_are_smoothed_by_themselves(text):
+    curve, smoothing = wave(2) + 0.1 * wave(11), Smoothing.named(text)
+    curve[[60, 64]] = np.nan
+    out = smoothing(curve, RATE)
+    assert np.isnan(out).tolist() == np.isnan(curve).tolist()
+    np.testing.assert_array_equal(out[61:64], curve[61:64])  # too short
+    np.testing.assert_array_equal(out[:60], smoothing(curve[:60], RATE))
+    both = smoothing(np.stack([curve, 2 * curve], axis=1), RATE)
+    np.testing.assert_allclose(both, np.stack([out, 2 * out], axis=1))
+
+
+def test_measures_are_smoothed_and_velocities_are_those_of_smoothed_curves():
+    smoothing = Smoothing.named("butterworth:6")
+    aperture = 4 * np.clip(wave(2), 0, None) + 0.2 * wave(11)
+    arrays = {"rate": RATE, "time": TIME, "aperture": aperture, "width": 40 + wave(2),
+              "jaw_opening": np.full(len(TIME), np.nan)}  # fmt: skip
+    found = smoothing.measures(arrays)
+    assert found["aperture"].min() == 0
+    rough, smooth = (np.abs(np.diff(one)).max() for one in (aperture, found["aperture"]))
+    assert smooth < 0.9 * rough
+    slope = (found["width"][2:] - found["width"][:-2]) * RATE / 2
+    np.testing.assert_allclose(found["width_velocity"][1:-1], slope)
+    assert np.isnan(found["jaw_velocity"]).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("buterworth:6", "did you mean 'butterworth'"), ("butterworth", "frequency in Hz"),
+        ("butterworth:-1", "frequency in Hz"), ("butterworth:nan", "frequency in Hz"),
+        ("savitzky-golay:6", "odd number of frames"), ("savitzky-golay:3", "5 or more"),
+    ],
+)  # fmt: skip
+def test_what_is_no_filter_is_refused(text, said):
+    with pytest.raises(ParameterError, match=said):
+        Smoothing.named(text)
+
+
+def test_what_the_frames_do_not_allow_is_refused():
+    with pytest.raises(ParameterError, match=r"nothing above 12\.5 Hz"):
+        Smoothing.named("butterworth:12.5").check(RATE, TIME)
+    with pytest.raises(ParameterError, match="not evenly spaced"):
+        Smoothing.named("savitzky-golay:5").check(RATE, np.r_[TIME, TIME[-1] + 0.1])
+    Smoothing.named("butterworth:12").check(RATE, TIME)
