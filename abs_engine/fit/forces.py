@@ -37,7 +37,7 @@ class Forces:
     blocks: Blocks
     terms: Mapping[str, Term]
 
-    def work(self, candidate: Candidates) -> FloatArray:
+    def generalised(self, candidate: Candidates) -> FloatArray:
         """Work (6 + P,) of all forces for a unit of each parameter.
 
         Raises

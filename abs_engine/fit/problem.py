@@ -284,7 +284,7 @@ class Problem:
         full = self.whole(x)
         slope = sum((p.slope(full) for p in self.priors), np.zeros(len(full)))
         mobility = self.blocks.spec.scale**2 if self.mobility is None else self.mobility
-        return np.asarray(mobility * (self._forces.work(candidate) - slope))
+        return np.asarray(mobility * (self._forces.generalised(candidate) - slope))
 
     @cached_property
     def _forces(self) -> Forces:

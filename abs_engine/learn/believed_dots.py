@@ -24,6 +24,7 @@ JUMP = 5.0
 FEWEST = 8
 """Dots that a frame is learned from has at least: half of the lips'."""
 _MODES, _ROUNDS = 10, 10
+_NAMED = 6  # frames that a message names, at most
 _LEAST = 0.02  # mm: noise of exact dots
 
 
@@ -157,7 +158,7 @@ def _check_names(
                 swapped.setdefault((a, b), []).append(int(frame))
     if swapped:
         (a, b), frames = max(swapped.items(), key=lambda item: len(item[1]))
-        said = ", ".join(map(str, frames[:6])) + (", ..." if len(frames) > 6 else "")
+        said = ", ".join(map(str, frames[:_NAMED])) + (", ..." if len(frames) > _NAMED else "")
         raise ParameterError(
             f"the dots {names[a]} and {names[b]} have each other's place in frame {said}",
             "exchange them there: correct them and observe again, or edit the marker file",

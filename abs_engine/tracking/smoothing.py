@@ -107,7 +107,7 @@ class Smoothing:
         return out
 
     def _filter(self, rate: float) -> tuple[Callable[[FloatArray], FloatArray], int]:
-        """What smooths (N, ...), and the least N."""
+        """The filter of (N, ...), and the least N."""
         if self.name == SAVITZKY_GOLAY:
             window = int(self.amount)
             return (lambda x: savgol_filter(x, window, _DEGREE, axis=0)), window

@@ -94,10 +94,11 @@ def test_a_saved_corpus_needs_no_table_and_gives_the_same(tmp_path: Path):
 def test_units_are_turned_into_millimetres(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     own, points = recorded()
     words = written(tmp_path, points / 1000, "npz")
-    assert main(words) == 0
-    assert "hardly a face; say with --unit" in capsys.readouterr().out
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "are they in mm? say so with --unit" in said
+    assert said.count("\n") == 1
     assert main([*words[:-1], str(tmp_path / "metres"), "--unit", "m"]) == 0
-    assert "hardly a face" not in capsys.readouterr().out
     model = abs_engine.load_articulatory(tmp_path / "metres" / "model.npz")
     np.testing.assert_allclose(model.mean, own.mean(axis=0))
 

@@ -87,7 +87,7 @@ def neutral(pose: Pose) -> Candidates:
 @pytest.fixture(scope="module", params=["tex", "tex all", "la", "la each", "la all"])
 def problem(request, texture, local, scene, camera, other):
     """Epsilon of the other frame, at its own pose, with a penalty."""
-    plain = Scene(**{**vars(scene), "texture_modes": None})
+    plain = replace(scene, texture_modes=None)
     penalty = ExponentialPenalty(np.full(N, -1.5), np.full(N, 1.5))
     given = other.image, camera, camera.whole
     if request.param.startswith("tex"):
@@ -108,7 +108,7 @@ def truth(other):
 
 
 def test_epsilon_of_a_texture_as_printed(texture, scene, camera, other, truth):
-    plain = Scene(**{**vars(scene), "texture_modes": None})
+    plain = replace(scene, texture_modes=None)
     given = other.image, camera, camera.whole, neutral(other.pose), RENDERER
     problem = about(other.pose, texture_error(texture, plain, *given))
     for x in (truth, np.zeros(6 + N)):
@@ -123,7 +123,7 @@ def test_epsilon_of_a_texture_as_printed(texture, scene, camera, other, truth):
 
 
 def test_epsilon_of_points_as_printed(local, scene, camera, other, truth):
-    plain = Scene(**{**vars(scene), "texture_modes": None})
+    plain = replace(scene, texture_modes=None)
     given = other.image, camera, camera.whole, RENDERER
     error, one = local_error(local, plain, *given), Candidates.one(other.parameters, other.pose)
     assert error.seen(one).all()
@@ -139,7 +139,7 @@ def test_epsilon_of_points_as_printed(local, scene, camera, other, truth):
 @pytest.mark.parametrize("scale", [0.5, 1.6])
 def test_points_at_another_scale_and_in_a_crop(frames, scene, local, camera, other, truth, scale):
     """Whatever the size of the picture, what is compared can be drawn at the model's scale."""
-    plain = Scene(**{**vars(scene), "texture_modes": None})
+    plain = replace(scene, texture_modes=None)
     model = learn_local(frames, scene, local.vertices, camera, RENDERER, scale=scale)
     window = Window(10.0, 8.5, 76.0, 80.0, scale)
     error = local_error(model, plain, other.image, camera, window, RENDERER)
@@ -207,7 +207,7 @@ def test_what_hides_is_seen(local, scene, camera, other, truth):
     left = scene.mean[local.vertices, 0] < -8
     assert not seen[left].any()
     assert seen[scene.mean[local.vertices, 0] > 8].all()
-    free = replace(error, scene=Scene(**{**vars(scene), "texture_modes": None}))
+    free = replace(error, scene=replace(scene, texture_modes=None))
     covered, uncovered = (about(other.pose, one)(truth).value for one in (error, free))
     assert covered > 2 * uncovered
 

@@ -17,7 +17,7 @@ from abs_engine.core.errors import (
     PictureError,
 )
 from abs_engine.core.geometry import Pose, rotations, vertex_normals
-from abs_engine.core.scene import Candidates, Scene
+from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.descriptors import (
     COMPONENTS,
     YCBCR,
@@ -203,7 +203,7 @@ def test_windows_on_the_surface_turn_and_grow_with_it(scene, front):
     middle = front[np.linalg.norm(scene.mean[front, :2], axis=1) < 30]
     patches = Patches.around(scene, middle)
     unit = float(camera.matrix[0, 0] / (shapes.DISTANCE - shapes.RADIUS))
-    dressed = Scene(**{**vars(scene), "texture_modes": None})
+    dressed = replace(scene, texture_modes=None)
     found = {"rigid": [], "lying": []}
     for angle, distance in ((0.0, shapes.DISTANCE), (0.5, 0.8 * shapes.DISTANCE)):
         turn = rotations(np.array([[0, 0, angle]]))[0] @ Pose.facing(1.0).rotation

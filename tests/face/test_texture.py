@@ -17,7 +17,7 @@ from abs_engine.core.errors import (
     PictureError,
 )
 from abs_engine.core.geometry import Pose
-from abs_engine.core.scene import Candidates, Scene
+from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas, warp
 from abs_engine.face.appearance.regression import LinearFits
 from abs_engine.face.appearance.texture import TextureModel, learn_texture
@@ -103,17 +103,17 @@ def test_synthesis_and_constant_twins(model):
 
 
 def test_a_dressed_scene_draws_the_synthesis(model, scene, camera, frames):
-    plain = Scene(**{**vars(scene), "texture_modes": None})
+    plain = replace(scene, texture_modes=None)
     dressed = model.dress(plain)
     sighting = frames[3]
     many = Candidates.one(sighting.parameters, sighting.pose)
     drawn = RENDERER.draw(dressed, many, camera, camera.whole)[0]
     assert np.abs(drawn.rgb - sighting.image)[drawn.covered].mean() < 2.5
     assert model.constant().dress(plain).texture_modes is None
-    fewer = Scene(**{**vars(plain), "modes": plain.modes[:2]})
+    fewer = replace(plain, modes=plain.modes[:2])
     with pytest.raises(ParameterError, match="scene has 2 modes"):
         model.dress(fewer)
-    more = Scene(**{**vars(plain), "modes": np.concatenate([plain.modes] * 2)})
+    more = replace(plain, modes=np.concatenate([plain.modes] * 2))
     assert not model.dress(more).texture_modes[3:].any()
 
 
@@ -123,7 +123,7 @@ def test_what_is_hidden_is_not_learned():
     base = shapes.triangles(np.concatenate([square(500, 0), square(600, 30)]))
     quarter = np.array([[0.05, 0.05], [0.45, 0.05], [0.45, 0.45], [0.05, 0.45]])
     uv = np.concatenate([quarter, quarter + 0.5])[[2, 1, 0, 3, 2, 0, 6, 5, 4, 7, 6, 4]]
-    scene = Scene(**{**vars(base), "uv": uv, "facet_class": [1, 1, 2, 2]})
+    scene = replace(base, uv=uv, facet_class=[1, 1, 2, 2])
     still = Pose(np.eye(3), np.zeros(3))
     drawn = shapes.draw_one(RENDERER, scene, camera)
     image = np.zeros((96, 96, 3), np.uint8)

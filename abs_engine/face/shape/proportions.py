@@ -40,7 +40,7 @@ def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
 
 
 def proportioned(speaker: Speaker, modes: FloatArray) -> FloatArray:
-    """What modes (K, 3 V) are multiplied by in `with_proportions`, (K, K)."""
+    """Matrix (K, K) by which `with_proportions` multiplies modes (K, 3 V)."""
     found = _proportions(speaker, modes.reshape(len(modes), -1, 3))
     if found is None:
         return np.eye(len(modes))

@@ -108,7 +108,7 @@ class Kept:
             raise unwritable(path, error) from error
 
     def _seconds(self, path: Path) -> float:
-        """What a result took; NaN where that is not known."""
+        """Duration of a result; NaN where that is not known."""
         try:
             return float((self._aside / path.name).with_suffix(".seconds").read_text())
         except (OSError, ValueError):
