@@ -72,6 +72,8 @@ class Reader:
         for part in name.split("."):
             found = getattr(found, part)
         value = found(*self.arguments(path))
+        if hasattr(value, "__exit__"):  # a file that is held open, and locked
+            value.__exit__(None, None, None)
         return list(value) if hasattr(value, "__next__") else value
 
     def may_take(self, change: Mutation) -> bool:

@@ -61,16 +61,23 @@ class FrameJournal:
         heading = {"format": FORMAT, "version": VERSION, "basis": basis}
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file, self._ends = path.open("ab", buffering=0), ends
-        fcntl.flock(self._file, fcntl.LOCK_EX)
+        self._synced, self._kept = time.monotonic(), deque[Found]()
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX)
+            self._begin(path, heading)
+        except BaseException:
+            self._file.close()  # else the next one would wait for it
+            raise
+        self.resumed = len(self._kept)
+
+    def _begin(self, path: Path, heading: dict[str, Any]) -> None:
+        """Take over the frames that a file holds, and cut off what comes after them."""
         known, end = _read(path)
-        self._kept: deque[Found] = deque()
         if known and known[0] == heading:
             try:
                 self._kept.extend(_found(line) for line in known[1:])
             except (LookupError, TypeError, ValueError, AttributeError, AbsEngineError):
                 known, self._kept = [], deque()  # begun anew, as with another heading
-        self.resumed = len(self._kept)
-        self._synced = time.monotonic()
         if not known or known[0] != heading:
             end = 0
         self._file.truncate(end)
