@@ -173,9 +173,8 @@ def _documented(heading: str) -> set[str]:
 def test_the_page_on_runs_names_what_a_run_holds(reader, folder):
     reader.follow(ROOT / "docs" / "track.md", folder)
     run = folder / "run"
-    assert {path.name for path in run.iterdir()} == _documented("Files") - {
-        "recording.mkv"
-    }  # of live
+    optional = {"recording.mkv", "smoothed.csv"}  # of live, and of --smooth
+    assert {path.name for path in run.iterdir()} == _documented("Files") - optional
     with (run / "results.csv").open(encoding="utf-8") as file:
         heading = next(csv.reader(file))
     assert set(heading) == _documented("Columns of results.csv")
