@@ -28,6 +28,7 @@ from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
+Sighted = tuple[Image, Landmarks]
 
 LEAST_SHOWN = 3
 """Frames with a mouth to be seen, from which on those in which it is hidden are left out."""
@@ -82,6 +83,13 @@ class FittedPerson:
         face = held_head(self.model, self.person, self.classes)
         return face if self.posture is None else replace(face, posture=self.posture)
 
+    def shows(self, image: Image, seen: Landmarks) -> bool:
+        """Whether a frame shows the mouth; of a clip without a usual look, each does."""
+        if self.look is None:
+            return True
+        now = MouthLook.of(self.classes, self.light.balanced(image, seen), seen)
+        return now is not None and not self.look.hidden(now)
+
     @property
     def noisy(self) -> LandmarkShape:
         """The person's landmarks, as uncertain as anybody's: what a fit may lie off them."""
@@ -98,6 +106,8 @@ def fit_person(
     turned: Sequence[tuple[Image, Landmarks]] | None = None,
 ) -> FittedPerson:
     """Fit the whole head, the mouth and the colours to frames that show one person.
+
+    Once more without those in which the mouth is hidden, if there are any.
 
     Parameters
     ----------
@@ -118,9 +128,28 @@ def fit_person(
     FaceNotFoundError
         If the mouth lies outside of the picture in all of them.
     """
+    fitted = _fitted(average, chosen, turned or chosen, camera, renderer, colours, tell)
+    shown = [frame for frame in chosen if fitted.shows(*frame)]
+    facing = [frame for frame in turned or () if fitted.shows(*frame)]
+    hidden = len(chosen) + len(turned or ()) - len(shown) - len(facing)
+    if not hidden or len(shown) < LEAST_SHOWN:
+        return fitted
+    several = facing if len(facing) >= LEAST_SHOWN else shown
+    return _fitted(average, shown, several, camera, renderer, colours, tell)
+
+
+def _fitted(
+    average: AverageHead,
+    chosen: Sequence[Sighted],
+    turned: Sequence[Sighted],
+    camera: Camera,
+    renderer: Renderer,
+    colours: ColourClasses | None,
+    tell: Callable[[str], None],
+) -> FittedPerson:
+    """The person by these frames, whether the mouth is hidden in them or not."""
     speaker = average.speaker
-    seen = [seen_in(image, marks) for image, marks in turned or chosen]
-    head = average.fitted(seen, camera, renderer)
+    head = average.fitted([seen_in(image, marks) for image, marks in turned], camera, renderer)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         free_person=not average.known, expression=head.expression, person_spread=PERSON_SPREAD,
@@ -133,21 +162,8 @@ def fit_person(
         model, head.shape, head.textured, average.correspondence, camera, renderer, light
     )
     found, shape = calibrate_placed(placed, chosen, known, chromatic)
-    look, shown = looks(found.classes, light, chosen)
-    if LEAST_SHOWN <= len(shown) < len(chosen):
-        found, shape = calibrate_placed(placed, shown, known, chromatic)
-        look, _ = looks(found.classes, light, shown)
+    look = UsualLook.of([MouthLook.of(found.classes, light.balanced(i, s), s) for i, s in chosen])
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
         head.shape.deviation, found.classes, light, look,
     )  # fmt: skip
-
-
-def looks(
-    classes: ColourClasses, light: SkinLight, frames: Sequence[tuple[Image, Landmarks]]
-) -> tuple[UsualLook | None, list[tuple[Image, Landmarks]]]:
-    """The usual look of the mouth, and the frames in which it is not hidden."""
-    each = [MouthLook.of(classes, light.balanced(image, seen), seen) for image, seen in frames]
-    usual = UsualLook.of(each)
-    pairs = zip(frames, each, strict=True)
-    return usual, [f for f, look in pairs if usual and look and not usual.hidden(look)]

@@ -12,10 +12,11 @@ from drawn import drawn, network_sees
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colours_by_head import learn_placed
+from abs_engine.tracking import person_fit
 from abs_engine.tracking.landmarks import INNER_RING, OUTER_RING, Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
-from abs_engine.tracking.person_fit import looks
+from abs_engine.tracking.person_fit import FittedPerson
 
 PERSON = "clara"
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35}, {"mouthPucker": 0.6, "jawOpen": 0.1})
@@ -137,10 +138,23 @@ def test_what_is_usual_is_the_median():
     assert found.hidden(MouthLook(0.3, 0.4, 0.05))
 
 
-def test_frames_with_a_hidden_mouth_are_not_learned_from():
-    seen = clip()
-    (image, marks), microphone = seen[0], (40, 40, 44)
-    behind = [(disc(image, marks, microphone, 1.6), marks)]
-    usual, shown = looks(colours(), SkinLight.of(seen), [*seen, *behind])
-    assert usual is not None
-    assert [id(picture) for picture, _ in shown] == [id(picture) for picture, _ in seen]
+def test_frames_with_a_hidden_mouth_are_not_learned_from(monkeypatch):
+    """Of a person who is fitted to all frames first, those are left out that show no mouth."""
+    (image, marks), microphone = clip()[0], (40, 40, 44)
+    behind, asked = (disc(image, marks, microphone, 1.6), marks), []
+
+    def fitted(_average, chosen, turned, *_more):
+        asked.append((chosen, turned))
+        usual = UsualLook.of([look(*frame) for frame in clip()])
+        nothing = [None] * 5
+        return FittedPerson(*nothing, colours(), SkinLight.of(clip()), usual)
+
+    monkeypatch.setattr(person_fit, "_fitted", fitted)
+    chosen, turned = [*clip(), behind], [behind, *clip()[1:]]
+    person_fit.fit_person(None, chosen, None, None, None, print, turned)
+    assert [[id(f[0]) for f in frames] for frames in asked[1]] == [
+        [id(f[0]) for f in clip()],
+        [id(f[0]) for f in clip()[1:]],
+    ]
+    person_fit.fit_person(None, clip(), None, None, None, print)
+    assert len(asked) == 3  # nothing is hidden: once
