@@ -44,6 +44,7 @@ def _placing(network: bytes) -> bytes:
         if model.operatorCodes[op.opcodeIndex].customCode == PLACING
     )
     known = flexbuffers.Loads(bytes(bytearray(first.customOptions)))
+    # MediaPipe's left is the picture's: the subject's right corner of the mouth
     ends = [known["left_rotation_idx"], known["right_rotation_idx"]]
     if known["scale_x"] != known["scale_y"] or known["target_rotation_radians"] != 0:
         raise ValueError("the lips are placed in another way")

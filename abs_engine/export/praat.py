@@ -26,7 +26,10 @@ def closures(run: TrackedRun) -> FloatArray:
     half = 0.5 / run.rate
     frames, times = run.arrays["closure_frames"], run.arrays["closure_times"]
     edges = run.arrays["time"][frames] + [-half, half] if len(frames) else np.zeros((0, 2))
-    return np.clip(np.where(np.isfinite(times), times, edges), 0.0, duration(run))
+    spans = np.where(np.isfinite(times), times, edges)
+    if len(spans) and frames[-1, 1] == len(run.arrays["time"]) - 1:
+        spans[-1, 1] = duration(run)  # closed to the end
+    return np.clip(spans, 0.0, duration(run))
 
 
 def duration(run: TrackedRun) -> float:

@@ -2,7 +2,7 @@
 
 A picture hardly shows a gap of half a millimetre. Two cases are compared where a search has ended:
 the lips touch, which they do in a share w of all frames, the speaker's or anybody's, or they are
-open by the gap that was found, which any gap up to the widest is as probable as. Lips touch unless
+open by the gap that was found, all gaps up to the widest being equally probable. Lips touch unless
 the picture is against it by more than log(w / (1 - w) * widest / RESOLUTION).
 """
 
@@ -19,7 +19,7 @@ from abs_engine.fit.search import Found
 FloatArray = NDArray[np.float64]
 RESOLUTION = 0.5
 """mm: gaps that differ by less are not distinguished in a picture."""
-WIDEST = 3.0
+OPEN_FROM = 3.0
 """mm: lips that are farther apart than that are open. It hardly matters: with 5 mm the picture is
 against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm apart."""
 USUAL, USUAL_GAP = 0.25, 15.0
@@ -79,7 +79,7 @@ class Seal:
 
 def sealed(problem: Problem, found: Found, seal: Seal) -> Found:
     """Result over all parameters, or the same with lips that touch."""
-    if not 0 < seal.apart(found.x) < WIDEST:
+    if not 0 < seal.apart(found.x) < OPEN_FROM:
         return found
     there = seal.closed(found.x)
     value = problem(problem.chosen(there)).value

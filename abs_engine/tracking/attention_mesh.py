@@ -1,10 +1,9 @@
 """Face mesh with attention to the lips (Grishchenko et al. 2020), run by OpenCV in two parts.
 
 "Attention Mesh: High-fidelity Face Mesh Prediction in Real-time", arXiv:2006.10962. One part sees
-all landmarks, the other the lips alone, in features that are cut from the first about these. What
+all landmarks, the other only the lips, in features of the first that are cut out around them. What
 joins them in MediaPipe's file are operations that OpenCV does not have, and a few lines here.
-`assets/take_detector.py` takes the parts out of that file. A process has one network, which
-threads use by turns.
+`assets/take_detector.py` takes the parts out of that file. Threads use each of them by turns.
 """
 
 from __future__ import annotations
@@ -79,9 +78,9 @@ def seen_mesh(patch: NDArray[np.uint8]) -> tuple[FloatArray, float]:
     mesh = found.reshape(-1, 3).astype(np.float64)
     region = _region()
     placed = region.placed(mesh)
-    cells = _LIPS.seen(_cut(features[0].transpose(1, 2, 0), placed))[0].reshape(-1, 2)
-    fine = cells @ placed[:, :2].T + _COARSE * placed[:, 2]  # cells are counted finely, too
-    mesh[region.landmarks, :2] = fine
+    quarters = _LIPS.seen(_cut(features[0].transpose(1, 2, 0), placed))[0].reshape(-1, 2)
+    # the network counts quarters of a cell, and a feature has as many pixels
+    mesh[region.landmarks, :2] = quarters @ placed[:, :2].T + _COARSE * placed[:, 2]
     logit = float(np.clip(flag.ravel()[0], -50.0, 50.0))
     return mesh, float(1 / (1 + np.exp(-logit)))
 

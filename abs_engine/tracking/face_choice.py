@@ -21,8 +21,8 @@ _OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's squar
 _DOUBTFUL, _WRONG = 0.03, 0.05
 """`Landmarks.unlike` from which on the detector is asked where the face is, and from which on there
 is none. The network is as sure of points beside a face that has moved fast; but in the mirror image
-it puts these elsewhere. On faces it is at most 0.027 (p01 to p08 of the strangers' clips; 0.045 in
-a near profile), on points beside one 0.03 to 0.11."""
+it puts these elsewhere. On faces it is at most 0.030 (p01 to p08 of the strangers' clips, one
+frame; 0.034 in a near profile, p11), on points beside one up to 0.11."""
 _KEPT = 500  # frames whose landmarks are remembered
 _PATIENCE = 50  # frames without the face that is followed, after which any face is taken
 

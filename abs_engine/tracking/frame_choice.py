@@ -41,7 +41,7 @@ def spread_frames(
 
 
 def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]:
-    """Indices of `LEARN_FROM` values (N,), from the least to the largest by rank, in order."""
+    """Indices of `LEARN_FROM` values (N,) or fewer, from the least to the largest by rank."""
     picked = np.unique(np.linspace(0, len(values) - 1, LEARN_FROM).round().astype(int))
     return [int(k) for k in np.sort(np.argsort(values, kind="stable")[picked])]
 
@@ -49,7 +49,7 @@ def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]
 def candidate_frames(
     found: Iterable[tuple[Image, Seen | None]], name: str, least: float = LEAST_FOUND
 ) -> list[tuple[Image, Seen]]:
-    """Frames with what was seen in them, of the ten seconds from the first face on.
+    """Frames with what was seen in them, of the first `LOOK_AT` from the first face on.
 
     Memory does not grow with the clip: they are thinned out as they come. More than a share
     `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:

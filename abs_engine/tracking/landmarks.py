@@ -105,7 +105,7 @@ def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | Non
 def landmarks_at(image: Image, centre: FloatArray, size: float) -> Landmarks | None:
     """The points of an upright face of this size (px) about a place (2,), seen there or not.
 
-    None where place or size are no numbers.
+    None where place or size are no numbers, or the size is at most `_LEAST`.
     """
     level = np.array([1.0, 0.0])
     right, left = centre - level, centre + level

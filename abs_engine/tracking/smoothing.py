@@ -86,6 +86,12 @@ class Smoothing:
                 f"frames at {rate:g} Hz hold nothing above {rate / 2:g} Hz",
                 "give a lower cutoff, or leave out --smooth",
             )
+        least = self._filter(rate)[1]
+        if 0 < len(times) < least:
+            raise ParameterError(
+                f"{self} needs {least} frames in a row, and there are {len(times)}",
+                "give a shorter filter, or leave out --smooth",
+            )
         if len(times) > 1 and np.abs(np.diff(times) * rate - 1).max() > _EVEN:
             raise ParameterError(
                 "the frames are not evenly spaced in time, as the filters need",

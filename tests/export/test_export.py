@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ from abs_engine.export.exporter import read_run, rms
 from abs_engine.export.face_units import unit_weights
 from abs_engine.export.fap import LIPS, fapu, parameters
 from abs_engine.export.live_link import timecode
+from abs_engine.export.praat import closures
 from abs_engine.export.smoothed import smoothed
 from abs_engine.export.writing import export_run
 from abs_engine.tracking.smoothing import Smoothing
@@ -217,3 +219,14 @@ def test_what_cannot_be_exported_is_refused(folder, tmp_path):
     with pytest.raises(ModelFormatError, match="tracked with another head"):
         export_run(other, "obj", tmp_path / "x")
     assert sorted(one.name for one in tmp_path.iterdir()) == ["other", "there"]
+
+
+def test_lips_that_stay_closed_are_closed_to_the_end_of_the_grid():
+    times = np.arange(10) / 25.0
+    arrays = {
+        "time": times,
+        "closure_frames": np.array([[2, 4], [7, 9]]),
+        "closure_times": np.array([[0.07, 0.18], [0.27, np.nan]]),
+    }
+    run = SimpleNamespace(arrays=arrays, rate=25.0)
+    np.testing.assert_allclose(closures(run), [[0.07, 0.18], [0.27, 0.4]])

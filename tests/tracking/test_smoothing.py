@@ -81,3 +81,9 @@ def test_what_the_frames_do_not_allow_is_refused():
     with pytest.raises(ParameterError, match="not evenly spaced"):
         Smoothing.named("savitzky-golay:5").check(RATE, np.r_[TIME, TIME[-1] + 0.1])
     Smoothing.named("butterworth:12").check(RATE, TIME)
+
+
+def test_a_clip_that_is_shorter_than_the_filter_is_refused():
+    with pytest.raises(ParameterError, match="needs 101 frames in a row, and there are 75"):
+        Smoothing.named("savitzky-golay:101").check(25.0, np.arange(75) / 25.0)
+    Smoothing.named("savitzky-golay:75").check(25.0, np.arange(75) / 25.0)
