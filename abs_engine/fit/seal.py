@@ -23,8 +23,8 @@ OPEN_FROM = 3.0
 """mm: lips that are farther apart than that are open. It hardly matters: with 5 mm the picture is
 against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm apart."""
 USUAL, USUAL_GAP = 0.25, 15.0
-"""Share of frames in which anybody's lips touch in speech, and mm by which they part at most. With
-them gaps of closed lips become 0 in GRID's labelled clips, and precision and recall stay."""
+"""Share of frames in which anybody's lips touch in speech, and mm by which they part at most; both
+assumed. Gaps of closed lips become 0 in GRID's labelled clips, and precision and recall stay."""
 
 
 @dataclass(frozen=True, eq=False)
