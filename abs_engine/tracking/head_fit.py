@@ -146,8 +146,8 @@ class AverageHead:
         self, frames: Sequence[HeadFrameSeen], camera: Camera, renderer: Renderer
     ) -> FittedHead:
         """The head of a person whom several frames show; see `fit_head`."""
-        sized, noise, scale = self.speaker, self.correspondence.noise, self.scale
-        pupils = pupil_vertices(sized)
+        sized, scale, pupils = self.speaker, self.scale, pupil_vertices(self.speaker)
+        noise = self.correspondence.noise.beside(self.shape.posture[: len(self.expression.modes)])
         problem = HeadProblem(self.body, self.shape, noise, pupils, scale.pupils, camera)
         with one_thread():
             found = fit_jointly(problem, frames, renderer)
