@@ -43,6 +43,11 @@ FURTHER = {
     "cross_validated_mm": "the same, variances of the modes cross-validated",
     "after_mm": "and learned again from the relaxed shell",
 }
+LIPS = {
+    "solid": "in three dimensions, with noise of the pose",
+    "flat": "in the picture, learned from the front",
+    "flat_each_yaw": "in the picture, learned at that yaw",
+}
 _INTEGRALS = {"exact": "exact sum", "sample": "one sample"}
 """How a posterior is integrated over a facet, in words."""
 _COLUMNS: dict[str, tuple[str, Unit | None]] = {
@@ -86,6 +91,8 @@ def reproduction_page(
 {_yaws(results)}
 <h2>Lip error by what is known of the pose</h2>
 {_goals(results, POSES)}
+<h2>Visemes by solid lips and by flat ones</h2>
+{_visemes(results)}
 <h2>Further training</h2>
 {_further(results)}
 <h2>Closures in the GRID recordings</h2>
@@ -238,6 +245,24 @@ def _yaws(results: Results) -> str:
         )
     verdict = "the worst" if len(people) > 1 else ""
     return table(("seen from", *people, "goal", verdict), rows)
+
+
+def _visemes(results: Results) -> str:
+    """Bits and error rates against the head's yaw; see `viseme_information`."""
+    given: Any = results.get("viseme_information")
+    if not isinstance(given, Mapping):
+        return f"<p>{MISSING.capitalize()}.</p>"
+    most = given["bits_at_most"]
+    rows = [
+        (name, *(f"{b:.2f} ({e:.0%})" for b, e in zip(arm["bits"], arm["error_rate"], strict=True)))
+        for name, arm in ((name, given[key]) for key, name in LIPS.items())
+    ]
+    what = (
+        f"<p>{len(given['visemes'])} visemes, {given['samples']} of them in random syllables of "
+        "the bundled people; each person's are classified by a discriminant of the others'. Given "
+        f"are the bits that reach the answer, {most:.2f} at most, and the error rate.</p>"
+    )
+    return what + table(("head turned by", *map(_degrees, given["yaws"])), rows)
 
 
 def _further(results: Results) -> str:

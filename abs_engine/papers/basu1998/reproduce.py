@@ -60,6 +60,7 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
+from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_information
 
 Views = dict[tuple[str, str, str], Truth]
 WAYS: tuple[tuple[str, str, str, Integral], ...] = (
@@ -76,6 +77,8 @@ LITERAL = "forces_as_printed"
 FURTHER = ("before_mm", "cross_validated_mm", "after_mm")
 """Lips of five seconds of dots with the variances of these, with cross-validated ones, and after
 further training."""
+QUICK_SYLLABLES = 30
+"""Of each person, for `viseme_information`."""
 SPARSE = {LITERAL: 5, "simplex_one_sample": 5}
 """Every how many frames are fitted where that takes long: one sample is not fused into drawing."""
 
@@ -113,6 +116,9 @@ def reproduce(
     amount, speaker, report = QUICK if quick else FULL, load_speaker(), Report(folder)
     tell("learning from dots")
     _learned(report, speaker, amount.people[0], renderer, seed)
+    tell("reading visemes")
+    syllables = QUICK_SYLLABLES if quick else SYLLABLES
+    report.results["viseme_information"] = viseme_information(speaker, seed, syllables)
     tell("filming heads without dots")
     views = film(amount, folder / "filmed", seed)
     known: list[FrameError] = []
