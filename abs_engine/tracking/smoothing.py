@@ -86,6 +86,11 @@ class Smoothing:
                 f"frames at {rate:g} Hz hold nothing above {rate / 2:g} Hz",
                 "give a lower cutoff, or leave out --smooth",
             )
+        if self.name == BUTTERWORTH and 0 < self.amount * len(times) < rate:
+            raise ParameterError(
+                f"{self} leaves less than one wave of {len(times) / rate:.1f} s",
+                "give a higher cutoff, or leave out --smooth",
+            )
         least = self._filter(rate)[1]
         if 0 < len(times) < least:
             raise ParameterError(

@@ -151,6 +151,15 @@ def test_options_with_several_values(capsys):
     assert "'--have' requires an argument; see 'abs-engine cameras --help'" in line
 
 
+@pytest.mark.parametrize(
+    "words",
+    [["--smooth", "-o", "run"], ["-o", "--smooth", "butterworth:8"], ["--terms", "--quiet"]],
+)
+def test_an_option_without_its_value_does_not_take_the_next_one(words, capsys):
+    assert main(["track", "talk.mp4", *words]) == 2
+    assert f"option '{words[0]}' needs a value before '{words[1]}'" in capsys.readouterr().err
+
+
 def test_options_are_not_abbreviated(capsys):
     assert main(["track", "talk.mp4", "-o", "new", "--colour", "y"]) == 2
     assert "there is no option '--colour'; did you mean '--colours'?" in capsys.readouterr().err
