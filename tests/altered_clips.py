@@ -1,4 +1,4 @@
-"""Clips that are mirrored and halved, and how far their runs agree with those of the clips as they are.
+"""Mirrored and halved clips, and how far their runs agree with those of the clips as they are.
 
 No truth is needed: a mirrored mouth opens as far, and half the pixels show the same lips. Run it by
 hand, first to make the clips, then to compare the runs that `abs-engine track` made of both:
