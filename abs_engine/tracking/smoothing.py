@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
@@ -119,6 +118,9 @@ class Smoothing:
 
     def _filter(self, rate: float) -> tuple[Callable[[FloatArray], FloatArray], int]:
         """The filter of (N, ...), and the least N."""
+        # Takes a while to import, and few runs are smoothed
+        from scipy.signal import butter, savgol_filter, sosfiltfilt
+
         if self.name == SAVITZKY_GOLAY:
             window = int(self.amount)
             return (lambda x: savgol_filter(x, window, _DEGREE, axis=0)), window
