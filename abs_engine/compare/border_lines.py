@@ -34,11 +34,11 @@ def pairs(shown):
     height, width = shown.shape
     count = 0
     for y in range(height):
+        for x in range(1, width):
+            count += np.int64(shown[y, x] != shown[y, x - 1])
+    for y in range(1, height):
         for x in range(width):
-            if x + 1 < width and shown[y, x] != shown[y, x + 1]:
-                count += 1
-            if y + 1 < height and shown[y, x] != shown[y + 1, x]:
-                count += 1
+            count += np.int64(shown[y, x] != shown[y - 1, x])
     return count
 
 
@@ -237,6 +237,12 @@ def lines(group, part, maps, depth, inside, reach, floor, local, out, places):
     count = 0
     for y in range(1, height - 2):
         for x in range(1, width - 2):
+            here, own = group[y, x], part[y, x]
+            if here == 0 or (
+                here == group[y, x + 1] and here == group[y + 1, x]
+                and own == part[y, x + 1] and own == part[y + 1, x]
+            ):  # fmt: skip
+                continue  # as most pixels are
             for axis in range(2):
                 y2, x2 = (y, x + 1) if axis == 0 else (y + 1, x)
                 if group[y, x] == 0 or group[y2, x2] == 0:

@@ -25,7 +25,7 @@ from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates
 from abs_engine.fit.evidence import Bordered, Squared, Term, finite, valued
 from abs_engine.fit.forces import Forces
-from abs_engine.fit.surface_jacobian import moved_along
+from abs_engine.fit.surface_jacobian import summed_along
 
 FloatArray = NDArray[np.float64]
 NEAR = 2
@@ -240,10 +240,8 @@ class Problem:
         candidate = self.candidates(x[None])
         cost, found = term.borders(candidate, reach, local, floor)
         drawn = term.scene, term.camera, term.window
-        rows = moved_along(*drawn, candidate, self.frame, found)
-        fall = rows.T @ found.gain
-        bend = (rows.T * found.curve) @ rows
-        bend = bend + np.outer(fall, fall) / max(term.observations, 1.0)
+        fall, bend = summed_along(*drawn, candidate, self.frame, found)
+        bend += np.outer(fall, fall) / max(term.observations, 1.0)
         return cost, -self.chosen(fall), self._of_free(bend)
 
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:

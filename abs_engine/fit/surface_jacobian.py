@@ -15,33 +15,41 @@ from abs_engine.core.scene import Candidates, Scene
 FloatArray = NDArray[np.float64]
 
 
-def moved_along(
+def summed_along(
     scene: Scene,
     camera: Camera,
     window: Window,
     candidate: Candidates,
     frame: PoseFrame,
     borders: Borders,
-) -> FloatArray:
-    """Motion along each border's normal for a unit of each parameter, (K, 6 + P), drawn pixels.
+) -> tuple[FloatArray, FloatArray]:
+    """Gain and curvature of a drawing for a unit of each parameter, by those of its borders.
 
-    Of the surface; the lens's distortion is left out.
+    A parameter moves a border along its normal as it moves the surface there; the lens's distortion
+    is left out.
+
+    Returns
+    -------
+    (6 + P,), (6 + P, 6 + P)
+        The sum over borders of motion times gain, and of curvature times both motions.
     """
-    rows = np.empty((len(borders.facet), len(POSE_NAMES) + scene.n_modes))
+    size = len(POSE_NAMES) + scene.n_modes
+    fall, bend = np.zeros(size), np.zeros((size, size))
     focal = window.scale * np.array([camera.matrix[0, 0], camera.matrix[1, 1]])
-    _fill(
+    _sum(
         scene.mean, scene.modes_of_vertices, scene.faces, candidate.weights[0],
         candidate.rotations[0], candidate.translations[0], frame.pivot, focal, borders.facet,
-        borders.weights, borders.normal, rows,
+        borders.weights, borders.normal, borders.gain, borders.curve, fall, bend,
     )  # fmt: skip
-    return rows
+    return fall, bend
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _fill(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weights, normal, rows):
-    """Rows of `moved_along`, border after border."""
+def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weights, normal, gain,
+         curve, fall, bend):  # fmt: skip
+    """The sums of `summed_along`, border after border."""
     at, moves = np.empty(3), np.empty((modes.shape[1], 3))
-    arm, seen = np.empty(3), np.empty(3)
+    arm, seen, row = np.empty(3), np.empty(3), np.empty(len(fall))
     for k in range(len(facet)):
         at[:], moves[:] = 0.0, 0.0
         for c in range(3):
@@ -60,13 +68,20 @@ def _fill(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, wei
                 seen[axis] += rotation[axis, other] * at[other]
         px, py = normal[k, 0] * focal[0] / seen[2], normal[k, 1] * focal[1] / seen[2]
         pz = -(px * seen[0] + py * seen[1]) / seen[2]
-        rows[k, 0] = arm[1] * pz - arm[2] * py
-        rows[k, 1] = arm[2] * px - arm[0] * pz
-        rows[k, 2] = arm[0] * py - arm[1] * px
-        rows[k, 3], rows[k, 4], rows[k, 5] = px, py, pz
+        row[0] = arm[1] * pz - arm[2] * py
+        row[1] = arm[2] * px - arm[0] * pz
+        row[2] = arm[0] * py - arm[1] * px
+        row[3], row[4], row[5] = px, py, pz
         for p in range(len(moves)):
             total = 0.0
             for axis in range(3):
                 turned = rotation[0, axis] * px + rotation[1, axis] * py + rotation[2, axis] * pz
                 total += moves[p, axis] * turned
-            rows[k, 6 + p] = total
+            row[6 + p] = total
+        for p in range(len(row)):
+            fall[p] += gain[k] * row[p]
+            stiff, line = curve[k] * row[p], bend[p]
+            for q in range(p + 1):
+                line[q] += stiff * row[q]
+    for p in range(len(row)):
+        bend[:p, p] = bend[p, :p]
