@@ -1,4 +1,4 @@
-"""Work beside other work: items made ahead of their use, calls made behind it, BLAS kept quiet."""
+"""Work beside other work: items made ahead of their use, calls made behind it, libraries kept quiet."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
 from functools import cache
 from typing import Any, TypeVar
@@ -18,7 +18,10 @@ Item = TypeVar("Item")
 DEPTH = 4
 """Items, or calls, that wait at most: memory does not grow with a clip."""
 _TURN = 1e-4  # seconds
+_MOST = 4  # threads that are kept
 _END = object()
+_HERE = threading.local()
+_BESIDE = ThreadPoolExecutor(_MOST, "beside")
 _alone = False
 """Whether this process is to keep to one core; see `keep_to_one_core`."""
 
@@ -70,12 +73,42 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
     """Results of all items, in their order, some of them worked on at once.
 
     It is of use where most of the work is done by compiled loops, BLAS or OpenCV, which let other
-    threads run; with a `count` of 1 all is done in this one.
+    threads run; with a `count` of 1 all is done in this one, and so within an item. Threads are
+    kept for the next call, with what they have made for themselves.
     """
-    if count == 1 or _alone:
-        return [what(one) for one in items]
-    with _OFTEN.used(), ThreadPoolExecutor(count, "beside") as pool:
-        return list(pool.map(what, items))
+    given = list(items)
+    if count == 1 or _alone or len(given) < 2 or getattr(_HERE, "within", False):
+        return [what(one) for one in given]
+    found: list[Any] = [None] * len(given)
+    failed: dict[int, BaseException] = {}
+    left = iter(range(len(given)))
+
+    def work() -> None:
+        _HERE.within = True
+        try:
+            for k in left:
+                found[k] = _tried(what, given[k], k, failed)
+        finally:
+            _HERE.within = False
+
+    with _OFTEN.used():
+        beside = [_BESIDE.submit(work) for _ in range(min(count, len(given)) - 1)]
+        work()
+        wait(one for one in beside if not one.cancel())
+    if failed:
+        raise failed[min(failed)]
+    return found
+
+
+def _tried(
+    what: Callable[[Any], Item], item: Any, k: int, failed: dict[int, BaseException]
+) -> Item | None:
+    """The result of an item; None once one has failed."""
+    try:
+        return None if failed else what(item)
+    except BaseException as error:
+        failed[k] = error
+        return None
 
 
 def workers(renderer: object) -> int:
@@ -148,7 +181,14 @@ class _Counted:
 
 
 def _quiet() -> Callable[[], Any]:
-    return _controller().limit(limits=1).restore_original_limits  # type: ignore[no-any-return]
+    blas, usual = _controller().limit(limits=1), cv2.getNumThreads()
+    cv2.setNumThreads(1)
+
+    def end() -> None:
+        blas.restore_original_limits()
+        cv2.setNumThreads(1 if _alone else usual)
+
+    return end
 
 
 def _often() -> Callable[[], Any]:
@@ -161,7 +201,10 @@ _QUIET, _OFTEN = _Counted(_quiet), _Counted(_often)
 
 
 def one_thread() -> AbstractContextManager[None]:
-    """Keep BLAS to one thread: on small matrices its threads wait for each other."""
+    """Keep BLAS and OpenCV to one thread each: on what is small theirs wait for each other.
+
+    So OpenCV takes half as long again for a picture of the landmark network with two.
+    """
     return _QUIET.used()
 
 

@@ -3,7 +3,7 @@
 "Attention Mesh: High-fidelity Face Mesh Prediction in Real-time", arXiv:2006.10962. One part sees
 all landmarks, the other only the lips, in features of the first that are cut out around them. What
 joins them in MediaPipe's file are operations that OpenCV does not have, and a few lines here.
-`assets/take_detector.py` takes the parts out of that file. Threads use each of them by turns.
+`assets/take_detector.py` takes the parts out of that file.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 The network is MediaPipe's for near faces, as shipped in `assets/detector`; OpenCV runs it on the
 CPU. It is only used to find where to begin: what is measured comes from rendering and comparing.
-A process has one network, which threads use by turns.
 """
 
 from __future__ import annotations

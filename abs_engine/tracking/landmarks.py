@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.threads import in_threads
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
 from abs_engine.tracking.face_detection import MARKS, Face
@@ -146,12 +147,12 @@ def _looked_at(
     matrix = np.column_stack([step * along, step * across, np.zeros(2)])
     matrix[:, 2] = centre - matrix[:, :2] @ np.full(2, 0.5 * (SIDE - 1))
     patch = _cut(image, matrix, step)
-    found, presence = seen_mesh(patch)
+    (found, presence), *more = in_threads(seen_mesh, [patch, patch[:, ::-1]] if both else [patch])
     if presence < least:
         return None
     unlike = 0.0
     if both:
-        other = seen_mesh(patch[:, ::-1])[0][mirrored()]
+        other = more[0][0][mirrored()]
         other = np.column_stack([SIDE - other[:, 0], other[:, 1:]])
         away = ((found - other)[:, :2] ** 2).sum(axis=1)
         unlike = float(np.sqrt(away.mean())) * _AROUND / SIDE

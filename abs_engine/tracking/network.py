@@ -1,9 +1,6 @@
-"""A shipped network, run by OpenCV, that threads use by turns."""
+"""A shipped network, run by OpenCV; threads that use it at once have one each."""
 
 from __future__ import annotations
-
-import threading
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -16,7 +13,7 @@ _ENGINE = ("ENGINE_CLASSIC",)
 
 
 class Network:
-    """A network of `assets/detector`, loaded when it is first asked.
+    """A network of `assets/detector`, loaded when it is first asked, and again for each beside it.
 
     Parameters
     ----------
@@ -28,16 +25,19 @@ class Network:
 
     def __init__(self, file: str, *outputs: str) -> None:
         self._file, self._outputs = file, outputs
-        self._one_at_a_time = threading.Lock()
+        self._idle: list[cv2.dnn.Net] = []
 
     def seen(self, picture: NDArray[np.float32]) -> list[NDArray[np.float32]]:
         """Its outputs for a picture (H, W, 3), all of one run."""
-        with self._one_at_a_time:
-            self._loaded.setInput(picture.transpose(2, 0, 1)[None])
-            found = self._loaded.forward(self._outputs)
+        try:
+            own = self._idle.pop()
+        except IndexError:  # all are in use
+            own = self._loaded()
+        own.setInput(picture.transpose(2, 0, 1)[None])
+        found = own.forward(self._outputs)
+        self._idle.append(own)
         return [np.asarray(one, np.float32) for one in found]
 
-    @cached_property
     def _loaded(self) -> cv2.dnn.Net:
         chosen = [getattr(cv2.dnn, name) for name in _ENGINE if hasattr(cv2.dnn, name)]
         return cv2.dnn.readNetFromTFLite(str(shipped(f"detector/{self._file}")), *chosen)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
+from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.base import Face
@@ -149,7 +150,8 @@ def _fitted(
 ) -> FittedPerson:
     """The person by these frames, whether the mouth is hidden in them or not."""
     speaker = average.speaker
-    head = average.fitted([seen_in(image, marks) for image, marks in turned], camera, renderer)
+    seen = in_threads(lambda one: seen_in(*one), turned)
+    head = average.fitted(seen, camera, renderer)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
         free_person=not average.known, expression=head.expression, person_spread=PERSON_SPREAD,
@@ -162,7 +164,12 @@ def _fitted(
         model, head.shape, head.textured, average.correspondence, camera, renderer, light
     )
     found, shape = calibrate_placed(placed, chosen, known, chromatic)
-    look = UsualLook.of([MouthLook.of(found.classes, light.balanced(i, s), s) for i, s in chosen])
+
+    def looked(one: Sighted) -> MouthLook | None:
+        image, marks = one
+        return MouthLook.of(found.classes, light.balanced(image, marks), marks)
+
+    look = UsualLook.of(in_threads(looked, chosen))
     return FittedPerson(
         model, found.person, replace(head.textured, shift=found.shift), shape,
         head.shape.deviation, found.classes, light, look,

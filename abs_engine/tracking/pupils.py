@@ -2,7 +2,7 @@
 
 "Real-time Pupil Tracking from Monocular Video for Digital Puppetry", arXiv:2006.11341. Corners of
 eyes are seen by the landmark network where people usually have them; pupils are what a distance of
-pupils was measured between. A process has one network, which threads use by turns.
+pupils was measured between.
 """
 
 from __future__ import annotations
