@@ -20,6 +20,9 @@ _AHEAD = 0.15  # mm: contact so far ahead stiffens a step already
 class Prior(ABC):
     """Prior knowledge of the parameters: its negative logarithm, in nats."""
 
+    bends_alike = False
+    """Whether its curvature is the same everywhere."""
+
     @abstractmethod
     def negative_log(self, x: FloatArray) -> float:
         """The value at a parameter vector (N,)."""
@@ -84,6 +87,8 @@ class GaussianPrior(Prior):
         Standard deviations; infinite where nothing is known.
     """
 
+    bends_alike = True
+
     mean: NDArray[np.float64]
     deviation: NDArray[np.float64]
 
@@ -140,6 +145,8 @@ class MixturePrior(Prior):
         If the shapes are not (K, P) with something in them, hold what is not finite, or have more
         parameters than the Gaussian; if the width is not above 0 and at most 1.
     """
+
+    bends_alike = True
 
     gaussian: GaussianPrior
     seen: NDArray[np.float64]
@@ -200,6 +207,8 @@ class InformationPrior(Prior):
     information : (N, N) float64
         Inverse of the covariance; it may say nothing of some directions.
     """
+
+    bends_alike = True
 
     mean: NDArray[np.float64]
     information: NDArray[np.float64]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +45,14 @@ class PoseFrame:
             Weights to use in place of the vectors' own.
         """
         turned = rotations(vectors[:, :3]) @ self.base.rotation
-        centre = self.base.apply(self.pivot) + vectors[:, 3:6]
+        centre = self._centre + vectors[:, 3:6]
         shift = centre - turned @ self.pivot
         return Candidates(vectors[:, 6:] if weights is None else weights, turned, shift)
+
+    @cached_property
+    def _centre(self) -> FloatArray:
+        """Place of the pivot at the base pose, (3,)."""
+        return self.base.apply(self.pivot)
 
     def pose(self, vector: FloatArray) -> Pose:
         """The pose of one parameter vector (6 or more)."""

@@ -97,9 +97,9 @@ class Problem:
 
     def __call__(self, x: FloatArray) -> Evaluation:
         """Value and terms at free parameters (N,)."""
-        one, full = self.candidates(x[None]), self.whole(x)[None]
+        one, full = self.candidates(x[None]), self.whole(x)
         values = {name: float(valued(name, term, one)[0]) for name, term in self.terms.items()}
-        prior = float(self._prior(full)[0])
+        prior = sum(p.negative_log(full) for p in self.priors)
         return Evaluation(sum(values.values()) + prior, {**values, "prior": prior})
 
     def values(self, vectors: FloatArray) -> FloatArray:
@@ -180,13 +180,20 @@ class Problem:
             If a term has neither, or a prior no curvature.
         """
         full = self.whole(x)
-        value = float(self._prior(full[None])[0])
+        value = sum(p.negative_log(full) for p in self.priors)
         slope = sum((p.slope(full) for p in self.priors), np.zeros(len(self.blocks)))
-        curve = self._summed(p.curvature(full) for p in self.priors)
+        others = [p.curvature(full) for p in self.priors if not p.bends_alike]
+        curve = self._bent_alike + self._summed(others) if others else self._bent_alike
         slope = self.chosen(slope)
         for cost, fall, bend in self._curved(x, reach, local, FLOOR):
             value, slope, curve = value + cost, slope + fall, curve + bend
         return value, slope, curve
+
+    @cached_property
+    def _bent_alike(self) -> FloatArray:
+        """Curvature (N, N) of the priors that have the same one everywhere."""
+        nowhere = np.zeros(len(self.blocks))
+        return self._summed(p.curvature(nowhere) for p in self.priors if p.bends_alike)
 
     def information(self, x: FloatArray) -> FloatArray | None:
         """Information of the evidence and the priors about the parameters at `x` (N,), (N, N).
@@ -222,7 +229,8 @@ class Problem:
         for name, term in self.terms.items():
             if hasattr(term, "borders"):  # far quicker than isinstance of a protocol
                 found.append(self._bordered(cast("Bordered", term), x, reach, local, floor))
-                finite(name, "borders", *found[-1])
+                cost, fall, bend = found[-1]
+                finite(name, "borders", cost, fall, np.diagonal(bend))
             elif getattr(term, "drawn", True):
                 raise ParameterError(
                     f"the evidence '{name}' has no borders",
@@ -240,8 +248,7 @@ class Problem:
         candidate = self.candidates(x[None])
         cost, found = term.borders(candidate, reach, local, floor)
         drawn = term.scene, term.camera, term.window
-        fall, bend = summed_along(*drawn, candidate, self.frame, found)
-        bend += np.outer(fall, fall) / max(term.observations, 1.0)
+        fall, bend = summed_along(*drawn, candidate, self.frame, found, term.observations)
         return cost, -self.chosen(fall), self._of_free(bend)
 
     def _bent(self, term: Squared, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:

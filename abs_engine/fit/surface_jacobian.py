@@ -22,6 +22,7 @@ def summed_along(
     candidate: Candidates,
     frame: PoseFrame,
     borders: Borders,
+    observations: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Gain and curvature of a drawing for a unit of each parameter, by those of its borders.
 
@@ -31,7 +32,8 @@ def summed_along(
     Returns
     -------
     (6 + P,), (6 + P, 6 + P)
-        The sum over borders of motion times gain, and of curvature times both motions.
+        The sum over borders of motion times gain, and of curvature times both motions, with the
+        gain's square over the independent observations: the value is a logarithm of a sum.
     """
     size = len(POSE_NAMES) + scene.n_modes
     fall, bend = np.zeros(size), np.zeros((size, size))
@@ -39,14 +41,15 @@ def summed_along(
     _sum(
         scene.mean, scene.modes_of_vertices, scene.faces, candidate.weights[0],
         candidate.rotations[0], candidate.translations[0], frame.pivot, focal, borders.facet,
-        borders.weights, borders.normal, borders.gain, borders.curve, fall, bend,
+        borders.weights, borders.normal, borders.gain, borders.curve, max(observations, 1.0), fall,
+        bend,
     )  # fmt: skip
     return fall, bend
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weights, normal, gain,
-         curve, fall, bend):  # fmt: skip
+         curve, observations, fall, bend):  # fmt: skip
     """The sums of `summed_along`, border after border."""
     at, moves = np.empty(3), np.empty((modes.shape[1], 3))
     arm, seen, row = np.empty(3), np.empty(3), np.empty(len(fall))
@@ -83,5 +86,7 @@ def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weig
             stiff, line = curve[k] * row[p], bend[p]
             for q in range(p + 1):
                 line[q] += stiff * row[q]
-    for p in range(len(row)):
-        bend[:p, p] = bend[p, :p]
+    for p in range(len(fall)):
+        for q in range(p + 1):
+            bend[p, q] += fall[p] * fall[q] / observations
+            bend[q, p] = bend[p, q]

@@ -102,8 +102,10 @@ class HeadBinder:
         terms = bound(self.kinds, self.face, view)
         beside = () if frame.face is None else marks.beside(frame, self.classes.outdoing)
         problem = self._problem(base, terms, (*priors, *beside))
-        usual = at_base(model.prototypes)
-        starts = np.vstack([*(x for x in (last, told) if x is not None), usual])
+        known = [x for x in (last, told) if x is not None]
+        # Beside both, a usual posture was best in 1 of 430 frames, and led nowhere else
+        usual = at_base(model.prototypes[: 0 if len(known) == 2 else None])
+        starts = np.vstack([*known, usual])
         said = marks.marked(frame, self._problem(base, {}, priors))
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
 
