@@ -259,10 +259,14 @@ class _Stand:
 
     def learned(self, vectors: FloatArray, blur: float) -> ColourClasses:
         """The colours by where the mouths are drawn (N, 6 + P), blurred by `blur` mm."""
-        windows = [self.window(k) for k in range(len(self.placed))]
-        places = [self._places(k, w, vectors[k], blur) for k, w in enumerate(windows)]
-        images = [f.image for f in self.placed]
-        return learn_placed([sampled(w, i) for w, i in zip(windows, images, strict=True)], places)
+
+        def shown(k: int) -> tuple[Image, FloatArray]:
+            window = self.window(k)
+            patch = sampled(window, self.placed[k].image)
+            return patch, self._places(k, window, vectors[k], blur)
+
+        each = in_threads(shown, range(len(self.placed)), workers(self.renderer))
+        return learn_placed([patch for patch, _ in each], [places for _, places in each])
 
     def _places(self, k: int, window: Window, vector: FloatArray, blur: float) -> FloatArray:
         """Probability that each of `PLACES` is seen at each drawn pixel, (4, H, W)."""
@@ -287,16 +291,18 @@ class _Stand:
 
     def terms(self, classes: ColourClasses, vectors: FloatArray) -> list[FacetLikelihood]:
         """The frames' likelihoods with these colours."""
-        colours, made = self.model.colour_classes, []
-        for k, one in enumerate(self.placed):
+        colours = self.model.colour_classes
+
+        def made(k: int) -> FacetLikelihood:
             window = self.window(k)
             place = mouth_place(
                 self.model, self.base(k), self.camera, window, self.person, vectors[k]
             )
-            maps = class_maps(classes, colours, window, one.image, place)
+            maps = class_maps(classes, colours, window, self.placed[k].image, place)
             drawn = self.renderer, self.model.scene, self.camera
-            made.append(likelihood_of(*drawn, window, maps, classes.weight, seam_of(colours)))
-        return made
+            return likelihood_of(*drawn, window, maps, classes.weight, seam_of(colours))
+
+        return in_threads(made, range(len(self.placed)), workers(self.renderer))
 
     def postures(
         self, terms: Sequence[FacetLikelihood], vectors: FloatArray, landmarks: bool = True

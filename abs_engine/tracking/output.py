@@ -10,7 +10,7 @@ from typing import Any
 
 from abs_engine.core.clock import TIMING, write_timing
 from abs_engine.core.errors import InputFileError
-from abs_engine.core.threads import closed_after
+from abs_engine.core.threads import closed_after, meanwhile, one_thread
 from abs_engine.io.files import png
 from abs_engine.io.inputs import parse_json
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
@@ -98,10 +98,11 @@ def write_run(
             if progress is not None:
                 progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
     took, busy = time.perf_counter() - start, time.process_time() - busy
-    (folder / SHEET).write_bytes(png(sheet.picture()))
-    whole = head.picture()
-    if whole is not None:
-        (folder / HEAD).write_bytes(png(whole))
+    with one_thread(), meanwhile(recorder.write, folder, {"settings": facts.settings}) as written:
+        (folder / SHEET).write_bytes(png(sheet.picture()))
+        whole = head.picture()
+        if whole is not None:
+            (folder / HEAD).write_bytes(png(whole))
     classes = setting.face.appearance.get("colour")
     if classes is not None:
         classes.save(folder / COLOURS)
@@ -115,7 +116,7 @@ def write_run(
         },
     }
     write_timing(folder, timing)
-    return {**recorder.write(folder, {"settings": facts.settings}), "timing": timing}
+    return {**written.result(), "timing": timing}
 
 
 def read_facts(folder: Path) -> dict[str, Any]:
