@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
+import gc
 import os
 import signal
 import sys
@@ -38,6 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted; 141, without a word, when what reads stdout (such as `head`) has closed it.
     """
     _open_what_is_closed()
+    if arguments is None:
+        atexit.register(gc.freeze)  # or all that lives is searched for cycles as the process ends
     status = 0
     try:
         status = _run(arguments)

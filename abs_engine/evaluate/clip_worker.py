@@ -6,6 +6,8 @@ the monotonic clock when it was started.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import json
 import sys
 import time
@@ -15,6 +17,7 @@ from pathlib import Path
 def main() -> int:
     """Track the clip; say when frames were done."""
     video, run, renderer, begun = sys.argv[1:]
+    atexit.register(gc.freeze)  # as the command does
     from abs_engine.render.select import open_renderer
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.run import track_video

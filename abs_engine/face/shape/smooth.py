@@ -18,6 +18,7 @@ SCALES = ((3.0, 60.0), (1.5, 25.0))
 heads: of its whole proportions, and of single features."""
 _SAMPLES = 400  # points that the kernel's eigenfunctions are found on
 _RANK = 60  # of a coordinate
+_AT_ONCE = 128  # rows of the kernel
 
 
 def smooth_modes(
@@ -41,8 +42,10 @@ def smooth_modes(
 def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
     """Vertices that lie far from each other: each the farthest from those before."""
     chosen, away = [0], np.full(len(vertices), np.inf)
+    x, y, z = np.ascontiguousarray(vertices.T)
     for _ in range(count - 1):
-        away = np.minimum(away, ((vertices - vertices[chosen[-1]]) ** 2).sum(axis=1))
+        last = chosen[-1]
+        np.minimum(away, (x - x[last]) ** 2 + (y - y[last]) ** 2 + (z - z[last]) ** 2, out=away)
         chosen.append(int(away.argmax()))
     return np.array(chosen)
 
@@ -51,12 +54,15 @@ def _kernel(
     one: FloatArray, other: FloatArray, scales: Sequence[tuple[float, float]]
 ) -> FloatArray:
     """Covariance (N, M) of the displacements at points, mm^2."""
-    apart = (one**2).sum(1)[:, None] + (other**2).sum(1) - 2 * one @ other.T
-    np.maximum(apart, 0, out=apart)
-    apart *= -0.5
-    out, term = np.zeros_like(apart), np.empty_like(apart)
-    for sd, reach in scales:
-        np.exp(np.divide(apart, reach**2, out=term), out=term)
-        term *= sd**2
-        out += term
-    return np.asarray(out, np.float64)
+    out = np.zeros((len(one), len(other)))
+    for first in range(0, len(one), _AT_ONCE):  # few enough to stay in a processor's cache
+        part, sums = one[first : first + _AT_ONCE], out[first : first + _AT_ONCE]
+        apart = (part**2).sum(1)[:, None] + (other**2).sum(1) - 2 * part @ other.T
+        np.maximum(apart, 0, out=apart)
+        apart *= -0.5
+        term = np.empty_like(apart)
+        for sd, reach in scales:
+            np.exp(np.divide(apart, reach**2, out=term), out=term)
+            term *= sd**2
+            sums += term
+    return out
