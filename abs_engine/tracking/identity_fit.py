@@ -174,7 +174,8 @@ def fit_posture(
     """Pose and posture (6 + P,) of one frame with the person held.
 
     Started from `last` or a usual posture, whichever explains the frame better; `more` priors over
-    (6 + P) add to the usual ones. With them, an outline keeps its lips' thickness.
+    (6 + P) add to the usual ones. With them, `last` is theirs, and an outline keeps its lips'
+    thickness.
     """
     p = model.n_expression
     held = replace(term, scene=model.held(person))
@@ -182,8 +183,7 @@ def fit_posture(
     prior = GaussianPrior(at_base(np.zeros(p)), deviation)
     contact = contact_prior(model, person, thick=bool(more))
     problem = head_problem(held, frame, (prior, contact, *more), p)
-    starts = at_base(model.prototypes)
-    start = best_start(problem, np.vstack([starts, last]))
+    start = last if more else best_start(problem, np.vstack([at_base(model.prototypes), last]))
     return Newton(limit=limit).minimise(problem, start, problem.spec)
 
 
