@@ -125,6 +125,8 @@ class Camera:
         (..., 3) float64
             (x'' z, y'' z, z) with x'', y'' of the OpenCV model.
         """
+        if not self.distorted:
+            return points
         k1, k2, p1, p2, k3, k4, k5, k6 = self.distortion
         z = points[..., 2]
         safe = np.where(np.abs(z) < 1e-9, 1e-9, z)
