@@ -16,7 +16,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.core.pose import at_base
 from abs_engine.core.threads import one_thread
-from abs_engine.tracking.landmark_jacobian import weighed_motion
+from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
@@ -122,6 +122,8 @@ _TOGETHER = np.full(COUNT, OTHERS_TOGETHER)
 _TOGETHER[INNER_RING], _TOGETHER[OUTER_RING] = INNER_TOGETHER, OUTER_TOGETHER
 _STRAY = np.full(COUNT, STRAY)
 _STRAY[LIPS] = STRAY_LIPS
+_FLAT = np.zeros(COUNT, bool)
+_FLAT[LIPS] = True  # depths of lips say nothing of their opening
 
 
 def fit_frame(
@@ -207,31 +209,18 @@ def turned(shape: LandmarkShape, pose: Pose, step: FloatArray) -> Pose:
 
 
 def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArray) -> _Normal:
-    """Linearise the landmarks' residuals, mm at the head, in their standard deviations."""
-    points = shape.mean + np.tensordot(posture, shape.posture, 1)
-    there = pose.apply(points)
-    z, depth = there[:, 2], float(pose.apply(shape.pivot)[2])
-    ray = there[:, :2] / z[:, None]
-    off = (ray - seen.rays) * depth @ seen.axes.T + shape.bias
-    sunk = seen.depth * depth - z
-    residual = np.column_stack([off, sunk.mean() - sunk]) / shape.deviation
-    residual[LIPS, 2] = 0.0  # depths of lips say nothing of their opening
-    root = np.sqrt(_trust(shape, pose, there, residual) / _TOGETHER)[:, None]
-    weight = root / shape.deviation
-    weight[LIPS, 2] = 0.0
-    flat = np.empty((6 + len(posture), residual.size))
-    weighed_motion(
-        there, pose.apply(shape.pivot), shape.posture, pose.rotation, depth / z, seen.axes,
-        np.zeros(COUNT), weight, flat,
+    """Linearise the landmarks' residuals, mm at the head, in their standard deviations.
+
+    Each counts less where it is hidden, or far off (Cauchy).
+    """
+    flat, residual = np.empty((6 + len(posture), 3 * COUNT)), np.empty((COUNT, 3))
+    misfit = weighed_residuals(
+        shape.mean, shape.posture, shape.normals, posture,
+        np.column_stack([pose.rotation, pose.translation]), pose.apply(shape.pivot), seen.rays,
+        seen.depth, seen.axes, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT, _HIDDEN,
+        _GUESSED, residual, flat,
     )  # fmt: skip
-    misfit = float(np.sqrt((residual[:, :2] ** 2).mean()))
-    return _Normal(flat @ flat.T, flat @ (residual * root).ravel(), misfit)
-
-
-def _trust(shape: LandmarkShape, pose: Pose, there: FloatArray, residual: FloatArray) -> FloatArray:
-    """Weight (468,) of each landmark: less where it is hidden, or far off (Cauchy)."""
-    away = (residual[:, :2] ** 2).sum(axis=1) / _STRAY**2
-    return np.asarray(shown(shape, pose, there) / (1 + away))
+    return _Normal(flat @ flat.T, flat @ residual.ravel(), float(misfit))
 
 
 def shown(shape: LandmarkShape, pose: Pose, there: FloatArray) -> FloatArray:

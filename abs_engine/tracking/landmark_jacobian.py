@@ -72,3 +72,74 @@ def weighed_motion(there, pivot, modes, rotation, factor, axes, sunk, weight, ou
             out[d, 3 * n + 1] *= weight[n, 1]
             deep = out[d, 3 * n + 2] - sunk[n] * mean - (1.0 - of_sunk) * mean
             out[d, 3 * n + 2] = deep * weight[n, 2]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def weighed_residuals(
+    mean, modes, normals, posture, motion, pivot, rays, sunk, axes, bias, deviation, together,
+    stray, flat, hidden, guessed, residual, out,
+):  # fmt: skip
+    """Landmarks off where they are seen, and their motion, both times the root of their trust.
+
+    Parameters
+    ----------
+    mean, normals : (N, 3), `modes` (M, N, 3), `posture` (M,)
+    motion : (3, 4)
+        Head to camera.
+    pivot : (3,), camera frame
+    rays, sunk, axes, bias : (N, 2), (N,), (2, 2), (N, 2)
+        What is seen; see `landmark_rays` and `LandmarkShape`.
+    deviation : (N, 3)
+    together, stray : (N,)
+        How many count as one, and the deviations from where on one counts less.
+    flat : (N,) bool
+        Whose depths say nothing.
+    hidden, guessed : float
+        Cosine below which one is guessed, and what it then counts.
+    residual : (N, 3), out
+    out : (6 + M, 3 N), out; see `weighed_motion`
+
+    Returns
+    -------
+    float
+        RMS distance in the picture, standard deviations.
+    """
+    count = len(mean)
+    there, weight, factor = mean.copy(), np.empty((count, 3)), np.empty(count)
+    rotation, deep = np.ascontiguousarray(motion[:, :3]), 0.0
+    line = there.reshape(-1)
+    for k in range(len(posture)):
+        mode = modes[k].reshape(-1)
+        for n in range(len(line)):
+            line[n] += posture[k] * mode[n]
+    for n in range(count):
+        x, y, z = there[n]
+        for a in range(3):
+            there[n, a] = motion[a, 0] * x + motion[a, 1] * y + motion[a, 2] * z + motion[a, 3]
+        factor[n] = pivot[2] / there[n, 2]
+        deep += (sunk[n] * pivot[2] - there[n, 2]) / count
+    total = 0.0
+    for n in range(count):
+        x, y, z = there[n]
+        dx, dy = (x / z - rays[n, 0]) * pivot[2], (y / z - rays[n, 1]) * pivot[2]
+        for a in range(2):
+            residual[n, a] = (axes[a, 0] * dx + axes[a, 1] * dy + bias[n, a]) / deviation[n, a]
+        residual[n, 2] = (deep - sunk[n] * pivot[2] + z) / deviation[n, 2]
+        away = residual[n, 0] ** 2 + residual[n, 1] ** 2
+        total += away
+        facing = 0.0
+        for a in range(3):
+            for b in range(3):
+                facing -= rotation[a, b] * normals[n, b] * there[n, a]
+        facing = (facing / np.sqrt(x * x + y * y + z * z) - hidden) / (1.0 - hidden)
+        trust = min(max(facing, guessed), 1.0) / (1.0 + away / stray[n] ** 2)
+        root = np.sqrt(trust / together[n])
+        if flat[n]:
+            residual[n, 2] = 0.0
+        for a in range(3):
+            residual[n, a] *= root
+            weight[n, a] = root / deviation[n, a]
+        if flat[n]:
+            weight[n, 2] = 0.0
+    weighed_motion(there, pivot, modes, rotation, factor, axes, np.zeros(count), weight, out)
+    return np.sqrt(total / (2 * count))
