@@ -35,10 +35,10 @@ def pairs(shown):
     count = 0
     for y in range(height):
         for x in range(1, width):
-            count += np.int64(shown[y, x] != shown[y, x - 1])
+            count += 1 if shown[y, x] != shown[y, x - 1] else 0
     for y in range(1, height):
         for x in range(width):
-            count += np.int64(shown[y, x] != shown[y - 1, x])
+            count += 1 if shown[y, x] != shown[y - 1, x] else 0
     return count
 
 

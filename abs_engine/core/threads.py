@@ -1,4 +1,4 @@
-"""Work beside other work: items made ahead of their use, calls made behind it, libraries kept quiet."""
+"""Work beside other work: items made ahead of their use, calls made behind it, quiet libraries."""
 
 from __future__ import annotations
 
@@ -80,16 +80,19 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
     if count == 1 or _alone or len(given) < 2 or getattr(_HERE, "within", False):
         return [what(one) for one in given]
     found: list[Any] = [None] * len(given)
-    failed: dict[int, BaseException] = {}
+    failed: dict[int, Exception] = {}
     left = iter(range(len(given)))
 
     def work() -> None:
         _HERE.within = True
         try:
             for k in left:
-                found[k] = _tried(what, given[k], k, failed)
+                found[k] = what(given[k])
+        except Exception as error:  # noqa: BLE001 - raised again below
+            failed[k] = error
         finally:
             _HERE.within = False
+            deque(left, 0)  # once one has failed, no more are begun
 
     with _OFTEN.used():
         beside = [_BESIDE.submit(work) for _ in range(min(count, len(given)) - 1)]
@@ -98,17 +101,6 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
     if failed:
         raise failed[min(failed)]
     return found
-
-
-def _tried(
-    what: Callable[[Any], Item], item: Any, k: int, failed: dict[int, BaseException]
-) -> Item | None:
-    """The result of an item; None once one has failed."""
-    try:
-        return None if failed else what(item)
-    except BaseException as error:
-        failed[k] = error
-        return None
 
 
 def workers(renderer: object) -> int:

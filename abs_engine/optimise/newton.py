@@ -161,12 +161,10 @@ class Newton:
         return replace(best, status=found.status)
 
 
-def _step(
-    made: tuple[float, FloatArray, FloatArray], damping: float
-) -> tuple[FloatArray, float]:
+def _step(made: tuple[float, FloatArray, FloatArray], damping: float) -> tuple[FloatArray, float]:
     """A Newton step (N,), and by how much the value would fall if the curvature were all."""
     _, slope, curve = made
     diagonal, ridged = np.diag(curve), curve.copy()
     np.fill_diagonal(ridged, diagonal + (damping * diagonal + _RIDGE * diagonal.max()))
-    step = -np.linalg.solve(ridged, slope)
+    step = np.asarray(-np.linalg.solve(ridged, slope), np.float64)
     return step, -float(slope @ step + 0.5 * step @ curve @ step)

@@ -260,7 +260,7 @@ class _Stand:
     def learned(self, vectors: FloatArray, blur: float) -> ColourClasses:
         """The colours by where the mouths are drawn (N, 6 + P), blurred by `blur` mm."""
 
-        def shown(k: int) -> tuple[Image, FloatArray]:
+        def shown(k: int) -> tuple[NDArray[np.generic], FloatArray]:
             window = self.window(k)
             patch = sampled(window, self.placed[k].image)
             return patch, self._places(k, window, vectors[k], blur)

@@ -6,12 +6,13 @@ import sys
 import threading
 import time
 
+import cv2
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
 from abs_engine.core.clock import Clock
-from abs_engine.core.threads import Behind, ahead, closed_after, one_thread
+from abs_engine.core.threads import Behind, ahead, closed_after, in_threads, one_thread
 
 
 def test_items_come_as_they_are_from_another_thread():
@@ -65,21 +66,61 @@ def test_a_call_that_fails_is_not_swallowed():
         behind.call(fails)
 
 
+def test_items_are_worked_on_at_once_and_come_in_their_order():
+    both = threading.Barrier(2, timeout=5)
+
+    def met(k):
+        both.wait()
+        return k, threading.current_thread()
+
+    found = in_threads(met, range(4))
+    assert [k for k, _ in found] == [0, 1, 2, 3]
+    assert len({thread for _, thread in found}) == 2
+
+
+def test_threads_are_kept_and_not_waited_for_from_within():
+    def inner(_):
+        return threading.current_thread()
+
+    def outer(_):
+        return threading.current_thread(), set(in_threads(inner, range(3)))
+
+    for _ in range(3):
+        for own, others in in_threads(outer, range(4)):
+            assert others == {own}
+    beside = [t for t in threading.enumerate() if t.name.startswith("beside")]
+    assert 1 <= len(beside) <= 4
+
+
+def test_the_first_items_error_is_raised_and_no_more_are_begun():
+    begun = []
+
+    def fails(k):
+        begun.append(k)
+        raise ValueError(str(k))
+
+    with pytest.raises(ValueError, match="0"):
+        in_threads(fails, range(50))
+    assert len(begun) <= 2
+
+
 def test_one_thread_of_blas_until_the_last_lets_it_go():
     np.ones((2, 2)) @ np.ones((2, 2))
 
     def threads():
         return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
 
-    before = threads()
+    before, of_opencv = threads(), cv2.getNumThreads()
     outer, inner = one_thread(), one_thread()
     outer.__enter__()
     inner.__enter__()
     assert set(threads()) == {1}
+    assert cv2.getNumThreads() == 1
     outer.__exit__(None, None, None)
     assert set(threads()) == {1}
     inner.__exit__(None, None, None)
     assert threads() == before
+    assert cv2.getNumThreads() == of_opencv
 
 
 def test_time_is_counted_where_it_is_spent():

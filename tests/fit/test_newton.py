@@ -90,6 +90,16 @@ def test_a_simplex_has_the_last_word_where_it_is_asked():
     assert polished.value <= plain.value
 
 
+def test_a_step_that_promises_nothing_is_not_tried():
+    made, x = problem(3), start(3, ALL)
+    end = Newton(polished=0).minimise(made, x, made.spec).x
+    again = Newton(polished=0).descend(made, end, made.spec, 100)
+    never = Newton(polished=0, gain=1e9).descend(made, end, made.spec, 100)
+    assert never.n_evaluations <= again.n_evaluations
+    assert never.n_evaluations == len(Newton.reaches)  # a drawing for each reach, and no step
+    assert (never.x == made.spec.clip(end)).all()
+
+
 def test_of_several_starts_the_better_end_counts():
     made = problem(1)
     starts = np.stack([start(1, ALL), np.r_[np.zeros(6), MODEL.prototypes[2]]])
