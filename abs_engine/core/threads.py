@@ -83,7 +83,7 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
     failed: dict[int, Exception] = {}
     left = iter(range(len(given)))
 
-    def work() -> None:
+    def take() -> None:
         _HERE.within = True
         try:
             for k in left:
@@ -95,8 +95,8 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
             deque(left, 0)  # once one has failed, no more are begun
 
     with _OFTEN.used():
-        beside = [_BESIDE.submit(work) for _ in range(min(count, len(given)) - 1)]
-        work()
+        beside = [_BESIDE.submit(take) for _ in range(min(count, len(given)) - 1)]
+        take()
         wait(one for one in beside if not one.cancel())
     if failed:
         raise failed[min(failed)]
