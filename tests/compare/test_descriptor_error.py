@@ -22,7 +22,7 @@ from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.local import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
-from abs_engine.face.appearance.region import facets_around, part
+from abs_engine.face.appearance.region import part
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.penalty import ExponentialPenalty
 from abs_engine.fit.problem import Problem
@@ -92,7 +92,7 @@ def problem(request, texture, local, scene, camera, other):
     given = other.image, camera, camera.whole
     if request.param.startswith("tex"):
         # A mask, as a face is: turned away it shows less, and in the end nothing.
-        front, _ = part(plain, facets_around(plain, np.flatnonzero(plain.mean[:, 2] > 30)))
+        front, _ = part(plain, (plain.mean[:, 2] > 30)[plain.faces].any(axis=1))
         own = request.param == "tex all"
         start = neutral(other.pose)
         error = texture_error(texture, front, *given, start, RENDERER, whiten=own)
@@ -275,7 +275,7 @@ def test_bad_input_is_named(texture, local, scene, camera, other):
 
 
 def test_a_part_of_a_scene_draws_the_same_there(scene, camera, other, local):
-    front = facets_around(scene, np.flatnonzero(scene.mean[:, 2] > 0))
+    front = (scene.mean[:, 2] > 0)[scene.faces].any(axis=1)
     smaller, kept = part(scene, front)
     assert len(kept) == len(smaller.mean) < len(scene.mean)
     one = Candidates.one(other.parameters, other.pose)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import appearances
-import cv2
 import numpy as np
 import pytest
 import shapes
@@ -27,7 +26,7 @@ from abs_engine.face.appearance.descriptors import (
 )
 from abs_engine.face.appearance.local import LocalModel, learn_local
 from abs_engine.face.appearance.patches import Patches
-from abs_engine.face.appearance.point_selection import choose_points, own_scales, reconstructed
+from abs_engine.face.appearance.point_selection import choose_points, reconstructed
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.render.cpu import CpuRenderer
 
@@ -170,16 +169,6 @@ def test_points_are_chosen_by_turns():
         choose_points(replace(model, seen=np.zeros(5)))
     flat = replace(model, facing=np.array([0.2, 1, 1, 1, 1]))
     assert 0 not in choose_points(flat)
-
-
-def test_own_scales_find_the_width_of_an_edge(frames, scene, front, camera):
-    found = own_scales(frames[:3], scene, front[:20], camera, RENDERER, (1.0, 2.0, 4.0))
-    assert set(found) <= {1.0, 2.0, 4.0}
-    learned = learn_local(frames, scene, front[:20], camera, RENDERER, found)
-    assert np.array_equal(learned.sigma, found)
-    blurred = [replace(f, image=cv2.GaussianBlur(f.image, (0, 0), 4.0)) for f in frames[:3]]
-    wide = own_scales(blurred, scene, front[:20], camera, RENDERER, (1.0, 2.0, 4.0))
-    assert wide.mean() >= found.mean()
 
 
 def test_patches_give_points_and_normals(scene, front):

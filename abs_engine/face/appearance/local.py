@@ -230,7 +230,7 @@ def learn_local(
     vertices : (N,) int
         The points; see `choose.choose_points` for which of them to keep.
     sigma : float or (N,) float64, drawn pixels
-        Scale of the filters, one for all or one for each point; see `choose.own_scales`.
+        Scale of the filters, one for all or one for each point.
     scale : float
         Drawn pixels per image pixel; frames are compared at the same.
     ridge : float, frames

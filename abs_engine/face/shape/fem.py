@@ -248,13 +248,3 @@ class ThinShell:
                 "make them for this shell",
             )
         return rows
-
-    def strains(self, displacement: FloatArray) -> FloatArray:
-        """Strains (M, 5) of each triangle under displacements (N, 3), mm."""
-        moved = displacement[self.faces].reshape(len(self.faces), 9)
-        return np.asarray(np.einsum("mpi,mi->mp", self.strain_matrices, moved), np.float64)
-
-    def energy(self, displacement: FloatArray) -> float:
-        """Strain energy, springs included, N mm: U' K U / 2."""
-        u = np.ravel(displacement)
-        return float(0.5 * u @ (self.stiffness @ u))
