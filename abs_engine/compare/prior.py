@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.face.penalty import Penalty
+from abs_engine.face.penalty import ImprobablePenalty
 
 FloatArray = NDArray[np.float64]
 _SMALL = 1e-4  # step of differences, standard deviations
@@ -156,11 +156,6 @@ class MixturePrior(Prior):
         if not 0 < self.width <= 1:
             raise ParameterError(f"the mixture's width is {self.width}", "give 0 to 1, not 0")
 
-    @property
-    def mean(self) -> NDArray[np.float64]:
-        """Of the Gaussian, (N,)."""
-        return self.gaussian.mean
-
     def negative_log(self, x: NDArray[np.float64]) -> float:
         """-log of the mean density of the Gaussians at `x` (N,)."""
         scaled, away = self._scaled(x)
@@ -273,14 +268,14 @@ class PenaltyPrior(Prior):
 
     Parameters
     ----------
-    penalty : Penalty
+    penalty : ImprobablePenalty
     strength : float
         What A = 1 costs, in units of the error.
     place : slice
         Where the articulatory parameters stand in a parameter vector.
     """
 
-    penalty: Penalty
+    penalty: ImprobablePenalty
     strength: float
     place: slice
 

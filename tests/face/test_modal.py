@@ -46,16 +46,6 @@ def test_coefficients_of_a_shape_come_back():
     np.testing.assert_allclose(PHYSICS.coefficients(PHYSICS.shape(given)), given, atol=1e-12)
 
 
-def test_the_inverse_stiffness_is_the_root_of_the_covariance():
-    """Eq. 3 backwards: K^-1 K^-1 = R_u, and pushing is multiplying with it."""
-    data = motion(4000).reshape(4000, -1)
-    values, vectors = np.linalg.eigh(np.cov(data.T))
-    root = vectors @ np.diag(np.sqrt(np.clip(values, 0, None))) @ vectors.T
-    forces = RNG.normal(size=(N, 3))
-    moved = np.tensordot(PHYSICS.pushed(forces), PHYSICS.modes, 1)
-    np.testing.assert_allclose(moved.ravel(), root @ forces.ravel(), atol=1e-5)
-
-
 class TestReconstruct:
     TRUTH = np.array([[2.0, -1.0, 0.5], [-4.0, 3.0, -1.0]])
     DOFS = np.array([0, 1, 2, 9, 10, 11, 20, 30])

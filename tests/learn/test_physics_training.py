@@ -70,6 +70,11 @@ def most_varied(path: Path) -> int:
     return max(range(0, len(dots) - FRAMES + 1, 10), key=spread)
 
 
+def dots_of(done: Training, moved: np.ndarray) -> np.ndarray:
+    """Where the dots of a shell so moved are, as they were observed."""
+    return done.correspondence.home + done.correspondence.points.at(moved)
+
+
 def lost(
     observations: Observations, frames: list[int], dots: slice | int = slice(3, 12)
 ) -> Observations:
@@ -97,7 +102,7 @@ def test_ten_modes_of_a_hundred_and_forty_frames_hold_what_the_paper_says():
 
 def test_the_dots_are_reached_and_the_rest_is_near_the_truth():
     moved = np.concatenate([TRAINED.displacements, TRAINED.test])
-    seen = TRAINED.correspondence.seen(TRAINED.physics.rest + moved)
+    seen = dots_of(TRAINED, moved)
     np.testing.assert_allclose(seen, SEEN.of(LIPS16), atol=1e-8)
     truth = SHELL.nodes(MOTION.vertices(SPEAKER))
     assert rms((TRAINED.physics.rest + moved - truth)[:, LIPS]) < 0.75
@@ -124,7 +129,7 @@ def test_a_place_that_was_not_found_is_not_learned_from():
     done = train(replace(SEEN, points=points, found=found), SPEAKER, "clara", shell=SHELL)
     assert done.incomplete.tolist() == [7]
     assert len(done.left_out) == len(done.jumped) == 0
-    place = done.correspondence.seen(done.physics.rest + done.displacements[7])[3]
+    place = dots_of(done, done.displacements[7])[3]
     assert np.linalg.norm(place - SEEN.points[7, 3]) < 1.0
 
 
@@ -139,7 +144,7 @@ def test_dots_that_jump_are_left_out_and_their_frames_named():
     assert 145 not in done.tested
     assert done.physics.noise == pytest.approx(0.1, rel=0.15)
     for frame in (20, 21):
-        there = done.correspondence.seen(done.physics.rest + done.displacements[frame])
+        there = dots_of(done, done.displacements[frame])
         assert np.linalg.norm(there - SEEN.points[frame, :16], axis=1).max() < 1.0
 
 

@@ -165,13 +165,10 @@ def test_a_pair_is_named_by_what_it_adds():
 def test_targets_and_modes_say_the_same():
     one, shape = speaker(), identity_shape(speaker())
     identity = np.random.default_rng(0).normal(0, 1, len(shape.names))
-    by_targets = one.person(shape.targets(identity)) - one.vertices
+    by_targets = one.person((identity @ shape.weights).astype(np.float32)) - one.vertices
     by_modes = np.tensordot(identity, shape.modes(one), 1)
     np.testing.assert_allclose(by_targets, by_modes, atol=0.01)
-    eyes = [
-        pupil_distance(one, one.person(shape.targets(np.eye(len(identity))[k])))
-        for k in range(len(identity))
-    ]
+    eyes = [pupil_distance(one, one.person(shape.weights[k])) for k in range(len(identity))]
     spread = np.sqrt(np.sum((np.array(eyes) - pupil_distance(one, one.vertices)) ** 2))
     assert 0.03 < spread / pupil_distance(one, one.vertices) < 0.09  # as in people
 

@@ -62,7 +62,6 @@ from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
 from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_information
 
-Views = dict[tuple[str, str, str], Truth]
 WAYS: tuple[tuple[str, str, str, Integral], ...] = (
     ("forces", "forces", "whole", "exact"),
     ("forces_one_sample", "forces", "sample", "sample"),
