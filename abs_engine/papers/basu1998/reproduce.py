@@ -26,7 +26,6 @@ from abs_engine.papers.basu1998.experiment import (
     OBSERVED,
     FrameError,
     TrainedLips,
-    as_printed,
     converged,
     learn_lips,
     placed_by_blob,
@@ -60,6 +59,7 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
+from abs_engine.papers.basu1998.single_frames import AS_PRINTED
 from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_information
 
 WAYS: tuple[tuple[str, str, str, Integral], ...] = (
@@ -135,8 +135,9 @@ def reproduce(
             fits = pose_known(lips, sides, renderer, driver, rule, score, step, own)
             known += _named(name, fits)
         tell(f"fitting {person} by forces as printed")
-        own = kept / person / LITERAL
-        known += _named(LITERAL, as_printed(lips, sides, renderer, SPARSE[LITERAL], own))
+        step, own = SPARSE[LITERAL], kept / person / LITERAL
+        fits = pose_known(lips, sides, renderer, AS_PRINTED, "sample", "sample", step, own)
+        known += _named(LITERAL, fits)
         tell(f"fitting {person} from the blob, and moving")
         blob += list(placed_by_blob(lips, sides, renderer, "forces", kept / person / "blob"))
         turning, own = views[person, "moving", FRONT], kept / person
