@@ -29,46 +29,23 @@ class Prior(ABC):
         return np.array([self.negative_log(x) for x in vectors], np.float64)
 
     def slope(self, x: FloatArray) -> FloatArray:
-        """Gradient (N,) at `x` (N,).
-
-        Raises
-        ------
-        ParameterError
-            If it is not known.
-        """
-        raise ParameterError(f"{type(self).__name__} has no slope", "choose another driver")
+        """Gradient (N,) at `x` (N,); a `ParameterError` if it is not known, as of all below."""
+        raise self._without("has no slope")
 
     def curvature(self, x: FloatArray) -> FloatArray:
-        """Second derivative (N, N) at `x` (N,), or what stands for it in a Newton step.
-
-        Raises
-        ------
-        ParameterError
-            If it is not known.
-        """
-        raise ParameterError(f"{type(self).__name__} has no curvature", "choose another driver")
+        """Second derivative (N, N) at `x` (N,), or what stands for it in a Newton step."""
+        raise self._without("has no curvature")
 
     def bend(self, x: FloatArray) -> FloatArray:
-        """The second derivative (N, N) at `x` (N,) itself, where a step takes another.
-
-        Raises
-        ------
-        ParameterError
-            If it is not known.
-        """
+        """The second derivative (N, N) at `x` (N,) itself, where a step takes another."""
         return self.curvature(x)
 
     def roots(self, vectors: FloatArray) -> FloatArray:
-        """Terms (B, M) whose squares add up to the values at vectors (B, N).
+        """Terms (B, M) whose squares add up to the values at vectors (B, N)."""
+        raise self._without("is not a sum of squares")
 
-        Raises
-        ------
-        ParameterError
-            If it is no sum of squares.
-        """
-        raise ParameterError(
-            f"{type(self).__name__} is not a sum of squares", "choose another driver"
-        )
+    def _without(self, what: str) -> ParameterError:
+        return ParameterError(f"{type(self).__name__} {what}", "choose another driver")
 
 
 @dataclass(frozen=True, eq=False)
