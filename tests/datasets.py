@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+from said import say
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose, vertex_normals
@@ -33,7 +34,7 @@ from abs_engine.io.video import VideoWriter
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.mirror import Mirror
-from abs_engine.studio.sequence import deform, say
+from abs_engine.studio.sequence import deform
 
 SIZE = (160, 120)
 FRONT = Camera(np.array([[260.0, 0, 81.3], [0, 262.0, 57.8], [0, 0, 1]]), SIZE)

@@ -136,24 +136,6 @@ def colours(_: Path) -> bytes:
 COLOURS_SPARE = ("colours_agreement", "colours_chromatic")
 
 
-def texture(_: Path) -> bytes:
-    base = rng().random((4, 5, 3), np.float32)
-    return npz(
-        "abs_engine.texture", 2, base=base, modes=np.stack([base, base]), mean=base,
-        frames=np.ones((4, 5), np.int32), explained=0.5, spread=base[..., 0], common=base[None],
-    )  # fmt: skip
-
-
-def local(_: Path) -> bytes:
-    draw, n = rng(), 3
-    ones, eight = np.ones(n), draw.random((n, 8))
-    return npz(
-        "abs_engine.local", 2, vertices=np.arange(n), base=eight, mean=eight,
-        modes=draw.random((2, n, 8)), sigma=ones, spread=eight, seen=ones, facing=ones,
-        left_out=draw.random((4, n, 8), np.float32), reach=np.ones(2), explained=0.5, unit=0.0,
-    )  # fmt: skip
-
-
 def truth(_: Path) -> bytes:
     marks = {"outer_lip": 4, "outer_lip_20": 20, "inner_lip_8": 8, "mouth_corners": 2}
     marks["landmark_68"] = 68

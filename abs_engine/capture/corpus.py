@@ -6,7 +6,7 @@ Odisio and Bailly (2003), section 2.1.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -95,39 +95,6 @@ class Corpus:
     def __len__(self) -> int:
         """Return the number of visemes, V."""
         return len(self.visemes)
-
-    def of(self, group: str) -> NDArray[np.int64]:
-        """Indices of a group's points.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such group.
-        """
-        if group not in self.groups:
-            raise ParameterError(
-                f"there is no group '{group}'", f"choose one of {', '.join(self.groups)}"
-            )
-        members = set(self.groups[group])
-        return np.array([k for k, n in enumerate(self.names) if n in members], np.int64)
-
-    def only(self, visemes: Sequence[str]) -> Corpus:
-        """The corpus of the named visemes, in that order.
-
-        Raises
-        ------
-        ParameterError
-            If one is not there.
-        """
-        lacking = [v for v in visemes if v not in self.visemes]
-        if lacking:
-            raise ParameterError(
-                f"there is no viseme '{lacking[0]}'", f"choose one of {', '.join(self.visemes)}"
-            )
-        rows = [self.visemes.index(v) for v in visemes]
-        return Corpus(
-            self.points[rows], self.names, tuple(visemes), self.groups, self.frame, self.source
-        )
 
     def without(self, names: Collection[str]) -> Corpus:
         """The corpus without the visemes and points of some names.

@@ -114,9 +114,7 @@ def needed_among(names: Iterable[str]) -> tuple[str, ...]:
     return LIPS17 if set(names) & set(LIPS16) else ()
 
 
-def initial_places(
-    marks: Sequence[Mark], views: int, needed: Sequence[str] | None = None
-) -> tuple[tuple[str, ...], FloatArray]:
+def initial_places(marks: Sequence[Mark], views: int) -> tuple[tuple[str, ...], FloatArray]:
     """Names of the dots and where each is in the first frame.
 
     Parameters
@@ -124,12 +122,11 @@ def initial_places(
     marks : sequence of Mark
         Only those of frame 0 are looked at.
     views : int
-    needed : sequence of str, optional
-        Names that must be there; they come first. By default see `needed_among`.
 
     Returns
     -------
     names : tuple of str
+        Those that must be there, see `needed_among`, come first.
     places : (V, N, 2) float64, px
 
     Raises
@@ -140,7 +137,7 @@ def initial_places(
         If a mark is in a view that there is not, or a dot is given twice.
     """
     first = [m for m in marks if m.frame == 0]
-    needed = needed_among(m.point for m in first) if needed is None else needed
+    needed = needed_among(m.point for m in first)
     names = tuple(dict.fromkeys([*needed, *(m.point for m in first)]))
     places = np.full((views, len(names), 2), np.nan)
     for mark in first:

@@ -134,10 +134,6 @@ class Observations:
         at = [self.names.index(name) for name in names]
         return np.asarray((self.uncertain & self.found)[:, at].any(axis=1))
 
-    def complete(self, names: Sequence[str]) -> NDArray[np.bool_]:
-        """In which frames (T,) all the named points were found."""
-        return np.asarray(np.isfinite(self.of(names)).all(axis=(1, 2)))
-
 
 def write_observations(path: Path, observations: Observations) -> Path:
     """Write an observation file, ``.npz``, whole or not at all.

@@ -74,7 +74,6 @@ def follow_videos(
     videos: Sequence[Path],
     points: Sequence[Mark],
     corrections: Sequence[Mark] = (),
-    needed: Sequence[str] | None = None,
     options: FollowOptions = USUAL,
     watch: Callable[[Moment], None] | None = None,
 ) -> Tracks:
@@ -89,8 +88,6 @@ def follow_videos(
         Every dot in both views in frame 0.
     corrections : sequence of Mark
         What a person says of later frames; it replaces what was found, and is gone on from.
-    needed : sequence of str, optional
-        Dots that there must be; by default see `needed_among`.
     options : FollowOptions
     watch : callable, optional
         Called with each frame as it is done.
@@ -107,7 +104,7 @@ def follow_videos(
     rate, frames = _rate_and_frames(videos)
     again = {(m.frame, m.view, m.point) for m in corrections}
     marks = [*(m for m in points if (m.frame, m.view, m.point) not in again), *corrections]
-    names, places = initial_places(marks, 2, needed)
+    names, places = initial_places(marks, 2)
     given = _by_frame([m for m in marks if m.frame], names)
     if given and max(given) >= frames:
         raise ParameterError(
@@ -198,10 +195,8 @@ def points_of_head(
     )  # fmt: skip
 
 
-def points_of_markers(
-    markers: Markers, head: HeadChoice, needed: Sequence[str] | None = None, source: str = ""
-) -> Observations:
-    """Take the markers of a file into the head frame; those needed as in `follow_videos`.
+def points_of_markers(markers: Markers, head: HeadChoice, source: str = "") -> Observations:
+    """Take the markers of a file into the head frame; those needed are of `needed_among`.
 
     Raises
     ------
@@ -210,7 +205,7 @@ def points_of_markers(
     DegenerateViewsError
         If the rigid points leave a rotation open.
     """
-    needed = needed_among(markers.names) if needed is None else needed
+    needed = needed_among(markers.names)
     lacking = [name for name in needed if name not in markers.names]
     if lacking:
         raise TooFewPointsError(

@@ -92,12 +92,6 @@ class View:
             return self.pose.rotation, self.pose.translation
         return self.mirror.matrix @ self.pose.rotation, self.mirror.reflect(self.pose.translation)
 
-    @property
-    def centre(self) -> FloatArray:
-        """Centre of the (virtual) camera, (3,) mm, world frame."""
-        linear, offset = self.motion
-        return np.asarray(-linear.T @ offset)
-
     def seen(self, points: FloatArray) -> FloatArray:
         """World points (..., 3) in the frame of the camera, reflected where there is a mirror."""
         linear, offset = self.motion

@@ -12,31 +12,13 @@ from numpy.typing import NDArray
 from abs_engine.compare.borders import FLOOR, Borders, Groups
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
-from abs_engine.compare.sums import buffer_sums, outlined, pixel_sums
+from abs_engine.compare.sums import outlined, pixel_sums
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
 
 FloatArray = NDArray[np.float64]
-
-
-def facet_score(buffers: Buffers, maps: NDArray[np.float32]) -> float:
-    """The sum of eq. 9 from buffers: the exact integral over each facet's visible pixels.
-
-    Parameters
-    ----------
-    buffers : Buffers
-    maps : (C, H, W) float32
-        Likelihood map of each class id.
-
-    Returns
-    -------
-    float
-        sum over drawn pixels of maps[class], in drawn pixels. `Renderer.measure` with `ClassMaps`
-        gives the same number without the buffers.
-    """
-    return float(buffer_sums([buffers], ClassMaps(maps)).total[0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,11 +75,6 @@ class LocalError:
         there = np.repeat(shown, N_D, axis=1)
         return Rows(wide / np.sqrt(wide.shape[1]), there, data, self.mixer)
 
-    def seen(self, candidate: Candidates) -> NDArray[np.bool_]:
-        """Mask (N,) of the points that a candidate shows."""
-        shown: NDArray[np.bool_] = self.differences(candidate)[1][0]
-        return shown
-
     def mixed(self, differ: FloatArray) -> FloatArray:
         """Differences (B, N, 8) as rows (B, 8 N) whose squares count."""
         rows = differ.reshape(len(differ), -1)

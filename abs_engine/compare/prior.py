@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.face.penalty import Penalty
+from abs_engine.face.penalty import ImprobablePenalty
 
 FloatArray = NDArray[np.float64]
 _SMALL = 1e-4  # step of differences, standard deviations
@@ -32,46 +32,23 @@ class Prior(ABC):
         return np.array([self.negative_log(x) for x in vectors], np.float64)
 
     def slope(self, x: FloatArray) -> FloatArray:
-        """Gradient (N,) at `x` (N,).
-
-        Raises
-        ------
-        ParameterError
-            If it is not known.
-        """
-        raise ParameterError(f"{type(self).__name__} has no slope", "choose another driver")
+        """Gradient (N,) at `x` (N,); a `ParameterError` if it is not known, as of all below."""
+        raise self._without("has no slope")
 
     def curvature(self, x: FloatArray) -> FloatArray:
-        """Second derivative (N, N) at `x` (N,), or what stands for it in a Newton step.
-
-        Raises
-        ------
-        ParameterError
-            If it is not known.
-        """
-        raise ParameterError(f"{type(self).__name__} has no curvature", "choose another driver")
+        """Second derivative (N, N) at `x` (N,), or what stands for it in a Newton step."""
+        raise self._without("has no curvature")
 
     def bend(self, x: FloatArray) -> FloatArray:
-        """The second derivative (N, N) at `x` (N,) itself, where a step takes another.
-
-        Raises
-        ------
-        ParameterError
-            If it is not known.
-        """
+        """The second derivative (N, N) at `x` (N,) itself, where a step takes another."""
         return self.curvature(x)
 
     def roots(self, vectors: FloatArray) -> FloatArray:
-        """Terms (B, M) whose squares add up to the values at vectors (B, N).
+        """Terms (B, M) whose squares add up to the values at vectors (B, N)."""
+        raise self._without("is not a sum of squares")
 
-        Raises
-        ------
-        ParameterError
-            If it is no sum of squares.
-        """
-        raise ParameterError(
-            f"{type(self).__name__} is not a sum of squares", "choose another driver"
-        )
+    def _without(self, what: str) -> ParameterError:
+        return ParameterError(f"{type(self).__name__} {what}", "choose another driver")
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,11 +139,6 @@ class MixturePrior(Prior):
             raise ParameterError("a shape that was seen is not finite", "leave it out")
         if not 0 < self.width <= 1:
             raise ParameterError(f"the mixture's width is {self.width}", "give 0 to 1, not 0")
-
-    @property
-    def mean(self) -> NDArray[np.float64]:
-        """Of the Gaussian, (N,)."""
-        return self.gaussian.mean
 
     def negative_log(self, x: NDArray[np.float64]) -> float:
         """-log of the mean density of the Gaussians at `x` (N,)."""
@@ -282,14 +254,14 @@ class PenaltyPrior(Prior):
 
     Parameters
     ----------
-    penalty : Penalty
+    penalty : ImprobablePenalty
     strength : float
         What A = 1 costs, in units of the error.
     place : slice
         Where the articulatory parameters stand in a parameter vector.
     """
 
-    penalty: Penalty
+    penalty: ImprobablePenalty
     strength: float
     place: slice
 

@@ -17,7 +17,6 @@ from abs_engine.core.scene import (
     ClassMaps,
     ColourError,
     FusedRenderer,
-    OutliningRenderer,
     PixelTerm,
     Renderer,
     Scene,
@@ -42,8 +41,9 @@ def outlined(
     renderer: Renderer, scene: Scene, candidates: Candidates, camera: Camera, window: Window
 ) -> list[Outlines]:
     """Draw every candidate for what shows where classes meet."""
-    if hasattr(renderer, "outlines"):
-        return cast("OutliningRenderer", renderer).outlines(scene, candidates, camera, window)
+    outlines = getattr(renderer, "outlines", None)  # of one that can leave out the colours
+    if outlines is not None:
+        return cast("list[Outlines]", outlines(scene, candidates, camera, window))
     drawn = renderer.draw(scene, candidates, camera, window)
     return [Outlines(b.facet_id, b.class_id, b.depth, b.barycentrics) for b in drawn]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
 
@@ -55,25 +55,6 @@ class ParamSpec:
             self.scale[which], self.lower[which], self.upper[which],
         )  # fmt: skip
 
-    def params(self, values: ArrayLike) -> Params:
-        """The frozen value for a flat vector (N,)."""
-        return Params(self.names, tuple(float(v) for v in np.asarray(values, np.float64)))
-
     def clip(self, vector: NDArray[np.float64]) -> NDArray[np.float64]:
         """The nearest vector inside of the bounds."""
         return np.asarray(np.clip(vector, self.lower, self.upper))
-
-
-@dataclass(frozen=True)
-class Params:
-    """Parameter values with their names."""
-
-    names: tuple[str, ...]
-    values: tuple[float, ...]
-
-    def __getitem__(self, name: str) -> float:
-        return self.values[self.names.index(name)]
-
-    def vector(self) -> NDArray[np.float64]:
-        """The flat vector, (N,) float64."""
-        return np.array(self.values, np.float64)

@@ -8,12 +8,12 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.core.buffers import Buffers, Outlines, Sums
+from abs_engine.core.buffers import Buffers, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import MeshError, ParameterError
 from abs_engine.core.geometry import Pose, check_mesh, rotations
@@ -234,17 +234,6 @@ class Renderer(Protocol):
         ...
 
 
-@runtime_checkable
-class ConcurrentRenderer(Renderer, Protocol):
-    """A renderer that several threads may draw with at once."""
-
-    @property
-    def concurrent(self) -> bool:
-        """Whether they may."""
-        ...
-
-
-@runtime_checkable
 class FusedRenderer(Renderer, Protocol):
     """A renderer that can also compare while it draws: an optimisation, see `compare.sums`."""
 
@@ -257,15 +246,4 @@ class FusedRenderer(Renderer, Protocol):
         term: PixelTerm,
     ) -> Sums:
         """Draw every candidate and sum `term` over its drawn pixels; only numbers come back."""
-        ...
-
-
-@runtime_checkable
-class OutliningRenderer(Renderer, Protocol):
-    """A renderer that can leave out what only colours need, see `compare.sums.outlined`."""
-
-    def outlines(
-        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
-    ) -> list[Outlines]:
-        """Draw every candidate; only what shows where classes meet comes back."""
         ...

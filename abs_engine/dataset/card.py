@@ -27,7 +27,7 @@ _LABEL_TEXT = {
 }
 
 _TEXT = """\
-# {title}
+# Talking-head dataset
 
 Rendered video of a talking head with exact labels: {frames} frames in {views} views.
 
@@ -125,14 +125,13 @@ be used without condition.
 """
 
 
-def card_text(record: dict[str, Any], title: str = "Talking-head dataset") -> str:
+def card_text(record: dict[str, Any]) -> str:
     """The card of a dataset.
 
     Parameters
     ----------
     record : dict
         What ``dataset.json`` holds; see `dataset.dataset_record`.
-    title : str
 
     Returns
     -------
@@ -141,7 +140,6 @@ def card_text(record: dict[str, Any], title: str = "Talking-head dataset") -> st
     """
     clips = record["clips"]
     return _TEXT.format(
-        title=title,
         frames=sum(c["frames"] for c in clips),
         views=sum(len(c["cameras"]) for c in clips),
         clips="\n".join(_row(clip) for clip in clips),

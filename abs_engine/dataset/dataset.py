@@ -164,7 +164,7 @@ def load_dataset(folder: Path, *, verify: bool = False) -> Dataset:
     """
     folder = Path(folder)
     dataset = read_record(folder)
-    check_sums(folder, None if verify else _number_files(dataset, dataset.views))
+    check_sums(folder, None if verify else _number_files(dataset.views))
     return dataset
 
 
@@ -245,7 +245,7 @@ def load_truth(path: Path, *, verify: bool = False) -> Truth:
         raise ParameterError(
             f"{path} holds {len(found)} clips by cameras", f"name one: {choices(found)}"
         )
-    names = _all_files(dataset, found[0]) if verify else _number_files(dataset, tuple(found))
+    names = _all_files(dataset, found[0]) if verify else _number_files(tuple(found))
     check_sums(folder, names)
     return dataset.view(*found[0])
 
@@ -273,7 +273,7 @@ def choices(views: Sequence[tuple[str, str]]) -> str:
     return ", ".join(shown) + (", ..." if len(views) > len(shown) else "")
 
 
-def _number_files(dataset: Dataset, views: tuple[tuple[str, str], ...]) -> list[str]:
+def _number_files(views: tuple[tuple[str, str], ...]) -> list[str]:
     """``dataset.json`` and what holds numbers but no pictures and no vertices."""
     clips = dict.fromkeys(clip for clip, _ in views)
     return [
@@ -288,4 +288,4 @@ def _all_files(dataset: Dataset, view: tuple[str, str]) -> list[str]:
     shared = f"{clip}/{codec.TRUTH}", codec.DATASET
     starts = f"{clip}/{codec.VERTICES}/", f"{clip}/{camera}/"
     listed = [n for n in read_sums(dataset.folder) if n in shared or n.startswith(starts)]
-    return list(dict.fromkeys([*_number_files(dataset, (view,)), *listed]))
+    return list(dict.fromkeys([*_number_files((view,)), *listed]))

@@ -18,7 +18,7 @@ AGAIN = "make the dataset again, or copy the whole folder again"
 _CHANNELS = {0: 1, 2: 3}  # PNG colour types: grey, RGB
 
 
-def write_picture(path: Path, values: NDArray[Any], compression: int = 1) -> None:
+def write_picture(path: Path, values: NDArray[Any]) -> None:
     """Write (H, W) or (H, W, 3) RGB, uint8 or uint16, as PNG.
 
     Raises
@@ -27,7 +27,7 @@ def write_picture(path: Path, values: NDArray[Any], compression: int = 1) -> Non
         If it cannot be written.
     """
     ordered = values if values.ndim == 2 else values[..., ::-1]
-    level = [cv2.IMWRITE_PNG_COMPRESSION, compression]
+    level = [cv2.IMWRITE_PNG_COMPRESSION, 1]
     if not cv2.imwrite(str(path), np.ascontiguousarray(ordered), level):
         raise OSError(f"{path} cannot be written")
 

@@ -1,14 +1,12 @@
-"""A(a): exponential penalties of improbable parameters (Odisio & Bailly, section 4).
+"""A(a): an exponential penalty of improbable parameters (Odisio & Bailly, section 4).
 
 The paper says only that A is "an exponentially-fashioned function that penalizes improbable
-articulatory parameters". Two readings are here: improbable is what the corpus never reached
-(`ExponentialPenalty`), or what lies far from its mean (`ImprobablePenalty`).
+articulatory parameters". Improbable is read as far from the corpus' mean.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,88 +15,6 @@ from abs_engine.core.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
 _STEEPEST = 50.0  # beyond that many softnesses it goes on in a straight line: exp would overflow
-
-
-class Penalty(Protocol):
-    """A(a), and what is squared and summed to it."""
-
-    @property
-    def size(self) -> int:
-        """P, the number of parameters that it reads."""
-        ...
-
-    def __call__(self, parameters: FloatArray) -> FloatArray:
-        """A (...,) of parameters (..., P)."""
-        ...
-
-    def roots(self, parameters: FloatArray) -> FloatArray:
-        """Terms (..., P) whose squares add up to A."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class ExponentialPenalty:
-    """Nothing inside of the corpus' range, and growing exponentially outside of it.
-
-    A(a) = strength * sum_i (exp(e_i) - 1 - e_i), with e_i the distance of a_i from the interval
-    [lower_i, upper_i] in units of `softness`, 0 inside. The paper says only that A is
-    "exponentially-fashioned"; this is smooth (its slope has no step at the interval's ends).
-
-    Parameters
-    ----------
-    lower, upper : (P,) float64, sd
-        What the parameters of the corpus keep to.
-    softness : float, sd
-        How far outside exp(e) is e.
-    strength : float
-        In units of the error that it is added to; e = 1 costs 0.72 of it.
-
-    Raises
-    ------
-    ParameterError
-        If a bound is not finite, an interval is empty, or softness or strength is not positive.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
-    softness: float = 0.5
-    strength: float = 1.0
-
-    def __post_init__(self) -> None:
-        shapes = self.lower.shape == self.upper.shape and self.lower.ndim == 1
-        if not shapes or not np.isfinite([self.lower, self.upper]).all():
-            raise ParameterError("the penalty's bounds are not finite or differ in number", _CHECK)
-        if not (self.lower <= self.upper).all() or not min(self.softness, self.strength) > 0:
-            raise ParameterError("the penalty has an empty interval or is not positive", _CHECK)
-
-    @classmethod
-    def of_corpus(
-        cls, parameters: FloatArray, softness: float = 0.5, strength: float = 1.0
-    ) -> ExponentialPenalty:
-        """With the range of the parameters (T, P) of a corpus."""
-        rows = np.atleast_2d(np.asarray(parameters, np.float64))
-        return cls(rows.min(axis=0), rows.max(axis=0), softness, strength)
-
-    @property
-    def size(self) -> int:
-        """P, the number of parameters that it reads."""
-        return len(self.lower)
-
-    def __call__(self, parameters: FloatArray) -> FloatArray:
-        """A (...,) of parameters (..., P)."""
-        return np.asarray(self._terms(parameters).sum(axis=-1))
-
-    def roots(self, parameters: FloatArray) -> FloatArray:
-        """Terms (..., P) whose squares add up to A."""
-        return np.asarray(np.sqrt(np.maximum(self._terms(parameters), 0.0)))
-
-    def _terms(self, parameters: FloatArray) -> FloatArray:
-        beyond = np.maximum(self.lower - parameters, parameters - self.upper)
-        e = np.maximum(beyond, 0.0) / self.softness
-        curved = np.minimum(e, _STEEPEST)
-        grown = np.exp(curved)
-        straight = (e - curved) * (grown - 1.0)
-        return np.asarray(self.strength * (grown - 1.0 - curved + straight))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Scene
@@ -16,7 +15,6 @@ from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.learned_appearance import LocalLooks, TextureLooks
 
-FloatArray = NDArray[np.float64]
 TEXTURES, LOCALS = ("tex_lin", "tex_cst"), ("la_lin", "la_cst")
 MODELS = ("tex_lin", "tex_cst", "la_lin", "la_cst")
 """Appearance models, in the order of figure 6."""

@@ -7,7 +7,6 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
 
 from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, StudioError
 from abs_engine.io.files import Making, check_free, unwritable
@@ -172,12 +171,7 @@ class Unfinished(NewFolder):
         """Let others have it; what lies there stays."""
         self.release()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         """Leave; who interrupts it learns what is kept."""
         kept = self._lock is not None
         super().__exit__(kind, error, trace)

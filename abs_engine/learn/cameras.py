@@ -109,9 +109,7 @@ def rank_yaws(
     )
 
 
-def camera_results(
-    physics: LearnedPhysics, speaker: Speaker, yaws: Iterable[float] = YAWS
-) -> dict[str, Any]:
+def camera_results(physics: LearnedPhysics, speaker: Speaker) -> dict[str, Any]:
     """Entries of ``results.json`` on cameras: mm that remain by yaw, alone and beside a frontal.
 
     Returns
@@ -120,7 +118,7 @@ def camera_results(
         `noise_mm`; `without_mm`, the error without a camera; `frontal_mm`, with a frontal one; and
         `yaw`, for each yaw `dots` seen, `alone_mm` and `beside_frontal_mm`.
     """
-    alone, beside = rank_yaws(physics, speaker, yaws), rank_yaws(physics, speaker, yaws, have=(0,))
+    alone, beside = rank_yaws(physics, speaker), rank_yaws(physics, speaker, have=(0,))
     added = {gain.name: gain.expected for gain in beside}
     return {
         "noise_mm": physics.noise,

@@ -13,7 +13,6 @@ from abs_engine.core.geometry import vertex_normals
 from abs_engine.io.assets import LIPS_OF_68, Speaker
 
 IntArray = NDArray[np.int64]
-FloatArray = NDArray[np.float64]
 
 COUNT = 275
 """Of the paper, section 2.2; 30 of them on the lips."""

@@ -84,10 +84,6 @@ class Correspondence:
         away = self.brought(dots) - self.home
         return away.reshape(*away.shape[:-2], -1)
 
-    def seen(self, nodes: FloatArray) -> FloatArray:
-        """The dots (..., 16, 3), as `brought`, of a shell with nodes (..., N, 3), mm."""
-        return np.asarray(self.home + self.points.at(nodes - self.rest))
-
 
 def shell_points(speaker: Speaker, shell: LipShell) -> ShellPoints:
     """Places of the dots of `marks.LIPS16` on the shell, by the average head."""

@@ -100,17 +100,8 @@ def reconstruct_part(training: Training, part: Part, shapes: FloatArray) -> Post
     return reconstruct(training.physics, rows, (rows @ flat.T).T)
 
 
-def table_1(training: Training, parts: tuple[Part, ...] = TABLE_1) -> list[Row]:
+def table_1(training: Training) -> list[Row]:
     """Errors of reconstruction on the frames that were not learned from.
-
-    Parameters
-    ----------
-    training : Training
-    parts : tuple of Part
-
-    Returns
-    -------
-    list of Row
 
     Raises
     ------
@@ -132,7 +123,7 @@ def table_1(training: Training, parts: tuple[Part, ...] = TABLE_1) -> list[Row]:
     scale = unit_scale(physics.rest)
     beyond = np.sqrt((physics.total - physics.variances.sum()) / len(physics.rest))
     out = []
-    for part in parts:
+    for part in TABLE_1:
         found = reconstruct_part(training, part, truth)
         away = found.shapes - truth
         error = float(((away * scale) ** 2).mean())

@@ -41,11 +41,6 @@ class SpokenCorpus:
     speaker: Speaker
 
     @property
-    def heads(self) -> NDArray[np.float32]:
-        """All vertices in each viseme, without noise, (V, M, 3) float32, mm, head frame."""
-        return spoken_heads(self.speaker, self.neutral, self.weights)
-
-    @property
     def noiseless(self) -> Corpus:
         """The corpus as an exact measurement would give it."""
         return replace(self.corpus, points=self.exact)

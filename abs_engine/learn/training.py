@@ -122,15 +122,8 @@ def train(
     sample = goals[:n_train][whole[used]]
     if len(sample) < FRAMES_A_MODE * n_modes:
         sample = goals[:n_train]
-    learned, noise = learn(laid.rest, moved[:n_train], n_modes), _noise(sample, n_modes)
     physics = replace(
-        learned,  # Eq. 3
-        noise=noise,
-        noise_variances=_noise_variances(learned, shell, laid, noise),
-        motion_variances=held_out_variances(
-            laid.rest, [Source(moved[:n_train])], learned.variances
-        ),
-        person=laid.person,
+        _learned(shell, laid, moved[:n_train], n_modes, _noise(sample, n_modes)),
         speaker=checksum(speaker),
         source=f"{observations.source}; {laid.how}",
     )
@@ -139,6 +132,20 @@ def train(
         np.flatnonzero(believed.jumped.any(axis=1)), used[~whole[used]],
         both[observations.doubtful(LIPS16)[both]], moved[:n_train], moved[n_train:],
     )  # fmt: skip
+
+
+def _learned(
+    shell: LipShell, laid: Correspondence, moved: FloatArray, n_modes: int, noise: float
+) -> LearnedPhysics:
+    """Physics (eq. 3) of displacements (T, N, 3), mm, by dots with so much `noise`, mm."""
+    learned = learn(laid.rest, moved, n_modes)
+    return replace(
+        learned,
+        noise=noise,
+        noise_variances=_noise_variances(learned, shell, laid, noise),
+        motion_variances=held_out_variances(laid.rest, [Source(moved)], learned.variances),
+        person=laid.person,
+    )
 
 
 def _noise_variances(

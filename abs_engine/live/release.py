@@ -8,7 +8,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import TracebackType
 
 from abs_engine.tracking.clip_setting import FrameResult
 from abs_engine.tracking.frame_state import Shot
@@ -103,12 +102,7 @@ class Release:
     def __enter__(self) -> Release:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._waiting.put(None)
         self._thread.join(None if kind is None else _PATIENCE)
         if kind is None and self._error is not None:

@@ -64,7 +64,7 @@ class CpuRenderer:
     def outlines(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Outlines]:
-        """Draw every candidate; see `OutliningRenderer.outlines`."""
+        """Draw every candidate; see `compare.sums.outlined`."""
         clip, found = camera.clip_matrix(window), []
         for i in range(len(candidates)):
             given, scratch = self._given(scene, candidates, i, camera, window, clip)

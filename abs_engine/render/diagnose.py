@@ -177,7 +177,7 @@ def probe(backend: str) -> _Probe:
         return _failed(backend, detail, error.remedy)
 
 
-def _time_way(way: str, make: Callable[[], FusedRenderer], repeats: int = 60) -> Timing:
+def _time_way(way: str, make: Callable[[], FusedRenderer]) -> Timing:
     scene, candidates, camera = _toy()
     try:
         renderer = make()
@@ -188,7 +188,7 @@ def _time_way(way: str, make: Callable[[], FusedRenderer], repeats: int = 60) ->
         frame = renderer.draw(scene, candidates, camera, window)[0].rgb
         term = ColourError(frame)
         took = []
-        for _ in range(repeats + 10):
+        for _ in range(70):
             start = time.perf_counter()
             renderer.measure(scene, candidates, camera, window, term)
             took.append(time.perf_counter() - start)

@@ -216,8 +216,3 @@ class ReportData:
     view: str = ""
     others: tuple[str, ...] = ()
     caution: str = ""
-
-    @property
-    def times(self) -> FloatArray:
-        """Seconds (T,) of the frames."""
-        return np.arange(self.frames) / self.rate

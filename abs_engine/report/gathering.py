@@ -46,7 +46,6 @@ from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_ser
 from abs_engine.report.run_film import filmed
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
 
-Image = NDArray[np.uint8]
 MOST_PLAYED = 1000
 """Frames that the page's player shows at most, so that the page stays of a size to be sent."""
 

@@ -37,21 +37,14 @@ class LinearMotion:
         return np.asarray(self.mean + moved, np.float32)
 
 
-def compress(
-    vertices: Callable[[int], NDArray[np.floating[Any]]],
-    frames: int,
-    *,
-    largest: float = LARGEST_ERROR_MM,
-) -> LinearMotion:
-    """The fewest principal components that give every coordinate back well enough.
+def compress(vertices: Callable[[int], NDArray[np.floating[Any]]], frames: int) -> LinearMotion:
+    """The fewest principal components that give every coordinate back to `LARGEST_ERROR_MM`.
 
     Parameters
     ----------
     vertices : callable
         Gives the vertices (V, 3), mm, of a frame; NaN where there are none.
     frames : int
-    largest : float, mm
-        The largest error that is allowed.
     """
     shape = vertices(0).shape
     moved = np.empty((frames, int(np.prod(shape))), np.float32)
@@ -67,9 +60,9 @@ def compress(
     strengths, sides = _sides(moved)
     # as long as the mean square is too large, the largest is: begin behind that
     after = np.cumsum(strengths[::-1])[::-1] / moved.size
-    count = max(1, int((after > largest**2).sum()))
+    count = max(1, int((after > LARGEST_ERROR_MM**2).sum()))
     left = moved - sides[:, :count] @ (sides[:, :count].T @ moved)
-    while count < len(moved) and np.abs(left).max() > largest:
+    while count < len(moved) and np.abs(left).max() > LARGEST_ERROR_MM:
         side = sides[:, count]
         left -= np.outer(side, side @ moved)
         count += 1

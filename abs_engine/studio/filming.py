@@ -16,20 +16,16 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.provenance import code_digest
-from abs_engine.dataset.codec import LABELS
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.cameras import check_view
 from abs_engine.studio.cast import NO_DOTS, Cast
 from abs_engine.studio.dressing import shirt
 from abs_engine.studio.look import Look
-from abs_engine.studio.make import Crew, Filmed, Order, Progress, make
+from abs_engine.studio.make import Crew, Filmed, Order, make
 from abs_engine.studio.plan import ClipPlan, View, vectors
 from abs_engine.studio.resolve import plan_clip
 from abs_engine.studio.scenefile import SceneFile, check_size, complete, scene_text
 from abs_engine.studio.sequence import Sequence
-
-OPTIONAL = tuple(label for label in LABELS if label not in ("ids", "depth"))
-"""Label pictures that a scene may do without."""
 
 
 def film_scene(
@@ -80,60 +76,6 @@ def film_scene(
         for number in range(len(scene.clip))
     )
     return make(plans, len(scene.clip), folder, speaker, order, crew or Crew())
-
-
-def film(
-    speaker: Speaker,
-    sequence: Sequence,
-    camera: Camera,
-    folder: Path,
-    *,
-    look: Look | None = None,
-    seed: int = 0,
-    lossless: bool = False,
-    labels: tuple[str, ...] = OPTIONAL,
-    command: str = "",
-    progress: Progress | None = None,
-) -> Path:
-    """Film one sequence with one camera and write a data set (see `abs_engine.dataset`).
-
-    Parameters
-    ----------
-    speaker : Speaker
-    sequence : Sequence
-    camera : Camera
-    folder : Path
-        Must not exist; it appears when everything is written.
-    look : Look, optional
-    seed : int
-        Of the sensor noise.
-    lossless : bool
-        Also keep every picture as it was before compression.
-    labels : tuple of str
-        Which of normals, albedo and flow are written.
-    command : str
-        Kept in the ground truth.
-    progress : callable, optional
-        Called with the number of frames done and of all frames.
-
-    Returns
-    -------
-    Path
-        The folder.
-
-    Raises
-    ------
-    ParameterError
-        If the camera cannot film the sequence or the mesh has too many facets.
-    OutputError
-        If the folder exists or cannot be written.
-    StudioError
-        If pyrender cannot draw on this machine.
-    """
-    plan = plan_of(speaker, sequence, camera, look or Look(), seed, command)
-    crew = Crew(processes=1, filming=progress)
-    order = Order(command, seed, labels, lossless)
-    return make([plan], 1, folder, speaker, order, crew).folder
 
 
 def plan_of(

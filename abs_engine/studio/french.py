@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from abs_engine.studio.speech import Utterance, parse_phonemes
 
-BILABIALS = ("p", "b", "m")
 _ALL = "p b t d k g f v s z S Z m n J N l R j w H i e E a O o u y 2 9 @ E~ A~ O~ 9~"
 PHONEMES = tuple(_ALL.split())
 """Of French, in X-SAMPA; a and A are one, as with most speakers; N is that of 'parking'."""

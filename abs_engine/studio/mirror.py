@@ -152,13 +152,6 @@ class Mirror:
         glass = np.divide(self.distance, along, out=np.full(along.shape, np.inf), where=along > 0)
         return np.where(self.mask(camera), glass, np.inf).astype(np.float32)
 
-    def outline(self, camera: Camera, steps: int = 32) -> FloatArray:
-        """The rectangle's edge in the picture, (4 steps, 2) float64 pixels; bent by the lens."""
-        share = np.linspace(0, 1, steps, endpoint=False)[:, None]
-        following = np.roll(self.corners, -1, axis=0)
-        sides = [a + share * (b - a) for a, b in zip(self.corners, following, strict=True)]
-        return camera.project(np.concatenate(sides))
-
 
 def lines_of_sight(camera: Camera) -> FloatArray:
     """Directions (H, W, 3) float64, z = 1, camera frame, in which pixel centres look."""

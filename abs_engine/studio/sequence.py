@@ -11,9 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import Speaker
-from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.speech.contact import ContactSolver
 from abs_engine.studio.speech.lips import Lips
 from abs_engine.studio.visemes import Viseme, parse
@@ -67,53 +65,6 @@ class Sequence:
         return Pose.from_vectors(self.rotations[frame], self.translations[frame])
 
 
-def say(
-    text: str,
-    speaker: Speaker,
-    person: str,
-    camera: Camera,
-    *,
-    rate: float = 25.0,
-    frames: int | None = None,
-    seed: int = 0,
-) -> Sequence:
-    """Author a sequence: a sentence, small head motion, blinks and brows.
-
-    Parameters
-    ----------
-    text : str
-        Name of a built-in sentence, or viseme symbols between spaces.
-    speaker : Speaker
-    person : str
-        One of the speaker's people.
-    camera : Camera
-        The head is placed so that the face fills most of its picture's height.
-    rate : float
-        Frames per second.
-    frames : int, optional
-        Length; the sentence is stretched to it. By default as long as the sentence takes.
-    seed : int
-        Of the head motion and the blinks.
-
-    Raises
-    ------
-    ParameterError
-        If a viseme or the person is unknown, or rate or length are not positive.
-    """
-    rng = np.random.default_rng(seed)
-    neutral = speaker.named(person)
-    talk = utter(text, speaker, neutral, rate, frames)
-    times = np.arange(len(talk.weights)) / rate
-    weights = talk.weights + expression(times, speaker.unit_names, rng)
-    base = portrait(camera, speaker, neutral)
-    rotations, translations = wander(times, base, rng)
-    gaps = [widest_gap(speaker, neutral + deform(speaker, row)) for row in weights]
-    closed = np.array(gaps) < CLOSED_BELOW
-    return Sequence(
-        person, text, rate, weights, rotations, translations, talk.visemes, closed, talk.intervals
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class Talk:
     """A sentence of visemes, frame by frame.
@@ -139,9 +90,28 @@ def utter(
     rate: float,
     frames: int | None = None,
 ) -> Talk:
-    """Face units of a sentence of visemes of a person; parameters and errors as `say`.
+    """Face units of a sentence of visemes of a person.
 
-    In f the lower lip of the person with `neutral` vertices (V, 3), mm, goes to the upper teeth.
+    Parameters
+    ----------
+    text : str
+        Name of a built-in sentence, or viseme symbols between spaces.
+    speaker : Speaker
+    neutral : (V, 3) float, mm
+        Of the person.
+    rate : float
+        Frames per second.
+    frames : int, optional
+        Length; the sentence is stretched to it. By default as long as the sentence takes.
+
+    Raises
+    ------
+    ParameterError
+        If a viseme is unknown, or rate or length are not positive.
+
+    Notes
+    -----
+    In f the lower lip goes to the upper teeth.
     In p, b and m that fall between two frames the lips are closed in the nearest.
     """
     if rate <= 0 or (frames is not None and frames < 1):

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import LipBlob, LipPrior, find_lips
 
-FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 SURE = 0.5

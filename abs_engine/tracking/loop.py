@@ -12,8 +12,7 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
-from abs_engine.core.scene import ConcurrentRenderer
-from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread
+from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
@@ -125,9 +124,7 @@ def _gap(setting: ClipSetting, seconds: float) -> float:
 
 def _followed_apart(setting: ClipSetting) -> bool:
     """Whether the head may be followed in a thread of its own, ahead of the fits."""
-    renderer = setting.renderer
-    shared = isinstance(renderer, ConcurrentRenderer) and renderer.concurrent
-    return shared and getattr(setting.motion, "alone", False)
+    return workers(setting.renderer) > 1 and getattr(setting.motion, "alone", False)
 
 
 def _hidden(setting: ClipSetting, frame: HeadFrame) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.compare.facets import FacetLikelihood, facet_score
+from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import ContactPrior, GaussianPrior
+from abs_engine.compare.sums import buffer_sums
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import ClassMaps
@@ -31,10 +32,10 @@ def likelihood(request):
 def test_the_score_of_buffers_is_the_fused_sum(likelihood):
     many = shapes.states(likelihood.scene, 5)
     given = likelihood.scene, many, likelihood.camera, likelihood.window
-    scores = [facet_score(b, likelihood.maps.maps) for b in likelihood.renderer.draw(*given)]
+    scores = buffer_sums(likelihood.renderer.draw(*given), likelihood.maps).total
     fused = likelihood.renderer.measure(*given, likelihood.maps)
     np.testing.assert_allclose(fused.total, scores, rtol=1e-6)
-    expected = -250.0 * np.log(np.array(scores) / likelihood.pixels)
+    expected = -250.0 * np.log(scores / likelihood.pixels)
     np.testing.assert_allclose(likelihood.negative_log(many), expected, rtol=1e-6)
     assert np.ptp(expected) > 1
 
@@ -48,7 +49,7 @@ def test_the_score_by_hand():
     maps[0], maps[1], maps[2] = 100, 0.5, 0.25
     ones, twos = (buffers.class_id == 1).sum(), (buffers.class_id == 2).sum()
     assert ones > 100
-    assert facet_score(buffers, maps) == 0.5 * ones + 0.25 * twos
+    assert buffer_sums([buffers], ClassMaps(maps)).total[0] == 0.5 * ones + 0.25 * twos
 
 
 def test_nothing_drawn_is_improbable_but_finite(likelihood):
@@ -91,8 +92,8 @@ def test_pixels_that_are_left_free_count():
     free = bare()
     many = shapes.states(free.scene, 4)
     drawn = free.renderer.draw(free.scene, many, free.camera, free.window)
-    scores = [facet_score(b, free.maps.maps) + free.outside[~b.covered].sum() for b in drawn]
-    expected = -250 * np.log(np.array(scores) / free.pixels)
+    scores = buffer_sums(drawn, free.maps).total + [free.outside[~b.covered].sum() for b in drawn]
+    expected = -250 * np.log(scores / free.pixels)
     np.testing.assert_allclose(free.negative_log(many), expected, rtol=1e-5)
     assert min((~b.covered).sum() for b in drawn) > 300
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapes
 
-from abs_engine.compare.facets import FacetLikelihood, facet_score
+from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import (
     border_forces,
     facet_forces,
@@ -15,6 +15,7 @@ from abs_engine.compare.forces import (
     node_forces,
     slopes,
 )
+from abs_engine.compare.sums import buffer_sums
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import ClassMaps, Scene
@@ -45,7 +46,7 @@ def test_exact_scores_add_up_to_the_score_of_all(kind):
     noise = np.random.default_rng(0).uniform(0, 1, (5, PIXELS, PIXELS)).astype(np.float32)
     maps = waves(5) if kind == "slow" else noise
     scores = facet_scores(seen, maps, scene.facet_class, "exact")
-    assert scores.sum() == pytest.approx(facet_score(seen, maps), rel=1e-9)
+    assert scores.sum() == pytest.approx(buffer_sums([seen], ClassMaps(maps)).total[0], rel=1e-9)
     hidden = np.bincount(seen.facet_id.ravel(), minlength=len(scores) + 1)[1:] == 0
     assert 0.4 < hidden.mean() < 0.8
     assert not scores[hidden].any()

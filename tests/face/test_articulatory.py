@@ -17,7 +17,7 @@ from abs_engine.core.errors import (
     TooFewPointsError,
 )
 from abs_engine.face.shape.articulatory import GuidedPCA
-from abs_engine.face.shape.articulatory_dense import dense_shape, dense_units
+from abs_engine.face.shape.articulatory_dense import dense_units
 from abs_engine.face.shape.articulatory_model import load_articulatory
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 
@@ -240,21 +240,18 @@ def test_the_paper_s_predictors():
 def test_the_whole_head_follows_by_regression():
     alpha, _ = visemes()
     rng = np.random.default_rng(1)
-    modes, neutral = rng.normal(size=(2, 30, 3)), rng.normal(size=(30, 3))
-    dense = dense_shape(alpha, neutral + np.tensordot(alpha, modes, 1))
-    np.testing.assert_allclose(dense.mean, neutral, atol=1e-5)
-    np.testing.assert_allclose(dense.modes, modes, atol=1e-5)
-    assert dense.variance.sum() == pytest.approx(1.0)
+    neutral = rng.normal(size=(30, 3))
     units, mixing = rng.normal(size=(5, 30, 3)), rng.normal(size=(2, 5))
-    weights = 0.3 + alpha @ mixing
-    by_units = dense_units(alpha, weights, neutral, units)
-    by_heads = dense_shape(alpha, neutral + np.tensordot(weights, units, 1))
-    np.testing.assert_allclose(by_units.modes, by_heads.modes, atol=1e-5)
-    np.testing.assert_allclose(by_units.mean, by_heads.mean, atol=1e-5)
-    np.testing.assert_allclose(by_units.generators(alpha), weights, atol=1e-9)
-    with pytest.raises(ParameterError):
-        dense_shape(alpha[:5], np.zeros((4, 3, 3)))
+    offset = np.full(5, 0.3)
+    weights = offset + alpha @ mixing
+    dense = dense_units(alpha, weights, neutral, units)
+    np.testing.assert_allclose(dense.mean, neutral + np.tensordot(offset, units, 1), atol=1e-5)
+    np.testing.assert_allclose(dense.modes, np.tensordot(mixing, units, 1), atol=1e-5)
+    np.testing.assert_allclose(dense.offset + alpha @ dense.mixing, weights, atol=1e-9)
+    assert dense.variance.sum() == pytest.approx(1.0)
     with pytest.raises(ParameterError):
         dense_units(alpha, weights[:, :4], neutral, units)
+    with pytest.raises(ParameterError):
+        dense_units(alpha[:5], weights[:4], neutral, units)
     with pytest.raises(TooFewPointsError):
-        dense_shape(alpha[:2], np.zeros((2, 3, 3)))
+        dense_units(alpha[:2], weights[:2], neutral, units)

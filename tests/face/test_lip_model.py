@@ -132,18 +132,3 @@ def test_lips_are_drawn_from_where_they_end_to_the_outer_contour():
     assert set(of) == {*range(3 * COLUMNS), *range(first, first + len(model.bulge))}
     opening = np.unique(scene.faces[-COLUMNS:])
     assert set(opening) == {*range(first, first + COLUMNS), len(scene.mean) - 1}
-
-
-def test_forces_on_the_drawn_lips_do_their_work_on_the_nodes():
-    model, _ = model_of("clara")
-    rng = np.random.default_rng(1)
-    moved = rng.normal(size=(len(SHELL), 3))
-    drawn = model.surrounded(moved)
-    forces = rng.normal(size=drawn.shape)
-    skirt = slice(len(SHELL), len(SHELL) + len(model.skirt))
-    forces[skirt], forces[-1] = 0, 0
-    assert (model.gathered(forces) * moved).sum() == pytest.approx((forces * drawn).sum())
-    forces[skirt], forces[-1] = 1, 1  # which no shell of lips feels
-    felt = model.gathered(forces)
-    forces[skirt], forces[-1] = 0, 0
-    np.testing.assert_allclose(felt, model.gathered(forces))

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import appearances
-import cv2
 import numpy as np
 import pytest
 import shapes
 
 from abs_engine.core.errors import (
-    ModelFormatError,
     NothingSeenError,
     ParameterError,
     PictureError,
@@ -27,7 +25,7 @@ from abs_engine.face.appearance.descriptors import (
 )
 from abs_engine.face.appearance.local import LocalModel, learn_local
 from abs_engine.face.appearance.patches import Patches
-from abs_engine.face.appearance.point_selection import choose_points, own_scales, reconstructed
+from abs_engine.face.appearance.point_selection import choose_points, reconstructed
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.render.cpu import CpuRenderer
 
@@ -172,16 +170,6 @@ def test_points_are_chosen_by_turns():
     assert 0 not in choose_points(flat)
 
 
-def test_own_scales_find_the_width_of_an_edge(frames, scene, front, camera):
-    found = own_scales(frames[:3], scene, front[:20], camera, RENDERER, (1.0, 2.0, 4.0))
-    assert set(found) <= {1.0, 2.0, 4.0}
-    learned = learn_local(frames, scene, front[:20], camera, RENDERER, found)
-    assert np.array_equal(learned.sigma, found)
-    blurred = [replace(f, image=cv2.GaussianBlur(f.image, (0, 0), 4.0)) for f in frames[:3]]
-    wide = own_scales(blurred, scene, front[:20], camera, RENDERER, (1.0, 2.0, 4.0))
-    assert wide.mean() >= found.mean()
-
-
 def test_patches_give_points_and_normals(scene, front):
     patches = Patches.around(scene, front)
     many = shapes.states(scene, 2)
@@ -220,11 +208,10 @@ def test_windows_on_the_surface_turn_and_grow_with_it(scene, front):
     assert np.corrcoef(rigid[:, 2:].ravel(), lying[:, 2:].ravel())[0, 1] > 0.97
 
 
-def test_a_model_with_windows_on_the_surface(frames, scene, front, camera, tmp_path):
+def test_a_model_with_windows_on_the_surface(frames, scene, front, camera):
     model = learn_local(frames, scene, front, camera, RENDERER, unit=0.5)
     assert model.explained > 0.8
-    model.save(tmp_path / "w.npz")
-    assert LocalModel.load(tmp_path / "w.npz").unit == 0.5
+    assert LocalModel.from_arrays(model.arrays()).unit == 0.5
 
 
 def test_bad_pictures_are_named(frames, scene, front, camera):
@@ -240,9 +227,8 @@ def test_bad_pictures_are_named(frames, scene, front, camera):
         learn_local([], scene, front, camera, RENDERER)
 
 
-def test_saved_and_loaded(model, tmp_path):
-    model.save(tmp_path / "l.npz")
-    back = LocalModel.load(tmp_path / "l.npz")
+def test_its_arrays_make_it_again(model):
+    back = LocalModel.from_arrays(model.arrays())
     a = np.array([0.3, -1, 2])
     assert np.array_equal(back.at(a), model.at(a))
     assert np.array_equal(back.only(np.array([2, 0])).vertices, model.vertices[[2, 0]])
@@ -251,6 +237,3 @@ def test_saved_and_loaded(model, tmp_path):
     assert len(constant.modes) == 0
     with pytest.raises(ParameterError, match="parameters for a model of 3"):
         model.at([1.0])
-    np.savez(tmp_path / "u.npz", format="abs_engine.local", version=2, base=model.base)
-    with pytest.raises(ModelFormatError, match="lacks"):
-        LocalModel.load(tmp_path / "u.npz")

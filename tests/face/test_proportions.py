@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from abs_engine.face.shape.identity import head_modes, identity_shape
-from abs_engine.face.shape.proportions import with_proportions
+from abs_engine.face.shape.proportions import proportioned
 from abs_engine.io.assets import load_speaker
 
 SPEAKER = load_speaker()
@@ -44,11 +44,11 @@ def test_a_face_still_differs():
 def test_what_is_alike_enough_is_left_alone():
     small = 0.01 * identity_shape(SPEAKER).modes(SPEAKER).astype(np.float64)
     flat = small.reshape(len(small), -1)
-    tied = with_proportions(SPEAKER, flat)
+    tied = proportioned(SPEAKER, flat) @ flat
     np.testing.assert_allclose((tied**2).sum(axis=0), (flat**2).sum(axis=0), rtol=1e-6, atol=1e-12)
 
 
 def test_a_mask_has_no_skull():
     high = replace(SPEAKER, vertices=np.minimum(V, [np.inf, V[MARKS[27], 1], np.inf]))
     flat = np.random.default_rng(0).normal(size=(3, V.size))
-    np.testing.assert_array_equal(with_proportions(high, flat), flat)
+    np.testing.assert_array_equal(proportioned(high, flat) @ flat, flat)

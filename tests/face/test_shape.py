@@ -31,7 +31,7 @@ def test_the_mean_is_that_of_the_shapes(toy):
     neutral, generators, samples, importance = toy
     model = principal_shapes(neutral, generators, samples, 3, importance)
     np.testing.assert_allclose(model.mean, shapes_of(*toy[:3]).mean(axis=0), atol=1e-4)
-    np.testing.assert_allclose(model.generators(np.zeros(3)), samples.mean(axis=0))
+    np.testing.assert_allclose(model.offset, samples.mean(axis=0))
 
 
 def test_modes_are_those_of_the_vertices_covariance(toy):
@@ -62,7 +62,7 @@ def test_generators_make_the_same_vertices_as_the_modes(toy):
     model = principal_shapes(neutral, generators, samples, 4, importance)
     parameters = np.random.default_rng(1).normal(0, 1, (3, 4))
     by_modes = model.mean + np.tensordot(parameters, model.modes, 1)
-    by_generators = shapes_of(neutral, generators, model.generators(parameters))
+    by_generators = shapes_of(neutral, generators, model.offset + parameters @ model.mixing)
     np.testing.assert_allclose(by_modes, by_generators, atol=1e-3)
 
 

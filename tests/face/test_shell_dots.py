@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import ParameterError
-from abs_engine.face.shape.dots import ShellPoints, nearest_points, points_at_nodes
+from abs_engine.face.shape.dots import ShellPoints, nearest_points
 
 NODES = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, 2.0]])
 FACES = np.array([[0, 1, 2], [1, 3, 2]])
@@ -37,11 +37,6 @@ def test_rows_along_any_directions():
 def test_no_coordinates_are_refused(wrong):
     with pytest.raises(ParameterError, match="not coordinates"):
         POINTS.rows(4, wrong)
-
-
-def test_nodes_are_points_too():
-    rows = points_at_nodes(np.array([3, 1])).rows(4)
-    np.testing.assert_allclose(rows @ NODES.ravel(), [4, 4, 2, 4, 0, 0])
 
 
 def test_the_nearest_points_of_points_off_the_shell():

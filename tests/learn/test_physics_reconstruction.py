@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import ParameterError, TooFewPointsError
-from abs_engine.face.shape.dots import points_at_nodes
+from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.face.shape.lip_shell import cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.io.assets import load_speaker
@@ -63,7 +63,7 @@ PLACES = {
 
 
 class TestCameras:
-    POINTS = points_at_nodes(np.array([0, 1]))
+    POINTS = ShellPoints(np.array([[0] * 3, [1] * 3]), np.array([[1.0, 0, 0]] * 2))
 
     @pytest.mark.parametrize(
         ("spread", "order"),

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from said import film, say
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import OutputError, ParameterError, StudioError
@@ -18,11 +19,10 @@ from abs_engine.core.geometry import Pose
 from abs_engine.dataset import SUMS, load_truth
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.video import probe
-from abs_engine.studio import filming
+from abs_engine.studio.filming import plan_of
 from abs_engine.studio.geometry import Normals
 from abs_engine.studio.look import Look
 from abs_engine.studio.process import Worker, worker_environment
-from abs_engine.studio.sequence import say
 from abs_engine.studio.take import Take
 
 CAMERA = Camera(np.array([[410.0, 0, 121.3], [0, 415.0, 84.6], [0, 0, 1]]), (240, 180))
@@ -43,7 +43,7 @@ def sequence(speaker):
 def clip(speaker, sequence, tmp_path_factory):
     folder = tmp_path_factory.mktemp("studio") / "clip"
     steps = []
-    made = filming.film(
+    made = film(
         speaker,
         sequence,
         CAMERA,
@@ -85,7 +85,7 @@ def one_triangle(corners):
 
 
 def first_shot(speaker, sequence, look=None, camera=CAMERA):
-    plan = filming.plan_of(speaker, sequence, camera, look or Look())
+    plan = plan_of(speaker, sequence, camera, look or Look())
     with Take(speaker, plan, 0, ()) as take:
         return next(take.film(0, 1))[1]
 
@@ -200,7 +200,7 @@ def test_the_picture_shows_what_the_labels_say(truth):
 
 
 def test_the_same_seed_gives_the_same_clip(speaker, sequence, clip, truth, tmp_path):
-    again = filming.film(
+    again = film(
         speaker, sequence, CAMERA, tmp_path / "a", seed=9, lossless=True, command="a command"
     )
     names = [p.relative_to(clip) for p in clip.rglob("*") if p.suffix in (".png", ".json", ".mp4")]
@@ -211,9 +211,7 @@ def test_the_same_seed_gives_the_same_clip(speaker, sequence, clip, truth, tmp_p
     for name in ("truth.npz", "vertices/000000.npz", "camera/points.npz"):
         a, b = (np.load(f / "clip" / name) for f in (clip, again))
         assert all((a[k] == b[k]).all() for k in a.files)
-    other = filming.film(
-        speaker, sequence, CAMERA, tmp_path / "b", seed=10, lossless=True, labels=()
-    )
+    other = film(speaker, sequence, CAMERA, tmp_path / "b", seed=10, lossless=True, labels=())
     assert not (other / "clip" / "camera" / "flow").exists()
     noise = np.array(list(load_truth(other).pictures()), float) - list(truth.pictures())
     assert 1.0 < noise.std() < 4.0
@@ -243,10 +241,10 @@ def test_smooth_normals_are_unit_and_welded(speaker):
 def test_an_existing_folder_is_left_alone(speaker, sequence, tmp_path):
     (tmp_path / "mine").mkdir()
     with pytest.raises(OutputError, match="exists already"):
-        filming.film(speaker, sequence, CAMERA, tmp_path / "mine")
+        film(speaker, sequence, CAMERA, tmp_path / "mine")
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        filming.film(speaker, sequence, CAMERA, tmp_path / "file" / "clip")
+        film(speaker, sequence, CAMERA, tmp_path / "file" / "clip")
     assert not list((tmp_path / "mine").iterdir())
 
 
@@ -256,7 +254,7 @@ def test_nothing_is_left_when_filming_stops_in_the_middle(speaker, sequence, tmp
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        filming.film(speaker, sequence, CAMERA, tmp_path / "clip", progress=stop)
+        film(speaker, sequence, CAMERA, tmp_path / "clip", progress=stop)
     assert not list(tmp_path.iterdir())
 
 
@@ -270,7 +268,7 @@ def test_a_worker_that_dies_is_one_line(speaker, sequence, tmp_path, monkeypatch
     original = Worker.post
     monkeypatch.setattr(Worker, "post", kill)
     with pytest.raises(StudioError) as caught:
-        filming.film(speaker, sequence, CAMERA, tmp_path / "clip")
+        film(speaker, sequence, CAMERA, tmp_path / "clip")
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
@@ -331,7 +329,7 @@ def test_the_environment_of_the_worker(monkeypatch):
 )
 def test_cameras_that_it_cannot_use(speaker, sequence, tmp_path, camera, words):
     with pytest.raises(ParameterError, match=words):
-        filming.film(speaker, sequence, camera, tmp_path / "clip")
+        film(speaker, sequence, camera, tmp_path / "clip")
 
 
 @pytest.mark.parametrize(
@@ -340,7 +338,7 @@ def test_cameras_that_it_cannot_use(speaker, sequence, tmp_path, camera, words):
 def test_a_camera_inside_the_head_or_too_far(speaker, sequence, tmp_path, depth, words):
     away = replace(sequence, translations=sequence.translations * [1, 1, 0] + [0, 0, depth])
     with pytest.raises(ParameterError, match=words):
-        filming.film(speaker, away, CAMERA, tmp_path / "clip")
+        film(speaker, away, CAMERA, tmp_path / "clip")
 
 
 def test_a_pose_far_from_the_axis_still_projects_onto_the_ids(speaker, sequence):
@@ -352,7 +350,7 @@ def test_a_pose_far_from_the_axis_still_projects_onto_the_ids(speaker, sequence)
         rotations=turned.rotation_vector[None],
         translations=turned.translation[None],
     )
-    plan = filming.plan_of(speaker, wide, CAMERA, Look())
+    plan = plan_of(speaker, wide, CAMERA, Look())
     with Take(speaker, plan, 0, ()) as take:
         now, shot = next(take.film(0, 1))
     points = speaker.named("clara") + now.offsets.astype(np.float32)

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from said import tooth_gap
 from trimesh.triangles import closest_point
 
 from abs_engine.core.errors import ParameterError
@@ -21,7 +22,7 @@ from abs_engine.studio.speech import articulate, parse_phonemes
 from abs_engine.studio.speech.chart import IPA
 from abs_engine.studio.speech.contact import ContactSolver
 from abs_engine.studio.speech.dominance import Score, blend
-from abs_engine.studio.speech.lips import Lips, tooth_gap
+from abs_engine.studio.speech.lips import Lips
 from abs_engine.studio.speech.targets import ARTICULATORS, goals
 
 PEOPLE = ("clara", "kofi", "mei", "walter", "amara", "ravi")

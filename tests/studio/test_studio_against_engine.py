@@ -11,6 +11,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from said import say
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.scene import Candidates, Scene
@@ -19,7 +20,6 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio import filming
 from abs_engine.studio.look import Look
 from abs_engine.studio.optics import Sensor
-from abs_engine.studio.sequence import say
 from abs_engine.studio.take import Take
 
 CAMERA = Camera(np.array([[410.0, 0, 121.3], [0, 415.0, 84.6], [0, 0, 1]]), (240, 180))

@@ -6,14 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from said import say, tooth_gap
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.dataset.codec import CLOSED_BELOW
 from abs_engine.io.assets import load_speaker
 from abs_engine.studio.contact import widest_gap
-from abs_engine.studio.sequence import articulate, deform, say
-from abs_engine.studio.speech.lips import tooth_gap
+from abs_engine.studio.sequence import articulate, deform
 from abs_engine.studio.visemes import SENTENCES, VISEMES, parse
 
 CAMERA = Camera.ideal((320, 240))

@@ -19,7 +19,7 @@ from heads import seen_at
 
 from abs_engine.face.head import N_EXPRESSION
 from abs_engine.face.shape.identity import head_modes, identity_shape
-from abs_engine.face.shape.proportions import with_proportions
+from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import smooth_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
@@ -138,7 +138,7 @@ def test_directions_of_heads_are_those_of_targets_and_of_smooth_fields():
     one = speaker()
     modes, targets = head_modes(one), identity_shape(one).modes(one)
     free = np.concatenate([targets, smooth_modes(one.vertices.astype(float))])
-    both = with_proportions(one, free.reshape(len(free), -1))
+    both = proportioned(one, free.reshape(len(free), -1)) @ free.reshape(len(free), -1)
     assert 0.7 < (both**2).sum() / (free.astype(float) ** 2).sum() < 0.9
     kept, whole = ((m.astype(float) ** 2).sum() for m in (modes, both))
     assert 0.97 * whole < kept < whole
@@ -165,13 +165,10 @@ def test_a_pair_is_named_by_what_it_adds():
 def test_targets_and_modes_say_the_same():
     one, shape = speaker(), identity_shape(speaker())
     identity = np.random.default_rng(0).normal(0, 1, len(shape.names))
-    by_targets = one.person(shape.targets(identity)) - one.vertices
+    by_targets = one.person((identity @ shape.weights).astype(np.float32)) - one.vertices
     by_modes = np.tensordot(identity, shape.modes(one), 1)
     np.testing.assert_allclose(by_targets, by_modes, atol=0.01)
-    eyes = [
-        pupil_distance(one, one.person(shape.targets(np.eye(len(identity))[k])))
-        for k in range(len(identity))
-    ]
+    eyes = [pupil_distance(one, one.person(shape.weights[k])) for k in range(len(identity))]
     spread = np.sqrt(np.sum((np.array(eyes) - pupil_distance(one, one.vertices)) ** 2))
     assert 0.03 < spread / pupil_distance(one, one.vertices) < 0.09  # as in people
 

@@ -160,7 +160,7 @@ class _Looker:
         yield from ids.id_findings(truth, sight, f"{folder}/ids")
         yield from ids.cover_findings(truth, sight, f"{folder}/ids", self._renderer)
         yield from marks.visible_findings(truth, sight, self._classes, points)
-        yield from marks.box_findings(truth, sight, self._boxes, f"{folder}/{codec.COCO}")
+        yield from marks.box_findings(sight, self._boxes, f"{folder}/{codec.COCO}")
         yield from labels.depth_findings(truth, sight, f"{folder}/depth")
         if "normals" in self._kinds:
             yield from labels.normal_findings(truth, sight, f"{folder}/normals")

@@ -199,7 +199,7 @@ def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator
             yield Finding(name, "keypoints are not those of points.npz", "", frame)
 
 
-def box_findings(truth: Truth, sight: Sight, boxes: Boxes, name: str) -> Iterator[Finding]:
+def box_findings(sight: Sight, boxes: Boxes, name: str) -> Iterator[Finding]:
     """A box and an area must be those of the head's pixels, with or without its mirror image."""
     if sight.frame not in boxes:
         return

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,9 +19,7 @@ from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, Li
 from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.io.arrays import Layout, real, whole
-from abs_engine.io.npz import read_model, write_npz
 
-FORMAT, VERSION = "abs_engine.local", 2
 RIDGE = 1.0
 ALONE = 0.05
 """Share of each component's noise that is taken for its own in `LocalModel.whitener`: a few dozen
@@ -168,29 +165,6 @@ class LocalModel:
         explained, unit = (float(data[name]) for name in _NUMBERS)
         return cls(vertices=vertices, left_out=left_out, explained=explained, unit=unit, **arrays)
 
-    def save(self, path: Path) -> None:
-        """Write an ``.npz`` that `load` reads, whole or not at all.
-
-        Raises
-        ------
-        OutputError
-            If it exists or cannot be written.
-        """
-        write_npz(path, FORMAT, VERSION, self.arrays())
-
-    @classmethod
-    def load(cls, path: Path) -> LocalModel:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        InputFileError
-            If the file is missing or no NPZ archive.
-        ModelFormatError
-            If it has another format or version, or its arrays do not fit together.
-        """
-        return read_model(path, FORMAT, VERSION, cls.from_arrays, "local appearance", LAYOUT)
-
 
 LAYOUT: Layout = {
     "vertices": whole("N", low=0),
@@ -230,7 +204,7 @@ def learn_local(
     vertices : (N,) int
         The points; see `choose.choose_points` for which of them to keep.
     sigma : float or (N,) float64, drawn pixels
-        Scale of the filters, one for all or one for each point; see `choose.own_scales`.
+        Scale of the filters, one for all or one for each point.
     scale : float
         Drawn pixels per image pixel; frames are compared at the same.
     ridge : float, frames

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.scene import Renderer, Scene
-from abs_engine.face.appearance.descriptors import DescriptorMaps
 from abs_engine.face.appearance.local import LocalModel
-from abs_engine.face.appearance.patches import Patches
-from abs_engine.face.appearance.visibility import FloatArray, Sighting, sighted
+from abs_engine.face.appearance.visibility import FloatArray
 
 N_POINTS = 63
 """The paper's N."""
@@ -22,7 +16,6 @@ OFTEN = 0.6
 SQUARELY = 0.5
 """Least mean cosine between its normal and the line of sight: flatter, near the outline, its
 filters see the background too, and a small turn of the head changes them more than speech does."""
-SCALES = (1.2, 1.7, 2.4, 3.4, 4.8)
 
 
 def choose_points(
@@ -112,42 +105,3 @@ def reconstructed(model: LocalModel, whiten: bool = False) -> FloatArray:
     """Variance (P, N) of each point's descriptor that each parameter's column of M_D makes."""
     modes = model.modes / np.maximum(model.spread, 1e-6) if whiten else model.modes
     return np.asarray(((modes * model.reach[:, None, None]) ** 2).sum(axis=2))
-
-
-def own_scales(
-    sightings: Iterable[Sighting],
-    scene: Scene,
-    vertices: NDArray[np.integer],
-    camera: Camera,
-    renderer: Renderer,
-    scales: tuple[float, ...] = SCALES,
-    scale: float = 1.0,
-) -> FloatArray:
-    """Each point's own scale (N,), drawn pixels, by Lindeberg's automatic selection.
-
-    The scale at which the gradient of Y, Cb and Cr, times the square root of the scale, is
-    largest on average over the frames that show the point (gamma 1/2 of Lindeberg 1998, whose
-    maximum over scale is at the width of an edge). Beyond the paper, which names it as further
-    work. A point that is never seen gets the middle scale.
-
-    Parameters
-    ----------
-    sightings, scene, vertices, camera, renderer, scale
-        As for `local.learn_local`.
-    scales : tuple of float, drawn pixels
-        To choose from.
-    """
-    patches = Patches.around(scene, vertices)
-    window = Window(0, 0, *camera.size, scale)
-    sigma = np.asarray(scales, np.float64)
-    strength = np.zeros((len(sigma), len(vertices)))
-    for sighting in sightings:
-        weights, flat = sighted(sighting, patches, scene, camera, window, renderer)
-        pixels = flat[patches.points]
-        maps = DescriptorMaps.of(window.sample(np.asarray(sighting.image, np.float32)), sigma)
-        for k in range(len(sigma)):
-            which = np.full(len(vertices), k)
-            squared = (maps.at(pixels, which)[:, 2:] ** 2).sum(axis=1)
-            strength[k] += (weights > 0) * np.sqrt(sigma[k] * squared)
-    best = sigma[strength.argmax(axis=0)]
-    return np.asarray(np.where(strength.any(axis=0), best, sigma[len(sigma) // 2]))

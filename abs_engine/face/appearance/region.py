@@ -46,10 +46,3 @@ def part(scene: Scene, facets: NDArray[np.bool_]) -> tuple[Scene, NDArray[np.int
         facet_class=scene.facet_class[chosen],
     )
     return smaller, kept.astype(np.int64)
-
-
-def facets_around(scene: Scene, vertices: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """Facets (F,) with a corner among some vertices."""
-    marked = np.zeros(len(scene.mean), np.bool_)
-    marked[vertices] = True
-    return np.asarray(marked[scene.faces].any(axis=1))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,7 @@ from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, Li
 from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.io.arrays import Layout, real, whole
-from abs_engine.io.npz import read_model, write_npz
 
-FORMAT, VERSION = "abs_engine.texture", 2
 LAYOUT: Layout = {
     **dict.fromkeys(("base", "mean"), real("H", "W", 3, dtype=np.float32)),
     "modes": real("P*", "H", "W", 3, dtype=np.float32),
@@ -151,30 +148,6 @@ class TextureModel:
         frames = np.asarray(data["frames"], np.int32)
         left = Leftover(*(np.asarray(data[k], np.float32) for k in ("spread", "common")))
         return cls(base, modes, mean, frames, float(data["explained"]), left)
-
-    def save(self, path: Path) -> None:
-        """Write an ``.npz`` that `load` reads, whole or not at all.
-
-        Raises
-        ------
-        OutputError
-            If it exists or cannot be written.
-        """
-        write_npz(path, FORMAT, VERSION, self.arrays())
-
-    @classmethod
-    def load(cls, path: Path) -> TextureModel:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        InputFileError
-            If the file is missing or no NPZ archive.
-        ModelFormatError
-            If it has another format or version, its arrays do not fit together or are not
-            finite, or a spread is negative.
-        """
-        return read_model(path, FORMAT, VERSION, cls.from_arrays, "texture", LAYOUT)
 
     def _values(self, parameters: ArrayLike) -> FloatArray:
         row = np.asarray(parameters, np.float64)

@@ -11,52 +11,16 @@ from abs_engine.face.shape.linear import LinearShape
 FloatArray = NDArray[np.float64]
 
 
-def dense_shape(alpha: FloatArray, heads: NDArray[np.floating]) -> LinearShape:
-    """Regress full heads on the parameters of the same visemes.
+def dense_units(
+    alpha: FloatArray, weights: FloatArray, neutral: NDArray[np.floating],
+    units: NDArray[np.floating],
+) -> LinearShape:  # fmt: skip
+    """Full heads by regression of their face units' weights on the parameters of the same visemes.
 
     Parameters
     ----------
     alpha : (V, P) float64
         Parameters, standard deviations.
-    heads : (V, M, 3) float, mm, head frame
-        All vertices in each viseme.
-
-    Returns
-    -------
-    LinearShape
-        Mean (M, 3) and modes (P, M, 3) in the head frame. Its generators are the visemes' own
-        weights, one for each of the V heads, so that `mixing @ heads` are the modes.
-
-    Raises
-    ------
-    ParameterError
-        If the arrays do not fit together.
-    TooFewPointsError
-        If the visemes do not determine the modes.
-    """
-    alpha, shown = np.asarray(alpha, np.float64), np.asarray(heads, np.float64)
-    if alpha.ndim != 2 or shown.ndim != 3 or len(alpha) != len(shown):
-        raise ParameterError(
-            f"parameters {alpha.shape} and heads {shown.shape} do not fit",
-            "give (V, P) and (V, M, 3)",
-        )
-    solver = _solver(alpha)
-    fitted = np.tensordot(solver, shown, 1)
-    return LinearShape(
-        fitted[0].astype(np.float32), fitted[1:].astype(np.float32),
-        solver[1:], solver[0], _shares(alpha, fitted[1:], shown),
-    )  # fmt: skip
-
-
-def dense_units(
-    alpha: FloatArray, weights: FloatArray, neutral: NDArray[np.floating],
-    units: NDArray[np.floating],
-) -> LinearShape:  # fmt: skip
-    """The same where face units make the heads: their weights are regressed instead.
-
-    Parameters
-    ----------
-    alpha : (V, P) float64
     weights : (V, U) float64
         Face-unit weights of the visemes.
     neutral : (M, 3) float, mm, head frame
@@ -65,12 +29,14 @@ def dense_units(
     Returns
     -------
     LinearShape
-        Whose `generators` are face-unit weights.
+        Mean (M, 3) and modes (P, M, 3) in the head frame. Its generators are face-unit weights.
 
     Raises
     ------
-    ParameterError, TooFewPointsError
-        As `dense_shape`.
+    ParameterError
+        If the arrays do not fit together.
+    TooFewPointsError
+        If the visemes do not determine the modes.
     """
     alpha, weights = np.asarray(alpha, np.float64), np.asarray(weights, np.float64)
     if len(alpha) != len(weights) or weights.shape[1:] != units.shape[:1]:

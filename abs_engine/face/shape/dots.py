@@ -82,12 +82,6 @@ class ShellPoints:
         return sparse.csr_matrix(entries, shape=(count * each, 3 * nodes))
 
 
-def points_at_nodes(nodes: NDArray[np.integer]) -> ShellPoints:
-    """Points (K,) that are nodes."""
-    at = np.repeat(np.asarray(nodes, np.int32)[:, None], 3, axis=1)
-    return ShellPoints(at, np.tile([1.0, 0.0, 0.0], (len(at), 1)))
-
-
 def nearest_points(
     nodes: FloatArray, faces: NDArray[np.integer], points: NDArray[np.floating]
 ) -> ShellPoints:

@@ -192,20 +192,6 @@ class ThinShell:
         factors, scale = self._factors
         return np.asarray(scale[:, None] * factors.solve(scale[:, None] * right), np.float64)
 
-    def displacement(self, forces: FloatArray) -> FloatArray:
-        """Displacements (N, 3), mm, under forces (N, 3), N: U of K U = F.
-
-        Raises
-        ------
-        ParameterError
-            If the forces do not fit or are not finite, or the shell is not held: K is singular.
-        """
-        if np.size(forces) != np.size(self.vertices) or not np.isfinite(forces).all():
-            raise ParameterError(
-                "the forces are not finite, or not for the shell's nodes", "give one for each node"
-            )
-        return self.solve(np.reshape(forces, (-1, 1))).reshape(-1, 3)
-
     def compliance_rows(self, dofs: NDArray[np.integer] | sparse.spmatrix) -> FloatArray:
         """P (n, 3N), mm / N: rows of K^-1, or sums of them.
 
@@ -248,13 +234,3 @@ class ThinShell:
                 "make them for this shell",
             )
         return rows
-
-    def strains(self, displacement: FloatArray) -> FloatArray:
-        """Strains (M, 5) of each triangle under displacements (N, 3), mm."""
-        moved = displacement[self.faces].reshape(len(self.faces), 9)
-        return np.asarray(np.einsum("mpi,mi->mp", self.strain_matrices, moved), np.float64)
-
-    def energy(self, displacement: FloatArray) -> float:
-        """Strain energy, springs included, N mm: U' K U / 2."""
-        u = np.ravel(displacement)
-        return float(0.5 * u @ (self.stiffness @ u))

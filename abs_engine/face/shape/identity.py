@@ -40,10 +40,6 @@ class IdentityShape:
     names: tuple[str, ...]
     weights: NDArray[np.float32]
 
-    def targets(self, identity: FloatArray) -> NDArray[np.float32]:
-        """Weights (T,) of the speaker's targets for a person (K,) in standard deviations."""
-        return np.asarray(identity @ self.weights, np.float32)
-
     def modes(self, speaker: Speaker) -> NDArray[np.float32]:
         """Displacements (K, V, 3), mm per standard deviation."""
         return np.asarray(

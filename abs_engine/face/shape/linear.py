@@ -34,10 +34,6 @@ class LinearShape:
     offset: FloatArray
     variance: FloatArray
 
-    def generators(self, parameters: FloatArray) -> FloatArray:
-        """Generator weights (..., N) of parameters (..., P)."""
-        return np.asarray(self.offset + parameters @ self.mixing)
-
 
 def principal_shapes(
     neutral: NDArray[np.float32],

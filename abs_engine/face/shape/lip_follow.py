@@ -27,13 +27,6 @@ def leaders(nodes: FloatArray) -> FloatArray:
     return np.concatenate([rings, rings[..., :1, _FACING, :]], axis=-3)
 
 
-def led(forces: FloatArray) -> FloatArray:
-    """Forces (102, 3) on the shell's lips that do the work of those (4, 34, 3) on the `leaders`."""
-    rings = np.array(forces[:3], np.float64)
-    rings[0] += forces[3][_FACING]
-    return rings.reshape(-1, 3)
-
-
 def followed(
     speaker: Speaker, shell: LipPoints, rings: LipPoints, chords: FloatArray
 ) -> FloatArray:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
-from abs_engine.face.shape.lip_follow import followed, leaders, led
+from abs_engine.face.shape.lip_follow import followed, leaders
 from abs_engine.face.shape.lip_shell import COLUMNS, LIP_ROWS, LipShell, lips_besides, skin_around
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.io.assets import Speaker
@@ -95,18 +95,6 @@ class LipModel:
         bulge = np.einsum("rk,...kcd->...rcd", self.follow, leaders(nodes))
         bulge = bulge.reshape(*nodes.shape[:-2], -1, 3)
         return np.concatenate([nodes, *([border] * self._skirts), bulge, middle], axis=-2)
-
-    def gathered(self, forces: FloatArray) -> FloatArray:
-        """Forces (N, 3) on the shell's nodes that do the work of those (V, 3) on its drawn lips.
-
-        Forces on the skirt and the opening, which no shell of lips feels, are left out.
-        """
-        count, first = len(self.shell), len(self.shell) + len(self.skirt)
-        rings = forces[first : first + len(self.bulge)].reshape(-1, COLUMNS, 3)
-        felt = led(np.einsum("rk,rcd->kcd", self.follow, rings))
-        out = np.array(forces[:count], np.float64)
-        out[: len(felt)] += felt
-        return out
 
     def scene(self) -> Scene:
         """The family of meshes that is drawn; weights are in standard deviations of the modes.

@@ -73,12 +73,6 @@ class LipShell(LipPoints):
     lip: NDArray[np.bool_]
     border: NDArray[np.bool_]
 
-    def elastic(
-        self, vertices: NDArray[np.floating], material: Material | None = None
-    ) -> ThinShell:
-        """The shell as an elastic body at rest on a head's vertices (V, 3), held at its border."""
-        return self.elastic_at(self.nodes(vertices), material)
-
     def elastic_at(self, nodes: FloatArray, material: Material | None = None) -> ThinShell:
         """The shell as an elastic body whose nodes (N, 3), mm, are at rest where given."""
         springs = np.where(self.border, BORDER_SPRING, 0.0)

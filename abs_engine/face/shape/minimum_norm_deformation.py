@@ -11,11 +11,7 @@ from abs_engine.face.shape.fem import FloatArray, ThinShell
 
 
 def reach(
-    shell: ThinShell,
-    dofs: NDArray[np.integer] | sparse.spmatrix,
-    goals: FloatArray,
-    *,
-    least: str = "force",
+    shell: ThinShell, dofs: NDArray[np.integer] | sparse.spmatrix, goals: FloatArray
 ) -> FloatArray:
     """Displacements of the whole shell that take points of it to their goals.
 
@@ -28,9 +24,6 @@ def reach(
         `dots.ShellPoints.rows` gives them.
     goals : (..., n) float64, mm
         Displacement goals U_g, for one frame or more.
-    least : 'force' or 'energy'
-        What is least: the forces' norm, F = P' (P P')^-1 U_g as eq. 2 has it, or the strain
-        energy, for which forces act at the goals alone.
 
     Returns
     -------
@@ -44,10 +37,10 @@ def reach(
 
     Notes
     -----
-    P is W K^-1; where a goal is a node's own, its row of W picks one row of K^-1, as in the
-    paper. The paper names least strain and prints the least force. Both are smooth; forces spread
-    over all nodes follow the goals' surroundings more evenly, forces at the goals alone leave
-    peaks.
+    The forces' norm is least: F = P' (P P')^-1 U_g with P = W K^-1; where a goal is a node's own,
+    its row of W picks one row of K^-1, as in the paper. The paper names least strain and prints
+    the least force. Both are smooth; forces spread over all nodes follow the goals' surroundings
+    more evenly, forces at the goals alone leave peaks.
     """
     picked, goals = shell.selection(dofs), np.asarray(goals, np.float64)
     different = np.linalg.matrix_rank((picked @ picked.T).toarray())
@@ -58,12 +51,7 @@ def reach(
         )
     if not np.isfinite(goals).all():
         raise ParameterError("a goal is not finite", "leave out frames in which a point was lost")
-    if least not in ("force", "energy"):
-        raise ParameterError(f"nothing is known of least '{least}'", "choose force or energy")
     p = shell.compliance_rows(picked)
-    if least == "force":  # Eq. 2, then U = K^-1 F
-        whole = shell.solve(p.T @ np.linalg.inv(p @ p.T))
-    else:
-        whole = p.T @ np.linalg.inv(picked @ p.T)
+    whole = shell.solve(p.T @ np.linalg.inv(p @ p.T))  # Eq. 2, then U = K^-1 F
     moved = goals @ whole.T
     return np.asarray(moved.reshape(*goals.shape[:-1], -1, 3), np.float64)

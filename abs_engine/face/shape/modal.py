@@ -119,14 +119,6 @@ class LearnedPhysics:
         away = np.asarray(shapes, np.float64) - self.rest - self.mean
         return np.asarray(away.reshape(*away.shape[:-2], -1) @ self.matrix, np.float64)
 
-    def pushed(self, forces: FloatArray) -> FloatArray:
-        """Change of the coefficients (P,) under forces (N, 3): U = S L^(1/2) S' F (eq. 13)."""
-        return np.asarray(np.sqrt(self.variances) * (self.matrix.T @ np.ravel(forces)))
-
-    def negative_log_prior(self, coefficients: FloatArray) -> float:
-        """Half of eq. 10's sum of f_i^2 / l_i; the scaling factor is left out."""
-        return float(0.5 * (np.asarray(coefficients) ** 2 / self.variances).sum())
-
     def save(self, path: Path) -> None:
         """Write an ``.npz``, whole or not at all.
 

@@ -16,7 +16,6 @@ from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.io.assets import Speaker
 
-FloatArray = NDArray[np.float64]
 _LIPS = 3.0  # how much more a node of the lips counts than one of the skin
 _RIDGE = 0.02  # mm of the lips' motion that a unit of weight costs, beside 1 mm of misfit
 
@@ -56,10 +55,3 @@ def physics_shape(
         np.asarray(neutral + heads[0], np.float32), np.asarray(heads[1:], np.float32),
         weights[1:], weights[0], np.asarray(physics.variances / physics.total),
     )  # fmt: skip
-
-
-def missed(shell: LipShell, physics: LearnedPhysics, shape: LinearShape) -> float:
-    """RMS distance, mm, by which the head's lips miss the shell's, over the physics' own motion."""
-    lips = np.unique(shell.faces[shell.lip])
-    away = shell.nodes(shape.modes) - physics.deviations[:, None, None] * physics.modes
-    return float(np.sqrt((away[:, lips] ** 2).sum(axis=(0, 2)).mean()))

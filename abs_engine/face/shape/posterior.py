@@ -45,20 +45,8 @@ class Posterior:
         return self.physics.shape(self.coefficients)
 
     @property
-    def shape_covariance(self) -> FloatArray:
-        """Covariance (3N, 3N), mm^2, of all degrees of freedom of the shape."""
-        s = self.physics.matrix
-        return np.asarray(s @ self.covariance @ s.T)
-
-    @property
-    def node_deviations(self) -> FloatArray:
-        """Root mean square distance (N,), mm, that each node is expected to be off."""
-        modes = self.physics.modes
-        return np.asarray(np.sqrt(np.einsum("pnd,pq,qnd->n", modes, self.covariance, modes)))
-
-    @property
     def deviation(self) -> float:
-        """Root mean square, mm, over all nodes of `node_deviations`: of the covariance's trace."""
+        """Root mean square, mm, that a node is expected to be off: of the covariance's trace."""
         return float(np.sqrt(np.trace(self.covariance) / len(self.physics.rest)))
 
 

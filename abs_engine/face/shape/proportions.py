@@ -24,23 +24,8 @@ _BETWEEN_EYES = 0.035  # of the way from eye to eye, about its middle
 _ABOVE_EARS = 0.2  # of the way from the nose's root to the crown
 
 
-def with_proportions(speaker: Speaker, modes: FloatArray) -> FloatArray:
-    """Modes (K, 3 V), mm per standard deviation, with skulls as alike as people's are.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    modes : (K, 3 V) float64
-
-    Returns
-    -------
-    (K, 3 V) float64
-    """
-    return np.asarray(proportioned(speaker, modes) @ modes)
-
-
 def proportioned(speaker: Speaker, modes: FloatArray) -> FloatArray:
-    """Matrix (K, K) by which `with_proportions` multiplies modes (K, 3 V)."""
+    """Matrix (K, K) that makes of modes (K, 3 V), mm, those of skulls as alike as people's are."""
     found = _proportions(speaker, modes.reshape(len(modes), -1, 3))
     if found is None:
         return np.eye(len(modes))

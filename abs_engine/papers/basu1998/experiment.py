@@ -144,6 +144,7 @@ def pose_known(
     views : mapping of camera to Truth
     renderer : Renderer
     driver : str
+        By `AS_PRINTED` from one start, with one Gaussian as the prior.
     rule : str
         How forces are integrated.
     score : {"exact", "sample"}
@@ -158,55 +159,14 @@ def pose_known(
     FrameError
     """
     for camera, view in views.items():
-        setting = replace(lips.setting(view.camera, renderer), score=score)
-        fits = _known(setting, view, lips.starts, driver, rule, step, _journal(kept, camera))
-        yield from (FrameError.of(lips, camera, driver, fit, view) for fit in fits)
-
-
-def as_printed(
-    lips: TrainedLips,
-    views: Mapping[str, Truth],
-    renderer: Renderer,
-    step: int = 1,
-    kept: Path | None = None,
-) -> Iterator[FrameError]:
-    """Fit frames by the paper's forces alone: one fixed step, one start, one Gaussian, one sample.
-
-    Parameters
-    ----------
-    lips : TrainedLips
-    views : mapping of camera to Truth
-    renderer : Renderer
-    step : int
-        Every so many frames.
-    kept : Path, optional
-        As of `pose_known`.
-
-    Yields
-    ------
-    FrameError
-    """
-    for camera, view in views.items():
-        setting = replace(lips.setting(view.camera, renderer), score="sample", seen=None)
-        journal = _journal(kept, camera)
-        fits = _known(setting, view, lips.starts[:1], AS_PRINTED, "sample", step, journal)
-        yield from (FrameError.of(lips, camera, AS_PRINTED, fit, view) for fit in fits)
-
-
-def _known(
-    setting: ShellSetting,
-    view: Truth,
-    starts: FloatArray,
-    driver: str,
-    rule: str,
-    step: int,
-    kept: Path | None,
-) -> Iterator[ShellFit]:
-    """Fits of every so many frames of a view at their true poses."""
-    motion = GivenMotion(poses_of(view)[::step])
-    pictures = islice(view.pictures(), None, None, step)
-    for fit in fit_frames(setting, pictures, motion, starts, driver, rule, False, kept):
-        yield replace(fit, frame=fit.frame * step)
+        setting, starts = replace(lips.setting(view.camera, renderer), score=score), lips.starts
+        if driver == AS_PRINTED:
+            setting, starts = replace(setting, seen=None), starts[:1]
+        motion = GivenMotion(poses_of(view)[::step])
+        pictures, journal = islice(view.pictures(), None, None, step), _journal(kept, camera)
+        for fit in fit_frames(setting, pictures, motion, starts, driver, rule, False, journal):
+            placed = replace(fit, frame=fit.frame * step)
+            yield FrameError.of(lips, camera, driver, placed, view)
 
 
 def _journal(kept: Path | None, camera: str) -> Path | None:

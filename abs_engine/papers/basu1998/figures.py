@@ -42,9 +42,7 @@ class Posture:
     nodes: FloatArray
 
 
-def mode_postures(
-    physics: LearnedPhysics, modes: int = 4, deviations: float = 2.0
-) -> list[Posture]:
+def mode_postures(physics: LearnedPhysics, modes: int) -> list[Posture]:
     """The shell at rest, displaced by the mean, and displaced by each mode from the mean."""
     out = [
         Posture("at rest", physics.rest),
@@ -53,8 +51,8 @@ def mode_postures(
     for k in range(min(modes, len(physics.modes))):
         for sign, mark in ((-1, "\N{MINUS SIGN}"), (1, "+")):
             weights = np.zeros(len(physics.modes))
-            weights[k] = sign * deviations * np.sqrt(physics.variances[k])
-            name = f"mode {k + 1}, {mark}{deviations:g} sd"
+            weights[k] = sign * 2.0 * np.sqrt(physics.variances[k])
+            name = f"mode {k + 1}, {mark}2 sd"
             out.append(Posture(name, physics.shape(weights)))
     return out
 

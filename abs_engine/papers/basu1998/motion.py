@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.capture.dot_annotations import LIPS16, LIPS17
+from abs_engine.capture.dot_annotations import LIPS17
 from abs_engine.capture.observations import Observations
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.training import MODES, TRAINED
 from abs_engine.studio.speech import (
     Segment,
     Utterance,
@@ -123,40 +122,6 @@ def recording_path() -> Path:
     return path
 
 
-def most_varied(
-    speaker: Speaker, path: Path, *, frames: int = TRAINED, step: int = 10, rate: float = RATE
-) -> int:
-    """First frame of the stretch of a recording in which the lips move in the most ways.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    path : Path
-    frames : int
-        Length of the stretch: the frames that are learned from.
-    step : int
-        Every so many frames a stretch may begin.
-    rate : float
-        Frames per second.
-
-    Returns
-    -------
-    int
-        Where the ten directions in which the dots vary most have the greatest product of variances.
-    """
-    weights = play_recording(read_livelink(path), speaker.unit_names, rate).weights
-    units = speaker.unit_matrix(speaker.unit_names)[:, lips17(speaker)[: len(LIPS16)]]
-    dots = weights @ units.reshape(len(units), -1).astype(np.float64)
-    starts = range(0, len(dots) - frames + 1, step)
-
-    def spread(start: int) -> float:
-        part = dots[start : start + frames]
-        values = np.linalg.svd(part - part.mean(axis=0), compute_uv=False)[:MODES]
-        return float(np.log(np.maximum(values, 1e-9)).sum())
-
-    return max(starts, key=spread)
-
-
 def recorded_motion(
     speaker: Speaker,
     person: str,
@@ -176,7 +141,7 @@ def recorded_motion(
     frames : int
     start : int
         First frame at `rate`. The default is the stretch of the recording known to the project in
-        which the lips move in the most ways (`most_varied`).
+        which the lips move in the most ways.
     rate : float
 
     Raises

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from abs_engine.compare.forces import Rule as Integral
 from abs_engine.core.clock import write_timing
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.provenance import made_by
@@ -26,8 +23,6 @@ from abs_engine.papers.basu1998.experiment import (
     OBSERVED,
     FrameError,
     TrainedLips,
-    as_printed,
-    converged,
     learn_lips,
     placed_by_blob,
     pose_estimated,
@@ -60,23 +55,10 @@ from abs_engine.papers.basu1998.motion import (
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
 from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
+from abs_engine.papers.basu1998.single_frames import AS_PRINTED
+from abs_engine.papers.basu1998.summary import FURTHER, LITERAL, WAYS, Fits, fitted, seconds
 from abs_engine.papers.basu1998.viseme_information import SYLLABLES, viseme_information
 
-Views = dict[tuple[str, str, str], Truth]
-WAYS: tuple[tuple[str, str, str, Integral], ...] = (
-    ("forces", "forces", "whole", "exact"),
-    ("forces_one_sample", "forces", "sample", "sample"),
-    ("forces_exact", "forces", "exact", "exact"),
-    ("gradient", "gradient", "whole", "exact"),
-    ("simplex", "simplex", "whole", "exact"),
-    ("simplex_one_sample", "simplex", "whole", "sample"),
-)
-"""Name in the results, driver, rule of the forces, and how the posterior is integrated (5.4)."""
-LITERAL = "forces_as_printed"
-"""One fixed step from one start, the mean shape: eqs. 8, 10, 12 and 13 as they are printed."""
-FURTHER = ("before_mm", "cross_validated_mm", "after_mm")
-"""Lips of five seconds of dots with the variances of these, with cross-validated ones, and after
-further training."""
 QUICK_SYLLABLES = 30
 """Of each person, for `viseme_information`."""
 SPARSE = {LITERAL: 5, "simplex_one_sample": 5}
@@ -121,42 +103,56 @@ def reproduce(
     report.results["viseme_information"] = viseme_information(speaker, seed, syllables)
     tell("filming heads without dots")
     views = film(amount, folder / "filmed", seed)
-    known: list[FrameError] = []
-    blob, moving = [], []
-    further: list[tuple[float, ...]] = []
+    fits = Fits([], [], [], [])
     for person in amount.people:
-        tell(f"learning {person}'s lips and colours")
-        seen = [views[person, "colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
-        lips = learn_lips(speaker, person, learn_colours(seen), seed)
-        sides = {camera_name(y): views[person, "test", camera_name(y)] for y in YAWS}
-        for name, driver, rule, score in WAYS:
-            tell(f"fitting {person} by {name.replace('_', ' ')}")
-            step = SPARSE.get(name, 1)
-            own = kept / person / name
-            fits = pose_known(lips, sides, renderer, driver, rule, score, step, own)
-            known += _named(name, fits)
-        tell(f"fitting {person} by forces as printed")
-        own = kept / person / LITERAL
-        known += _named(LITERAL, as_printed(lips, sides, renderer, SPARSE[LITERAL], own))
-        tell(f"fitting {person} from the blob, and moving")
-        blob += list(placed_by_blob(lips, sides, renderer, "forces", kept / person / "blob"))
-        turning, own = views[person, "moving", FRONT], kept / person
-        moving += list(pose_estimated(lips, speaker, turning, renderer, BEST, own))
-        tell(f"training {person}'s lips further")
-        further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed, own))
+        own = {key[1:]: view for key, view in views.items() if key[0] == person}
+        lips, sides = _fit_person(fits, speaker, person, own, renderer, kept / person, seed, tell)
         if person == amount.people[0]:
-            fit_figures(report, lips, sides, known, renderer)
-    _fitted(report, known, blob, len(amount.people) * len(YAWS) * amount.test, moving, further)
+            fit_figures(report, lips, sides, fits.known, renderer)
+    fitted(report, fits, len(amount.people) * len(YAWS) * amount.test)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell, kept / "grid")
     report.results["grid"] = grid or {"closure_precision": None, "closure_recall": None}
     report.results |= _circumstances(amount.people, renderer, quick, seed)
     took = round(time.perf_counter() - begun, 1)
-    write_timing(folder, {"seconds": took, "seconds_per_frame": _seconds(known)})
+    write_timing(folder, {"seconds": took, "seconds_per_frame": seconds(fits.known)})
     (folder / "results.json").write_text(json.dumps(report.results, indent=2) + "\n")
     page = reproduction_page(report.results, report.figures, report.remarks)
     (folder / "index.html").write_text(page)
     return report.results
+
+
+def _fit_person(
+    fits: Fits,
+    speaker: Speaker,
+    person: str,
+    views: Mapping[tuple[str, str], Truth],
+    renderer: Renderer,
+    kept: Path,
+    seed: int,
+    tell: Callable[[str], None],
+) -> tuple[TrainedLips, dict[str, Truth]]:
+    """Add the fits of a person's views by kind of clip and camera; the lips, and the test clips."""
+    tell(f"learning {person}'s lips and colours")
+    seen = [views["colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
+    lips = learn_lips(speaker, person, learn_colours(seen), seed)
+    sides = {camera_name(y): views["test", camera_name(y)] for y in YAWS}
+    for name, driver, rule, score in WAYS:
+        tell(f"fitting {person} by {name.replace('_', ' ')}")
+        step = SPARSE.get(name, 1)
+        found = pose_known(lips, sides, renderer, driver, rule, score, step, kept / name)
+        fits.known.extend(_named(name, found))
+    tell(f"fitting {person} by forces as printed")
+    step, own = SPARSE[LITERAL], kept / LITERAL
+    found = pose_known(lips, sides, renderer, AS_PRINTED, "sample", "sample", step, own)
+    fits.known.extend(_named(LITERAL, found))
+    tell(f"fitting {person} from the blob, and moving")
+    fits.blob.extend(placed_by_blob(lips, sides, renderer, "forces", kept / "blob"))
+    turning = views["moving", FRONT]
+    fits.moving.extend(pose_estimated(lips, speaker, turning, renderer, BEST, kept))
+    tell(f"training {person}'s lips further")
+    fits.further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed, kept))
+    return lips, sides
 
 
 def _circumstances(
@@ -230,84 +226,3 @@ def _further(
         rms_of(list(pose_known(x, {FRONT: test}, renderer, BEST, kept=kept / name)))
         for name, x in each.items()
     )
-
-
-def _fitted(
-    report: Report,
-    known: Sequence[FrameError],
-    blob: Sequence[FrameError],
-    filmed: int,
-    moving: Sequence[FrameError],
-    further: Sequence[tuple[float, ...]],
-) -> None:
-    """Sections 5 and 6.1 as numbers; `filmed` frames were there to be placed by the blob."""
-    drivers: dict[str, dict[str, Any]] = {
-        name: _driven([e for e in known if e.driver == name]) | {"posterior_rule": score}
-        for name, _, _, score in WAYS
-    }
-    literal = [e for e in known if e.driver == LITERAL]
-    drivers[LITERAL] = _driven(literal) | {"posterior_rule": "sample"}
-    best = [e for e in known if e.driver == BEST]
-    people = sorted({e.person for e in best})
-    yaws = {
-        person: {
-            c: rms_of([e for e in best if (e.person, e.camera) == (person, c)])
-            for c in map(camera_name, YAWS)
-        }
-        for person in people
-    }
-    turning = {p: rms_of([e for e in moving if e.person == p]) for p in people}
-    from_blob, frontal = _driven(blob), _driven([e for e in blob if e.camera == FRONT])
-    for name in ("simplex", "simplex_one_sample"):
-        drivers[name]["iterations"] = None
-    report.results |= {
-        "drivers": drivers,
-        "iterations_to_converge": from_blob.get("iterations"),
-        "blob": from_blob | {
-            "found": len(blob) / filmed,
-            "converged": converged(blob) * len(blob) / filmed if blob else 0.0,
-            "most_iterations": max((e.fit.solution.n_iterations for e in blob), default=None),
-            "frontal": frontal,
-        },
-        "yaw_mm": yaws,
-        "pose": {
-            "known": rms_of(best), "frontal": rms_of([e for e in best if e.camera == FRONT]),
-            "worst": max(mm for of in yaws.values() for mm in of.values()),
-            "blob": from_blob.get("mm"), "blob_frontal": frontal.get("mm"),
-            "estimated": rms_of(moving),
-            "estimated_mm": turning, "estimated_worst": max(turning.values()),
-            "highest": float(np.sqrt(np.mean([e.highest**2 for e in best]))),
-            "frames": {"blob": len(blob), "blob_filmed": filmed, "estimated": len(moving)},
-        },
-        "further_training": _trained(further),
-    }  # fmt: skip
-
-
-def _trained(further: Sequence[tuple[float, ...]]) -> dict[str, float]:
-    """Errors of all people by each of `FURTHER`, mm, and what is left of the first."""
-    rms = np.sqrt(np.mean(np.square(further), axis=0))
-    left = {"left": float(rms[-1] / rms[0])}
-    return {**dict(zip(FURTHER, map(float, rms), strict=True)), **left}
-
-
-def _seconds(errors: Sequence[FrameError]) -> dict[str, float | None]:
-    """Mean seconds a frame, by driver, of those frames that no interrupted run had fitted."""
-    took: dict[str, list[float]] = {}
-    for error in errors:
-        took.setdefault(error.driver, []).append(error.fit.seconds)
-    means = {name: np.mean([s for s in own if s == s] or [np.nan]) for name, own in took.items()}
-    return {name: None if mean != mean else round(float(mean), 5) for name, mean in means.items()}
-
-
-def _driven(errors: Sequence[FrameError]) -> dict[str, float | None]:
-    if not errors:
-        return {}
-    found = [e.fit.solution for e in errors]
-    return {
-        "mm": rms_of(errors),
-        "highest_mm": float(np.sqrt(np.mean([e.highest**2 for e in errors]))),
-        "evaluations": float(np.mean([s.n_evaluations for s in found])),
-        "iterations": float(np.mean([s.n_iterations for s in found])),
-        "posterior": float(np.mean([s.value for s in found])),
-        "converged": converged(errors),
-    }

@@ -39,7 +39,6 @@ from abs_engine.studio.french import SENTENCES, Sentence
 from abs_engine.studio.plan import ClipPlan, compose, vectors
 from abs_engine.studio.scenefile import CameraEntry
 
-FloatArray = NDArray[np.float64]
 FIGURE = "figure10.svg"
 BEADS = 12
 """'Only a few beads, sufficient to compute reliably a direct inversion'; none are on the lips."""

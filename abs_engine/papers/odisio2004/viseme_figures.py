@@ -17,7 +17,6 @@ from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED, Speech
 from abs_engine.report.drawing.layout import Image, beside, captioned, stacked
 from abs_engine.report.drawing.lines import draw_circles
 
-FloatArray = NDArray[np.float64]
 DEVIATIONS = (-2.0, 0.0, 2.0)
 _NAMED = 3  # the worst visemes of a group that are named, as in the paper
 _HALF_MM = 0.5

@@ -42,7 +42,6 @@ PRINTED = {"tex_lin_printed": "tex_lin", "tex_cst_printed": "tex_cst"}
 """Textures compared by epsilon as printed, beside the whitened comparison of `talking_problem`."""
 ASKED = (*MODELS, *PRINTED)
 LIMIT, RESTARTS = 800, 2
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)

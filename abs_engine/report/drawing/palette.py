@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Image = NDArray[np.uint8]
-FloatArray = NDArray[np.float64]
 
 CLASS_COLOURS: Image = np.array(
     [(255, 255, 255), (236, 200, 176), (214, 39, 40), (255, 127, 14), (96, 44, 60),
@@ -122,5 +121,7 @@ def paint_flow(flow: NDArray[np.floating], largest: float, known: NDArray[np.boo
     hsv = np.stack([hue, length, 1 - 0.15 * length], axis=-1)
     from matplotlib.colors import hsv_to_rgb
 
-    coloured = np.rint(255 * cast("FloatArray", hsv_to_rgb(np.where(known[..., None], hsv, 0))))
+    coloured = np.rint(
+        255 * cast("NDArray[np.float64]", hsv_to_rgb(np.where(known[..., None], hsv, 0)))
+    )
     return np.where(known[..., None], coloured, 255).astype(np.uint8)

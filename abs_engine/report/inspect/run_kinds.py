@@ -49,7 +49,7 @@ def draw_overlay(
     video = find_video(run, request.video, None if truth is None else truth.video)
 
     def painted(wanted: list[int]) -> Iterator[Image]:
-        for number, picture in run_pictures(run, video, wanted):
+        for number, picture in run_pictures(video, wanted):
             yield painter.paint(number, picture)
 
     return presented(request, film, len(run), run.rate, painted, progress)

@@ -109,7 +109,7 @@ def load_run_head(folder: Path, speaker: Speaker) -> RunHead:
     return RunHead(Path(folder), speaker, arrays, mesh, camera)
 
 
-def run_pictures(run: RunHead, video: Path, wanted: list[int]) -> Iterator[tuple[int, Image]]:
+def run_pictures(video: Path, wanted: list[int]) -> Iterator[tuple[int, Image]]:
     """Frames of the run's video, with their numbers.
 
     Raises

@@ -1,16 +1,12 @@
 """Speech: phonemes or recordings to face-unit weights, frame by frame."""
 
-from abs_engine.studio.speech.articulate import Interval, Speech, articulate
-from abs_engine.studio.speech.gestures import Contact
-from abs_engine.studio.speech.livelink import Recording, play_recording, read_livelink
+from abs_engine.studio.speech.articulate import Speech, articulate
+from abs_engine.studio.speech.livelink import play_recording, read_livelink
 from abs_engine.studio.speech.notation import doubtful
 from abs_engine.studio.speech.textgrid import read_textgrid
 from abs_engine.studio.speech.utterance import Segment, Utterance, parse_phonemes
 
 __all__ = [
-    "Contact",
-    "Interval",
-    "Recording",
     "Segment",
     "Speech",
     "Utterance",

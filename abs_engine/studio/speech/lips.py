@@ -128,23 +128,6 @@ class Lips:
         return distance, -np.einsum("udx,dx->du", moved, unit)
 
 
-def tooth_gap(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
-    """Distance between the lower lip and the upper front teeth: the median along their edge.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    vertices : (V, 3) float32, mm, head frame
-
-    Returns
-    -------
-    float
-        mm. See `Lips.tooth_gaps`.
-    """
-    lips = Lips.of(speaker, vertices)
-    return float(np.median(lips.tooth_gaps(np.zeros(len(speaker.unit_names)))[0]))
-
-
 def _faces(speaker: Speaker, name: str) -> IntArray:
     wanted = speaker.facet_class == speaker.class_id(name)
     return np.asarray(speaker.faces[wanted], np.int64)
