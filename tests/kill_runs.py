@@ -5,27 +5,34 @@ Run it by hand, with `{out}` where the command names its output:
     python tests/kill_runs.py 60 abs-engine track talk.mp4 -o {out} --renderer cpu --quiet
 
 The command first runs undisturbed. Then it is killed (SIGKILL, it and its children) at moments
-drawn uniformly from the seconds that it took, and started again, until it ends; then all over
-again, until it was killed often enough. Every end must have the bytes of the undisturbed one in
-every file but `timing.json`, with nothing beside it. Of many clips, `--workers` is to be given.
+drawn uniformly from the processor's seconds that it took, which do not depend on what else the
+machine does, and started again, until it ends; then all over again, until it was killed often
+enough. Every end must have the bytes of the undisturbed one in every file but `timing.json`, with
+nothing beside it. Of many clips, `--workers` is to be given.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
+import psutil
+
 DURATIONS = "timing.json"  # differ from run to run by their nature
+LOOK = 0.1  # seconds between looks at what a command has taken so far
+FAULTS = ("other bytes", "something left beside", "failed")
 
 
 def contents(path: Path) -> dict[str, str]:
@@ -38,8 +45,18 @@ def contents(path: Path) -> dict[str, str]:
     }
 
 
-def runs_through(command: Sequence[str], seconds: float | None) -> bool:
-    """Whether a command ended well before it was killed.
+def spent(process: psutil.Process) -> float:
+    """Processor's seconds of a process and all that it started."""
+    seconds = 0.0
+    with suppress(psutil.NoSuchProcess):
+        for one in (process, *process.children(recursive=True)):
+            with suppress(psutil.NoSuchProcess):
+                seconds += sum(one.cpu_times()[:4])  # with those of children that ended
+    return seconds
+
+
+def runs_through(command: Sequence[str], seconds: float) -> bool:
+    """Whether a command ended well before it took so many seconds, at which it is killed.
 
     Raises
     ------
@@ -48,15 +65,18 @@ def runs_through(command: Sequence[str], seconds: float | None) -> bool:
     """
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(command, stdout=said, stderr=said, start_new_session=True)
-        try:
-            status = process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            return False
-        if status != 0:
+        watched = psutil.Process(process.pid)
+        while process.poll() is None:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(LOOK)
+            if process.returncode is None and spent(watched) >= seconds:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+                return False
+        if process.returncode != 0:
             said.seek(0)
-            raise RuntimeError(f"exit status {status}: {said.read().decode()[-2000:]}")
+            words = said.read().decode()[-2000:]
+            raise RuntimeError(f"exit status {process.returncode}: {words}")
     return True
 
 
@@ -73,8 +93,14 @@ def killed_until_done(
             return done
         if out.exists() and "--workers" not in command:
             return done + 1
-    runs_through(command, None)
+    runs_through(command, math.inf)
     return kills
+
+
+def seconds_of_children() -> float:
+    """Processor's seconds of all processes that this one has waited for, and of theirs."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def trial(command: Sequence[str], kills: int, seed: int = 0) -> Counter[str]:
@@ -85,9 +111,8 @@ def trial(command: Sequence[str], kills: int, seed: int = 0) -> Counter[str]:
         out = place / "out"
         filled = [part.replace("{out}", str(out)) for part in command]
         place.mkdir()
-        started = time.monotonic()
-        runs_through(filled, None)
-        longest, whole = time.monotonic() - started, contents(out)
+        runs_through(filled, math.inf)
+        longest, whole = seconds_of_children(), contents(out)
         while count["kills"] < kills:
             shutil.rmtree(place)
             place.mkdir()
@@ -102,11 +127,16 @@ def trial(command: Sequence[str], kills: int, seed: int = 0) -> Counter[str]:
             count["ends"] += 1
             count["other bytes"] += contents(out) != whole
             count["something left beside"] += [p.name for p in place.iterdir()] != ["out"]
+            sys.stderr.write(f"{told(count)}\n")
     return count
+
+
+def told(count: Counter[str]) -> str:
+    """A line of what was counted so far."""
+    return ", ".join(f"{name} {count[name]}" for name in ("kills", "ends", *FAULTS))
 
 
 if __name__ == "__main__":
     found = trial(sys.argv[2:], int(sys.argv[1]))
-    named = ("kills", "ends", "other bytes", "something left beside", "failed")
-    sys.stdout.write(", ".join(f"{name} {found[name]}" for name in named) + "\n")
-    sys.exit(any(found[name] for name in named[2:]))
+    sys.stdout.write(f"{told(found)}\n")
+    sys.exit(any(found[name] for name in FAULTS))

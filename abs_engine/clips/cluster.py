@@ -17,9 +17,12 @@ if TYPE_CHECKING:
 SCRATCH = ".workers"
 """In the folder of the runs: what workers of a local cluster put away."""
 _ANSWER = "20s"
+_GONE = ("closed", "failed")
 _SETTINGS = {
     "distributed.scheduler.allowed-failures": 0,  # `many` decides what is tried again
     "distributed.worker.multiprocessing-method": "spawn",
+    # Dask's 15 s are too few for a worker to start again on a busy machine; see `replace_lost`.
+    "distributed.deploy.lost-worker-timeout": "3 minutes",
     # Without Dask's MALLOC_TRIM_THRESHOLD_, which costs a quarter of the time in page faults.
     "distributed.nanny.pre-spawn-environ": {
         "OMP_NUM_THREADS": 1,
@@ -66,6 +69,21 @@ def local_workers(count: int, folder: Path) -> Iterator[Client]:
             yield client
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def replace_lost(client: Client) -> None:
+    """Start workers of a local cluster in place of those that Dask has given up.
+
+    It gives up those that are killed while they start, or take too long to. Workers of another
+    scheduler are its own affair.
+    """
+    cluster = client.cluster
+    if cluster is None:
+        return
+    for name, worker in list(cluster.workers.items()):
+        if worker.status.name in _GONE:
+            cluster.workers.pop(name, None)
+    cluster.scale(len(cluster.worker_spec))
 
 
 @contextmanager

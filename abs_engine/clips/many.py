@@ -6,6 +6,7 @@ from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome
 from abs_engine.clips.worker import track_job
 from abs_engine.core.errors import ParameterError
@@ -43,6 +44,7 @@ def track_many(
     waiting, watched = deque(jobs), {job.name: _Watched(job) for job in jobs}
     running: dict[Future[Outcome], Job] = {}
     while waiting or running:
+        replace_lost(client)
         while waiting and len(running) < max(1, len(client.nthreads())):
             job = waiting.popleft()
             key = f"{job.name}-{deaths[job.name]}-{id(client):x}"

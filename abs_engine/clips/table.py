@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from abs_engine.clips.job import WAITING, Job, Outcome
+from abs_engine.core.clock import TIMING
 from abs_engine.io.files import check_free, unwritable
 from abs_engine.io.naming import lock, partial_of, settle
 
@@ -31,7 +32,7 @@ def runs_folder(folder: Path) -> Iterator[Path]:
     try:
         folder.mkdir(exist_ok=True)
         files = {path.name for path in folder.iterdir() if not path.is_dir()}
-        if files - {partial_of(folder / TABLE).name} and TABLE not in files:
+        if files - {partial_of(folder / TABLE).name, TIMING} and TABLE not in files:
             raise FileExistsError  # a run, or something else; folders may be runs
         number = lock(folder, os.O_RDONLY)
     except OSError as error:

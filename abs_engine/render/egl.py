@@ -18,6 +18,7 @@ PACKAGES_DRIVER = "apt-get install libgl1-mesa-dri"
 
 _SURFACELESS, _DEVICE = 0x31DD, 0x313F
 _OPENGL_API, _EXTENSIONS, _NONE = 0x30A2, 0x3055, 0x3038
+_BAD_ACCESS = 0x3002
 _SURFACE_TYPE, _PBUFFER_BIT, _RENDERABLE_TYPE, _OPENGL_BIT = 0x3033, 0x0001, 0x3040, 0x0008
 _MAJOR, _MINOR, _PROFILE, _CORE = 0x3098, 0x30FB, 0x30FD, 0x0001
 _SOFTWARE_DEVICE = b"EGL_MESA_device_software"
@@ -49,14 +50,18 @@ class EglContext:
         Raises
         ------
         OpenGLError
-            If another thread holds it.
+            If another thread holds it, or the driver has lost it.
         """
         egl = self._egl
         egl.eglBindAPI(_OPENGL_API)
         if not egl.eglMakeCurrent(self._display, None, None, self._context):
+            code = egl.eglGetError()
+            if code == _BAD_ACCESS:
+                problem = "the OpenGL context is current in another thread"
+                raise OpenGLError(problem, "use it from the thread that opened it only")
             raise OpenGLError(
-                f"the OpenGL context cannot be made current (EGL error {egl.eglGetError():#x})",
-                "use it from the thread that opened it only",
+                f"the driver has lost the OpenGL context (EGL error {code:#x})",
+                "give the same command again, or choose --renderer cpu",
             )
 
     def __enter__(self) -> EglContext:

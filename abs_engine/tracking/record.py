@@ -97,8 +97,8 @@ class Recorder:
         return len(self._results)
 
     def add(self, result: FrameResult) -> None:
-        """Append the next frame."""
-        self._results.append(result)
+        """Append the next frame, without the end of its search, which no run holds."""
+        self._results.append(replace(result, highest=None))
 
     def arrays(self) -> dict[str, Any]:
         """Content of ``results.npz``, T frames.

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import csv
 import json
+import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from distributed import KilledWorker
+from distributed import Client, KilledWorker, LocalCluster
 from drawn import lit
 from heads import seen_at
 from runs import write_kind
 
 from abs_engine.cli import main
+from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
 from abs_engine.clips.many import DEATHS, _outcome, _Watched
 from abs_engine.clips.table import TABLE, runs_folder, write_table
@@ -65,6 +68,13 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
         pass
 
 
+def test_a_folder_whose_table_was_removed_is_taken(tmp_path):
+    (tmp_path / "timing.json").touch()  # as Snakemake leaves it, when there are more clips
+    (tmp_path / "a").mkdir()
+    with runs_folder(tmp_path) as folder:
+        assert folder == tmp_path
+
+
 def test_one_command_at_a_time_works_in_a_folder(tmp_path):
     with (
         runs_folder(tmp_path / "runs") as folder,
@@ -98,6 +108,26 @@ def test_a_clip_that_gets_on_is_never_given_up(allowed, tmp_path):
         with (partial_of(watched.job.folder) / FRAMES).open("ab") as file:
             file.write(b"frame")
         assert _outcome(killed(allowed), watched, deaths) is None
+
+
+def test_a_worker_that_dask_has_given_up_is_replaced():
+    with (
+        LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        client.sync(cluster.workers[0].close)
+        wait_until(lambda: not client.nthreads())
+        replace_lost(client)
+        wait_until(lambda: len(client.nthreads()) == 1)
+        replace_lost(client)
+        assert len(client.nthreads()) == len(cluster.workers) == 1
+
+
+def wait_until(true: Callable[[], bool], seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_a_fault_of_ours_is_reported_as_it_is(tmp_path):

@@ -217,6 +217,48 @@ except OpenGLError as error:
 
 
 @pytest.mark.gl
+def test_a_context_that_the_driver_loses_is_no_fault_of_threads():
+    code = """
+from abs_engine.render.egl import open_surfaceless
+from abs_engine.core.errors import OpenGLError
+lost = open_surfaceless()
+lost._egl.eglMakeCurrent(lost._display, None, None, None)
+lost._egl.eglDestroyContext(lost._display, lost._context)
+try:
+    with lost:
+        print("current")
+except OpenGLError as error:
+    print(error)
+"""
+    if not exists("egl-surfaceless"):
+        pytest.skip("EGL is needed")
+    done = in_process(code)
+    assert done.stdout.startswith("the driver has lost the OpenGL context"), done.stderr
+
+
+@pytest.mark.gl
+def test_a_context_is_not_taken_from_another_thread():
+    code = """
+from threading import Thread
+from abs_engine.render.egl import open_surfaceless
+from abs_engine.core.errors import OpenGLError
+ours = open_surfaceless()
+def elsewhere():
+    try:
+        ours.make_current()
+    except OpenGLError as error:
+        print(error)
+thread = Thread(target=elsewhere)
+thread.start()
+thread.join()
+"""
+    if not exists("egl-surfaceless"):
+        pytest.skip("EGL is needed")
+    done = in_process(code)
+    assert "current in another thread" in done.stdout, done.stderr
+
+
+@pytest.mark.gl
 def test_a_forked_child_is_refused():
     code = """
 import os

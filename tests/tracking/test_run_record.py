@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import gc
 import json
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +15,7 @@ from runs import lost_result, toy_model, toy_result, toy_setting
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.optimise.base import Solution
 from abs_engine.tracking.record import (
     RESULTS,
     SUMMARY,
@@ -34,6 +37,16 @@ def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("run")
     recorder.write(made, {"settings": {"video": "v"}, "summary": {"more": 0.1}})
     return made
+
+
+def test_the_end_of_a_search_takes_no_memory_once_its_frame_is_recorded():
+    end = Solution(np.zeros(26), "converged", 12.5, {}, 321, information=np.zeros((26, 26)))
+    recorder, found = Recorder(toy_setting()), weakref.ref(end)
+    recorder.add(replace(toy_result(0), highest=end))
+    del end
+    gc.collect()
+    assert found() is None
+    assert len(recorder) == 1
 
 
 @pytest.fixture(scope="module")
