@@ -1,9 +1,9 @@
 """Table of pictures of visemes: which file shows which viseme, and where the head is in it.
 
-A CSV file with the columns ``picture``, a file beside the table, and ``viseme``. Perhaps also ``rx``
-to ``rz``, a rotation vector in radians, and ``tx`` to ``tz``, a translation in mm: the pose of the
-points' frame in the camera's axes (x right, y down, z forward). A line whose six cells are empty
-has a pose that is to be estimated, and so have all without these columns.
+A CSV file with the columns ``picture``, a file beside the table, and ``viseme``. Perhaps also
+``rx`` to ``rz``, a rotation vector in radians, and ``tx`` to ``tz``, a translation in mm: the pose
+of the points' frame in the camera's axes (x right, y down, z forward). A line whose six cells are
+empty has a pose that is to be estimated, and so have all without these columns.
 """
 
 from __future__ import annotations

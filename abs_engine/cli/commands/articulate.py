@@ -53,16 +53,16 @@ CORPUS, points of a face in a posture for each viseme:
   coordinates = "y"                  of x, y and z
   positive = "-y"                    the direction in which the parameter grows
 
---face makes a face that can be drawn, for 'track --model': a head is fitted to the viseme 'rest', to
-which any points belong that the groups say lie on lips, lower teeth or skin, and face units and a
-smooth field carry the parameters over it. It has colours to be tracked by. With --pictures it has
-textures and local appearance, too:
+--face makes a face that can be drawn, for 'track --model'. A head is fitted to the viseme 'rest',
+and face units and a smooth field carry the parameters over it. Any points will do, 12 or more, if
+the groups lips, upper_lip, lower_lip and lower_teeth say which lie there; others lie on the skin.
+Such a face is tracked by its colours; with --pictures it has textures and local appearance, too:
   picture,viseme,rx,ry,rz,tx,ty,tz
   ipi.png,ipi,3.1,0.02,0.01,4.2,11.5,640
   a.png,a,,,,,,
-  Pictures lie beside the table, all of one camera. The pose is that of the frame of the upper teeth
-  (a rotation vector in radians, mm) in the camera's axes: x right, y down, z forward. Cells that are
-  empty, or columns that are missing, have the pose estimated.
+  Pictures lie beside the table, all of one camera. The pose is that of the frame of the upper
+  teeth (a rotation vector in radians, mm) in the camera's axes: x right, y down, z forward. Where
+  its cells are empty, or the columns missing, it is estimated.
 
 --model writes curves of the parameters instead, for points named as in the model; see the third
 example.

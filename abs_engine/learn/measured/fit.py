@@ -32,8 +32,8 @@ NOISE = 0.3
 _NEARING = ((2.0, 6.0), (1.0, 5.0), (0.7, 4.0), (0.5, 3.0), (0.5, 2.0))
 """Across and along the surface, mm, while places are still guessed by distance alone."""
 _ROUNDS, _ALONG = 10, 1.5
-"""Rounds by motion, and mm by which a place may then be off along the surface: of 1, 1.5 and 2 chosen
-on clara and kofi."""
+"""Rounds by motion, and mm by which a place may then be off along the surface: of 1, 1.5 and 2
+chosen on clara and kofi."""
 _STILL = ("eye", "brow", "tongueOut")  # face units that no point of speech shows
 
 

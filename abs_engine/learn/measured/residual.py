@@ -47,10 +47,10 @@ def smoothness(places: FloatArray, values: FloatArray) -> Smoothness:
     best = Smoothness(REACHES[0], np.inf, 0.0)  # nothing at all explains nothing
     for reach in REACHES:
         for noise in NOISES:
-            lost = sum(
-                float(((field(places[k], values[k], reach, noise, places[~k]) - values[~k]) ** 2).sum())
-                for k in (fold != f for f in range(fold.max() + 1))
-            )  # fmt: skip
+            lost = 0.0
+            for kept in (fold != k for k in range(fold.max() + 1)):
+                said = field(places[kept], values[kept], reach, noise, places[~kept])
+                lost += float(((said - values[~kept]) ** 2).sum())
             if 1 - lost / whole > best.explained:
                 best = Smoothness(reach, noise, 1 - lost / whole)
     return best
