@@ -51,7 +51,7 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
     Raises
     ------
     InputFileError
-        If it cannot be read, lacks a column, names a picture that is not there, or has no lines.
+        If it cannot be read, lacks a column or has no lines, or names a picture that is not there.
     ParameterError
         If it names a viseme that the corpus does not have, or a part of a pose.
     """
@@ -78,6 +78,4 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
         known = placed and bool(there.all())
         pose = Pose.from_vectors(row[:3], row[3:]) if known else None
         out.append(VisemePicture(picture, viseme, pose))
-    if not out:
-        raise InputFileError(f"{path} names no pictures", HELP)
     return tuple(out)

@@ -24,9 +24,10 @@ REST = "rest"
 """The viseme in which the head keeps still."""
 LEAST, LEAST_LIPS, LEAST_OTHERS = 12, 4, 4
 """Points that make a face, at least: all, those of the group lips, and those of no lip or tooth."""
-FARTHEST = 3.0
-"""mm (RMS) that the points of a face lie off the head that was fitted to them, at most. Of made-up
-people it is 0.3 to 0.7, of a face upside down or another unit's 10 and more."""
+FARTHEST, UNLIKELY = 3.0, 1.7
+"""mm (RMS) that points lie off the head that was fitted to them, and standard deviations (RMS) of
+its identity, at most. Of made-up people they are 0.5 to 0.7 and 0.7 to 1.0, of a face upside down 5
+and more in both, of one in cm, or 1.3 times as large, 0.6 to 2 and 1.9 to 3.5."""
 NOISE = 0.3
 """mm: standard deviation of a coordinate about the head's face units."""
 _NEARING = ((2.0, 6.0), (1.0, 5.0), (0.7, 4.0), (0.5, 3.0), (0.5, 2.0))
@@ -97,7 +98,6 @@ def fit_head(speaker: Speaker, built: Build) -> MeasuredHead:
     at_rest = corpus.visemes.index(REST)
     sites = Sites.of(speaker, corpus.names, corpus.groups)
     head, places = _by_distance(speaker, sites, points[at_rest])
-    _check_near(head, places, points[at_rest])
     return _by_motion(speaker, sites, head, places, points, at_rest)
 
 
@@ -140,7 +140,9 @@ def _by_motion(
     left = seen - places.at(head.vertices) - np.tensordot(own, places.at(units), 1)
     weights = np.zeros((len(points), len(speaker.unit_names)))
     weights[:, used] = own
-    return MeasuredHead(speaker, head.vertices, head.frame, places, weights, left)
+    made = MeasuredHead(speaker, head.vertices, head.frame, places, weights, left)
+    _check_likely(made, head)
+    return made
 
 
 def _check_count(built: Build) -> None:
@@ -156,11 +158,13 @@ def _check_count(built: Build) -> None:
         )
 
 
-def _check_near(head: PlacedHead, places: ShellPoints, points: FloatArray) -> None:
-    off = float(rms(np.linalg.norm(head.seen(points) - places.at(head.vertices), axis=1)))
-    if not off <= FARTHEST:
+def _check_likely(made: MeasuredHead, head: PlacedHead) -> None:
+    """Raise `ParameterError` where the points are on no head that a person might have."""
+    unusual = float(np.sqrt((head.identity**2).mean()))
+    if not (made.misfit <= FARTHEST and unusual <= UNLIKELY):
         raise ParameterError(
-            f"the points at rest lie {off:.1f} mm (RMS) off any head that was tried",
-            "check the groups of the points, the unit, and the frame: that of the upper teeth, "
+            f"the points do not fit a head: they lie {made.misfit:.1f} mm (RMS) off one that is "
+            f"{unusual / UNLIKELY:.1f} times as unusual as any head may be",
+            "check the groups of the points, their unit, and their frame: that of the upper teeth, "
             "x to the subject's left, y up, z forward",
         )
