@@ -12,6 +12,7 @@ from __future__ import annotations
 import csv
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point
 
 from abs_engine.capture.corpus import Corpus
+from abs_engine.capture.viseme_pictures import read_viseme_pictures
 from abs_engine.core.camera import Camera
 from abs_engine.dataset import load_truth
 from abs_engine.face.articulated import FaceShape
@@ -61,6 +63,12 @@ def thirty(corpus: Corpus) -> Corpus:
     kept = [*BEADS, *of["around"][::3], *of["jaw"][::3]]
     kept += of["bead"][: 30 - len(kept)]
     return corpus.without(set(corpus.names) - set(kept))
+
+
+def say(line: str) -> None:
+    """Print a line at once."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def rms(away: np.ndarray) -> float:
@@ -109,11 +117,11 @@ def shapes(people: list[str]) -> None:
         whole = build(spoken.corpus)
         texture = next(iter(speaker.people))
         true = face_shape(speaker, spoken, whole, texture)
-        print(name, "true head:", scored(true, whole.alpha, spoken, speaker), flush=True)
+        say(f"{name} true head: {scored(true, whole.alpha, spoken, speaker)}")
         for points, built in (("275", whole), ("30", build(thirty(spoken.corpus)))):
             made = measured_face(speaker, built)
             line = scored(made.shape, built.alpha, spoken, speaker)
-            print(name, points, f"points, {made.head.misfit:.2f} mm left:", line, flush=True)
+            say(f"{name} {points} points, {made.head.misfit:.2f} mm left: {line}")
 
 
 def film(person: str, folder: Path) -> None:
@@ -127,7 +135,7 @@ def film(person: str, folder: Path) -> None:
     make([plan], 1, folder / "sentence", speaker, Order("", 5, (), keep_frames=False), Crew())
 
 
-def faces(folder: Path) -> None:
+def faces(folder: Path, names: list[str]) -> None:
     """Make the true head's face, and those of points with poses given and estimated."""
     speaker, person = load_speaker(), json.loads((folder / "person.json").read_text())
     spoken = speak_corpus(speaker, speaker.named(person))
@@ -141,23 +149,21 @@ def faces(folder: Path) -> None:
             turn = seen.poses[k].rotation @ back.rotation
             pose = type(back)(turn, seen.poses[k].apply(back.translation[None])[0])
             table.writerow([f"{k}.png", viseme, *pose.rotation_vector, *pose.translation])
-    from dataclasses import replace
-
-    from abs_engine.capture.viseme_pictures import read_viseme_pictures
-
     given = read_viseme_pictures(folder / "pictures.csv", PAPER_VISEMES)
     guessed = tuple(replace(picture, pose=None) for picture in given)
     whole, few = build(spoken.corpus), build(thirty(spoken.corpus))
     with open_renderer("cpu") as renderer:
-        shape = face_shape(speaker, spoken, whole, person)
-        true = learn_face(shape, sightings(shape, seen, whole.alpha), seen.camera, renderer)
-        save_talking(folder / "true.face", true, person, checksum(speaker))
-        for name, built, table in (
-            ("275", whole, given), ("275-estimated", whole, guessed), ("30-estimated", few, guessed)
-        ):  # fmt: skip
-            made = measured_face(speaker, built)
-            looks = with_looks(made, built, table, seen.camera, renderer, print)
-            save_talking(folder / f"{name}.face", looks, "points", checksum(speaker), made.neutral)
+        if not names or "true" in names:
+            shape = face_shape(speaker, spoken, whole, person)
+            true = learn_face(shape, sightings(shape, seen, whole.alpha), seen.camera, renderer)
+            save_talking(folder / "true.face", true, person, checksum(speaker))
+        of = {"275": (whole, given), "275-estimated": (whole, guessed), "30": (few, given)}
+        for name, (built, table) in of.items():
+            if not names or name in names:
+                made = measured_face(speaker, built)
+                looks = with_looks(made, built, table, seen.camera, renderer, say)
+                path = folder / f"{name}.face"
+                save_talking(path, looks, "points", checksum(speaker), made.neutral)
 
 
 def track(folder: Path, names: list[str]) -> None:
@@ -169,8 +175,8 @@ def track(folder: Path, names: list[str]) -> None:
     still = speaker.named(person)[lips].astype(np.float64)
     wanted = frame.apply(heads)
     moved = rms(heads - still)
-    print(f"{len(truth)} frames, lips move by {moved:.2f} mm")
-    for name in names or ["true", "275", "275-estimated", "30-estimated"]:
+    say(f"{len(truth)} frames, lips move by {moved:.2f} mm")
+    for name in names or ["true", "275", "275-estimated", "30"]:
         path = folder / f"{name}.face"
         options = TrackOptions(preset="odisio2004", model=str(path), camera=truth.camera)
         run = folder / f"run-{name}"
@@ -181,8 +187,10 @@ def track(folder: Path, names: list[str]) -> None:
         there = np.isfinite(found).all(axis=(1, 2))
         off = found[there] - wanted[there]
         constant = off.mean(axis=0)
-        print(f"{name}: {there.sum()} frames found, lips {rms(off):.2f} mm, without what all frames "
-              f"have in common {rms(off - constant):.2f} mm", flush=True)  # fmt: skip
+        say(
+            f"{name}: {there.sum()} frames found, lips {rms(off):.2f} mm, without what all frames "
+            f"have in common {rms(off - constant):.2f} mm"
+        )
 
 
 if __name__ == "__main__":
@@ -192,6 +200,6 @@ if __name__ == "__main__":
     elif what == "film":
         film(rest[0], Path(rest[1]))
     elif what == "faces":
-        faces(Path(rest[0]))
+        faces(Path(rest[0]), rest[1:])
     else:
         track(Path(rest[0]), rest[1:])

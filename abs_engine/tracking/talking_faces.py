@@ -108,7 +108,13 @@ def found_talker(
     """
     path = _path(options.model_file)
     stored, speaker = load_talking(path), load_speaker(options.speaker)
-    leaves.check("talking", ("colour", *(() if stored.face is None else ("texture", "local"))))
+    lacking = [name for name in (TEXTURE.name, LOCAL.name) if name in leaves.kinds]
+    if stored.face is None and lacking:
+        raise ParameterError(
+            f"{path} was made without pictures and has no {lacking[0]} to compare",
+            "use --terms colour, or make it again with 'articulate --pictures'",
+        )
+    leaves.check("talking", ("colour", "texture", "local"))
     if stored.speaker and stored.speaker != checksum(speaker):
         raise ModelFormatError(
             f"{path} is of another head", "give its head with --speaker, or make it again"

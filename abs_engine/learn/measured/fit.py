@@ -32,9 +32,11 @@ NOISE = 0.3
 """mm: standard deviation of a coordinate about the head's face units."""
 _NEARING = ((2.0, 6.0), (1.0, 5.0), (0.7, 4.0), (0.5, 3.0), (0.5, 2.0))
 """Across and along the surface, mm, while places are still guessed by distance alone."""
-_ROUNDS, _ALONG = 10, 1.5
-"""Rounds by motion, and mm by which a place may then be off along the surface: of 1, 1.5 and 2
-chosen on clara and kofi."""
+_ROUNDS, _SLIDING = 10, 0.75
+"""Rounds by motion, and mm by which a place may be off along the surface as motion says."""
+_ACROSS, _ALONG = 0.6, 3.0
+"""mm across and along the surface that identity then leaves of a point: more than it is off alone,
+as neighbours err together. Of 0.3 to 1 and 1 to 8 chosen on clara and kofi."""
 _STILL = ("eye", "brow", "tongueOut")  # face units that no point of speech shows
 
 
@@ -134,9 +136,9 @@ def _by_motion(
         if number == _ROUNDS:
             break
         moves = np.tensordot(own, units, 1)
-        better = slid(head.vertices, moves, places, seen, at_rest, NOISE, _ALONG / 2)
+        better = slid(head.vertices, moves, places, seen, at_rest, NOISE, _SLIDING)
         places = sites.nearest(head.vertices, better)
-        head = head.fitted(points[at_rest], places, NOISE, _ALONG)
+        head = head.fitted(points[at_rest], places, _ACROSS, _ALONG)
     left = seen - places.at(head.vertices) - np.tensordot(own, places.at(units), 1)
     weights = np.zeros((len(points), len(speaker.unit_names)))
     weights[:, used] = own
