@@ -157,6 +157,10 @@ def faces(folder: Path, names: list[str]) -> None:
             shape = face_shape(speaker, spoken, whole, person)
             true = learn_face(shape, sightings(shape, seen, whole.alpha), seen.camera, renderer)
             save_talking(folder / "true.face", true, person, checksum(speaker))
+        bare = measured_face(speaker, whole)
+        if not names or "bare" in names:
+            path = folder / "bare.face"
+            save_talking(path, bare.shape, "points", checksum(speaker), bare.neutral)
         of = {"275": (whole, given), "275-estimated": (whole, guessed), "30": (few, given)}
         for name, (built, table) in of.items():
             if not names or name in names:
@@ -176,9 +180,10 @@ def track(folder: Path, names: list[str]) -> None:
     wanted = frame.apply(heads)
     moved = rms(heads - still)
     say(f"{len(truth)} frames, lips move by {moved:.2f} mm")
-    for name in names or ["true", "275", "275-estimated", "30"]:
+    for name in names or ["true", "275", "275-estimated", "30", "bare"]:
         path = folder / f"{name}.face"
-        options = TrackOptions(preset="odisio2004", model=str(path), camera=truth.camera)
+        preset = None if name == "bare" else "odisio2004"
+        options = TrackOptions(preset=preset, model=str(path), camera=truth.camera)
         run = folder / f"run-{name}"
         with open_renderer("cpu") as renderer:
             track_video(truth.video, run, renderer, options)
