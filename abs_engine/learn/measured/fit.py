@@ -24,10 +24,10 @@ REST = "rest"
 """The viseme in which the head keeps still."""
 LEAST, LEAST_LIPS, LEAST_OTHERS = 12, 4, 4
 """Points that make a face, at least: all, those of the group lips, and those of no lip or tooth."""
-FARTHEST, UNLIKELY = 3.0, 1.7
+FARTHEST, UNLIKELY = 3.0, 1.3
 """mm (RMS) that points lie off the head that was fitted to them, and standard deviations (RMS) of
-its identity, at most. Of made-up people they are 0.5 to 0.7 and 0.7 to 1.0, of a face upside down 5
-and more in both, of one in cm, or 1.3 times as large, 0.6 to 2 and 1.9 to 3.5."""
+its identity, at most. Of mei, kofi and walter they are 0.5 to 0.7 and 0.5 to 0.8, upside down 5.1
+and 3.7 and more, in cm, or 1.3 times as large, 0.7 to 2.2 and 1.3 to 2.7."""
 NOISE = 0.3
 """mm: standard deviation of a coordinate about the head's face units."""
 _NEARING = ((2.0, 6.0), (1.0, 5.0), (0.7, 4.0), (0.5, 3.0), (0.5, 2.0))
