@@ -67,10 +67,10 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
         where = f"{path}, line {line}"
         picture = path.parent / name
         if not name or not picture.is_file():
-            raise InputFileError(f"{where}: there is no picture '{name}'", "name a file beside it")
+            raise InputFileError(f"{where}: there is no picture {name!r}", "name a file beside it")
         if viseme not in visemes:
             raise ParameterError(
-                f"{where}: there is no viseme '{viseme}'", f"choose one of {', '.join(visemes)}"
+                f"{where}: there is no viseme {viseme!r}", f"choose one of {', '.join(visemes)}"
             )
         there = np.isfinite(row)
         if there.any() and not there.all():

@@ -18,7 +18,7 @@ FOLDS = 10
 
 @dataclass(frozen=True)
 class Smoothness:
-    """How smooth a field is.
+    """Smoothness of a field.
 
     Parameters
     ----------
