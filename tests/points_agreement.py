@@ -31,7 +31,7 @@ from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import build
 from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.measured.face import measured_face
-from abs_engine.learn.spoken import SpokenCorpus
+from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings
@@ -87,7 +87,9 @@ def off_surface(points: np.ndarray, head: np.ndarray, faces: np.ndarray) -> floa
 
 def scored(shape: FaceShape, alpha: np.ndarray, spoken: SpokenCorpus, speaker: Speaker) -> str:
     """How far a face's vertices lie from the true ones over the visemes."""
-    heads = spoken.corpus.frame.apply(spoken.heads.astype(np.float64))
+    heads = spoken.corpus.frame.apply(
+        spoken_heads(speaker, spoken.neutral, spoken.weights).astype(np.float64)
+    )
     own = shape.frame.apply(np.stack([shape.scene.vertices(row) for row in alpha]).astype(float))
     lips = reds(speaker)
     surface = np.union1d(lips, shape.marks)

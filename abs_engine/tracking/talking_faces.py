@@ -106,6 +106,7 @@ def found_talker(
     AbsEngineError
         As `heads.prepare_head`.
     """
+    leaves.check("talking", ("colour", "texture", "local"))
     path = _path(options.model_file)
     stored, speaker = load_talking(path), load_speaker(options.speaker)
     lacking = [name for name in (TEXTURE.name, LOCAL.name) if name in leaves.kinds]
@@ -114,7 +115,6 @@ def found_talker(
             f"{path} was made without pictures and has no {lacking[0]} to compare",
             "use --terms colour, or make it again with 'articulate --pictures'",
         )
-    leaves.check("talking", ("colour", "texture", "local"))
     if stored.speaker and stored.speaker != checksum(speaker):
         raise ModelFormatError(
             f"{path} is of another head", "give its head with --speaker, or make it again"
