@@ -283,6 +283,8 @@ READERS = (
     Reader("table of a corpus, CSV", "table.csv",
            lambda _: b"what,name,value\npoint,m1,lips\nviseme,ipi,1\nviseme,a,2-3\n",
            "capture.corpus_table:read_table"),
+    Reader("pictures of visemes", "pictures.csv", whole.viseme_pictures,
+           "capture.viseme_pictures:read_viseme_pictures", lambda path: (path, ("a", "ipi"))),
     Reader("landmarks, CSV", "marks.csv", whole.landmarks_csv,
            "evaluate.landmark_csv:read_landmarks", lambda path: (path, *_clip(path)),
            gaps=("pixels", "landmarks", "curves", "aperture")),

@@ -276,6 +276,11 @@ def table_json(_: Path) -> bytes:
     return json.dumps(told).encode()
 
 
+def viseme_pictures(folder: Path) -> bytes:
+    (folder / "a.png").write_bytes(b"")
+    return b"picture,viseme,rx,ry,rz,tx,ty,tz\na.png,a,3.1,0,0,1,2,640\na.png,ipi,,,,,,\n"
+
+
 def landmarks_csv(_: Path) -> bytes:
     rows = [f"{t},{k},{100 + 3 * k},{90 + 2 * k},px" for t in range(2) for k in range(68)]
     return ("frame,point,x,y,unit\n" + "\n".join(rows) + "\n").encode()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -82,7 +82,17 @@ def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") 
     texture, local : str
         Of `MODELS`.
     """
-    shape = face.shape
+    model = face.texture(texture)
+    noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
+    looks = {
+        "texture": TextureLooks(model, face.shape.surface, face.dressed[texture], noise),
+        "local": LocalLooks(face.local(local), face.shape.outer, face.la_scale),
+    }
+    return replace(shape_as_face(face.shape), appearance=looks)
+
+
+def shape_as_face(shape: FaceShape) -> Face:
+    """The face that a clip is tracked with, without any appearance."""
     own = {name: np.searchsorted(shape.kept, at) for name, at in shape.rings.items()}
     whole = shape.scene
     body = Body(
@@ -90,14 +100,8 @@ def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") 
         whole.facet_class, shape.regions,
         np.concatenate([shape.rings[n] for n in RINGS]).astype(np.int32),
     )  # fmt: skip
-    model = face.texture(texture)
-    noise = float(np.sqrt(np.mean(model.leftover.spread.astype(np.float64) ** 2)))
-    looks = {
-        "texture": TextureLooks(model, shape.surface, face.dressed[texture], noise),
-        "local": LocalLooks(face.local(local), shape.outer, face.la_scale),
-    }
     return Face(
         "talking", shape.outer, shape.spec, shape.pivot, own,
         whole.vertices(shape.neutral)[shape.rings["outer"]].astype(np.float64),
-        shape.neutral[None], shape.regions, body, appearance=looks,
+        shape.neutral[None], shape.regions, body,
     )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import RINGS
 from abs_engine.face.talking import TalkingFace
 
@@ -23,11 +24,20 @@ def same(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
     )
 
 
-def conditions(face: TalkingFace) -> dict[str, bool]:
+def conditions(
+    shape: FaceShape, face: TalkingFace | None, neutral: NDArray[np.floating] | None
+) -> dict[str, bool]:
     """Conditions that may fail, and whether they hold."""
-    shape, points, count = face.shape, len(face.shape.model.names), len(face.shape.model.predictors)
+    own = {} if face is None else _of_appearance(face)
+    if neutral is not None:
+        fits = neutral.dtype == np.float32 and neutral.shape == shape.scene.mean.shape
+        own["the head at rest has other vertices than the head"] = fits
+    return _of_shape(shape) | own
+
+
+def _of_shape(shape: FaceShape) -> dict[str, bool]:
+    points, count = len(shape.model.names), len(shape.model.predictors)
     numbers = {shape.scene.n_modes, len(shape.spec), shape.penalty.size}
-    local = (face.la_lin, face.la_cst)
     return {
         "the head, the penalty or the bounds have other parameters than the model": (
             numbers == {count} and shape.neutral.shape == (count,)
@@ -44,14 +54,21 @@ def conditions(face: TalkingFace) -> dict[str, bool]:
                 for at in shape.rings.values()
             )
         ),
-        "a texture is empty": shape.scene.texture.size > 0 and face.tex_lin.base.size > 0,
-        "a texel was seen in fewer frames than none": bool((face.tex_lin.frames >= 0).all()),
+        "a texture is empty": shape.scene.texture.size > 0,
         "a facet has no region": int(shape.scene.facet_class.max()) < len(shape.regions),
+    }
+
+
+def _of_appearance(face: TalkingFace) -> dict[str, bool]:
+    count, local = len(face.shape.model.predictors), (face.la_lin, face.la_cst)
+    return {
+        "a texture is empty": face.shape.scene.texture.size > 0 and face.tex_lin.base.size > 0,
+        "a texel was seen in fewer frames than none": bool((face.tex_lin.frames >= 0).all()),
         "appearance depends on other parameters than the model's": all(
             len(model.modes) in (0, count) for model in (face.tex_lin, face.tex_cst, *local)
         ),
         "points of local appearance are not on the part that is drawn": all(
-            _inside(model.vertices, len(shape.outer.mean)) for model in local
+            _inside(model.vertices, len(face.shape.outer.mean)) for model in local
         ),
         "the scale of local appearance is not positive": face.la_scale > 0,
     }

@@ -19,6 +19,7 @@ from abs_engine.face.appearance.region import part
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.penalty import ImprobablePenalty
+from abs_engine.face.scene_arrays import SCENE_ARRAYS, facets_of_part, scene_arrays
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.talking import TalkingFace
 from abs_engine.face.talking_checks import conditions, same
@@ -29,7 +30,9 @@ T = TypeVar("T")
 FORMAT, VERSION = "abs_engine.talking_face", 1
 _REMEDY = "make it again"
 _LEARN = "learn it again"
-_SCENE = ("mean", "modes", "faces", "uv", "facet_class", "texture", "cull")
+NEUTRAL = "own_neutral"
+_LOOKS = ("tex_", "la_")
+"""How the names begin of arrays that a shape alone does not have."""
 _TWINS = {"tex_cst": "tex_lin", "la_cst": "la_lin"}
 """Constant models, and those that they are usually the constants of."""
 
@@ -40,28 +43,41 @@ class StoredTalker:
 
     Parameters
     ----------
-    face : TalkingFace
+    shape : FaceShape
+    face : TalkingFace or None
+        None where nothing is known of how the shape looks.
     person : str
-        Of the speaker's people.
+        Of the speaker's people, or with a `neutral` of its own by whatever name.
     speaker : str
         Checksum of the speaker's head; see `learn.training.checksum`.
+    neutral : (V, 3) float32, mm, or None
+        At rest, of a person who is none of the speaker's.
     """
 
-    face: TalkingFace
+    shape: FaceShape
+    face: TalkingFace | None
     person: str
     speaker: str
+    neutral: NDArray[np.float32] | None = None
 
 
-def save_talking(path: Path, face: TalkingFace, person: str, speaker: str) -> None:
+def save_talking(
+    path: Path,
+    face: TalkingFace | FaceShape,
+    person: str,
+    speaker: str,
+    neutral: NDArray[np.float32] | None = None,
+) -> None:
     """Write an ``.npz`` that `load_talking` reads, whole or not at all.
 
     Parameters
     ----------
     path : Path
         Must not exist.
-    face : TalkingFace
-        Its surface and outer parts are parts of its scene, as `region.part` makes them.
-    person, speaker : str
+    face : TalkingFace or FaceShape
+        Or its shape alone. Surface and outer parts are parts of its scene, as `region.part` makes
+        them.
+    person, speaker, neutral
         See `StoredTalker`.
 
     Raises
@@ -71,7 +87,9 @@ def save_talking(path: Path, face: TalkingFace, person: str, speaker: str) -> No
     ParameterError
         If the face does not fit together, holds what is not finite, or the person has no name.
     """
-    told = _arrays(face) | {"person": person, "speaker": speaker}
+    told = _arrays(face) if isinstance(face, TalkingFace) else _shape_arrays(face)
+    told |= {"person": person, "speaker": speaker}
+    told |= {} if neutral is None else {NEUTRAL: neutral}
     arrays = {name: np.asarray(value) for name, value in told.items()}
     _stored(_Arrays(arrays))  # what cannot be read is not written
     write_npz(path, FORMAT, VERSION, arrays)
@@ -133,18 +151,29 @@ class _Arrays(dict[str, NDArray[np.generic]]):
 
 def _arrays(face: TalkingFace) -> dict[str, Any]:
     """All that is in the file but whose face it is."""
-    shape, spec, penalty = face.shape, face.shape.spec, face.shape.penalty
+    own: dict[str, Any] = {"la_scale": float(face.la_scale)}
+    parts = {"tex_lin": face.tex_lin.arrays(), "la_lin": face.la_lin.arrays()}
+    for name, linear in _TWINS.items():
+        twin, known = getattr(face, name).arrays(), getattr(face, linear).constant().arrays()
+        own[f"{name}_is_constant_{linear}"] = made = same(twin, known)
+        parts |= {} if made else {name: twin}
+    return _shape_arrays(face.shape) | own | _flat(parts)
+
+
+def _shape_arrays(shape: FaceShape) -> dict[str, Any]:
+    """All that is in the file of a shape."""
+    spec, penalty = shape.spec, shape.penalty
     own = {
         "vertices": shape.vertices, "lips": shape.lips, "marks": shape.marks,
-        "neutral": shape.neutral, "la_scale": float(face.la_scale),
+        "neutral": shape.neutral,
         "regions": np.array([name or "" for name in shape.regions], np.str_),
-        "surface": _facets(shape.scene, shape.surface),
-        "outer": _facets(shape.scene, shape.outer),
+        "surface": facets_of_part(shape.scene, shape.surface),
+        "outer": facets_of_part(shape.scene, shape.outer),
     }  # fmt: skip
     parts: dict[str, Mapping[str, Any]] = {
         "model": shape.model.arrays(),
         "frame": _frame_arrays(shape.frame),
-        "scene": _scene_arrays(shape.scene),
+        "scene": scene_arrays(shape.scene),
         "spec": {
             "names": np.array(spec.names, np.str_), "units": np.array(spec.units, np.str_),
             "scale": spec.scale, "lower": spec.lower, "upper": spec.upper,
@@ -153,13 +182,14 @@ def _arrays(face: TalkingFace) -> dict[str, Any]:
             "mean": penalty.mean, "whitener": penalty.whitener,
             "softness": penalty.softness, "strength": penalty.strength,
         },
-        "rings": shape.rings, "tex_lin": face.tex_lin.arrays(), "la_lin": face.la_lin.arrays(),
+        "rings": shape.rings,
     }  # fmt: skip
-    for name, linear in _TWINS.items():
-        twin, known = getattr(face, name).arrays(), getattr(face, linear).constant().arrays()
-        own[f"{name}_is_constant_{linear}"] = made = same(twin, known)
-        parts |= {} if made else {name: twin}
-    return own | {f"{p}.{name}": v for p, values in parts.items() for name, v in values.items()}
+    return own | _flat(parts)
+
+
+def _flat(parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """The arrays of parts by one name each."""
+    return {f"{part}.{name}": v for part, values in parts.items() for name, v in values.items()}
 
 
 def _stored(data: _Arrays) -> StoredTalker:
@@ -169,14 +199,17 @@ def _stored(data: _Arrays) -> StoredTalker:
             raise ParameterError(f"'{name}' holds what is not finite", _LEARN)
     data.check({"person": "", "speaker": ""})
     person, speaker = (str(data[name]) for name in ("person", "speaker"))
-    face, problem = _face(data), name_problem("person", person)
-    wrong = [problem] if problem else [what for what, fits in conditions(face).items() if not fits]
+    shape, problem = _shape(data), name_problem("person", person)
+    face = _face(data, shape) if any(n.startswith(_LOOKS) for n in data) else None
+    neutral = data.take(NEUTRAL, "f") if NEUTRAL in data else None
+    met = conditions(shape, face, neutral)
+    wrong = [problem] if problem else [what for what, fits in met.items() if not fits]
     if wrong:
         raise ParameterError(wrong[0], _LEARN)
-    return StoredTalker(face, person, speaker)
+    return StoredTalker(shape, face, person, speaker, neutral)
 
 
-def _face(data: _Arrays) -> TalkingFace:
+def _face(data: _Arrays, shape: FaceShape) -> TalkingFace:
     tex_lin = _model(data.part("tex_lin"), TextureModel.from_arrays, TextureModel.arrays)
     la_lin = _model(data.part("la_lin"), LocalModel.from_arrays, LocalModel.arrays)
     tex_cst, la_cst = tex_lin.constant(), la_lin.constant()
@@ -186,11 +219,11 @@ def _face(data: _Arrays) -> TalkingFace:
     if not data["la_cst_is_constant_la_lin"]:
         la_cst = _model(data.part("la_cst"), LocalModel.from_arrays, LocalModel.arrays)
     scale = float(data.take("la_scale", "f"))
-    return TalkingFace(_shape(data), tex_lin, tex_cst, la_lin, la_cst, scale)
+    return TalkingFace(shape, tex_lin, tex_cst, la_lin, la_cst, scale)
 
 
 def _shape(data: _Arrays) -> FaceShape:
-    scene = _model(data.part("scene"), _scene, _scene_arrays)
+    scene = _model(data.part("scene"), _scene, scene_arrays)
     rings = data.part("rings")
     surface, _ = part(scene, data.take("surface", "b"))
     outer, kept = part(scene, data.take("outer", "b"))
@@ -223,15 +256,8 @@ def _frame(data: Mapping[str, NDArray[Any]]) -> Pose:
     return Pose(data["rotation"], data["translation"])
 
 
-def _scene_arrays(scene: Scene) -> dict[str, Any]:
-    """All of a scene; where its texture does not depend on the weights, that is empty."""
-    layers = scene.texture_modes
-    own = {name: getattr(scene, name) for name in _SCENE}
-    return own | {"texture_modes": np.zeros(0, np.float32) if layers is None else layers}
-
-
 def _scene(data: Mapping[str, NDArray[Any]]) -> Scene:
-    own: dict[str, Any] = {name: data[name] for name in _SCENE}
+    own: dict[str, Any] = {name: data[name] for name in SCENE_ARRAYS}
     layers = data["texture_modes"]
     own |= {"cull": bool(own["cull"]), "texture_modes": layers if layers.size else None}
     return Scene(**own)
@@ -246,36 +272,3 @@ def _spec(data: _Arrays) -> ParamSpec:
 def _penalty(data: _Arrays) -> ImprobablePenalty:
     softness, strength = (float(data.take(name, "f")) for name in ("softness", "strength"))
     return ImprobablePenalty(data.take("mean", "f"), data.take("whitener", "f"), softness, strength)
-
-
-def _facets(whole: Scene, some: Scene) -> NDArray[np.bool_]:
-    """Mask of the facets (F,) of a scene that `region.part` takes to make a part of it.
-
-    Raises
-    ------
-    ParameterError
-        If it is no such part.
-    """
-    chosen = np.zeros(len(whole.faces), np.bool_)
-    if some.n_modes == whole.n_modes:
-        corners = np.concatenate([_corners(whole), _corners(some)])
-        ids = np.unique(corners, axis=0, return_inverse=True)[1].ravel()
-        left = iter(ids[len(chosen) :])
-        wanted = next(left)
-        for facet, own in enumerate(ids[: len(chosen)]):
-            if own == wanted:  # a part has its facets in the scene's order
-                chosen[facet] = True
-                wanted = next(left, -1)
-    if not chosen.any() or not same(_scene_arrays(part(whole, chosen)[0]), _scene_arrays(some)):
-        raise ParameterError(
-            "what is compared of the face is not a part of its head", "take it by region.part"
-        )
-    return chosen
-
-
-def _corners(scene: Scene) -> NDArray[np.int32]:
-    """All that is known of each facet and its corners, bit for bit, (F, K)."""
-    moved = scene.modes.transpose(1, 0, 2).reshape(len(scene.mean), -1)
-    bits = np.concatenate([scene.mean, scene.uv, moved], axis=1).view(np.int32)
-    known = bits[scene.faces].reshape(len(scene.faces), -1)
-    return np.column_stack([known, scene.facet_class])

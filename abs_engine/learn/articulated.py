@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
@@ -17,6 +18,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
 from abs_engine.learn.spoken import SpokenCorpus
 
+FloatArray = NDArray[np.float64]
 _UPPER = {"eyeBlink": 1.0, "brow": 0.25}
 _STILL, _NEAR = 0.5, 6.0  # mm
 _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
@@ -37,29 +39,55 @@ def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str
         Whose skin it is.
     """
     dense = dense_head(built, spoken)
-    scene = Scene(
-        dense.mean, dense.modes, speaker.faces, speaker.uv,
-        speaker.facet_class.astype(np.int32), speaker.texture(person),
-    )  # fmt: skip
     kept_names = set(built.model.names)
     own = [k for k, name in enumerate(spoken.chosen.names) if name in kept_names]
     vertices = np.asarray(spoken.chosen.vertices[own], np.int64)
+    frame = spoken.corpus.frame
+    neutral = built.model.invert(frame.apply(spoken.neutral[vertices].astype(np.float64)))
+    texture = speaker.texture(person)
+    return shape_of(speaker, built, dense.mean, dense.modes, frame, vertices, neutral, texture)
+
+
+def shape_of(
+    speaker: Speaker,
+    built: Build,
+    mean: NDArray[np.float32],
+    modes: NDArray[np.float32],
+    frame: Pose,
+    vertices: NDArray[np.int64],
+    neutral: FloatArray,
+    texture: NDArray[np.uint8],
+) -> FaceShape:
+    """The shape of a head with a speaker's mesh that the parameters of a model move.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    built : Build
+    mean, modes : (V, 3) and (P, V, 3) float32, mm, head frame
+    frame : Pose
+        Head frame to that of the corpus.
+    vertices : (N,) int64
+        The model's points on the head.
+    neutral : (P,) float64
+        The person at rest.
+    texture : (H, W, 3) uint8 RGB
+    """
+    classes = speaker.facet_class.astype(np.int32)
+    scene = Scene(mean, modes, speaker.faces, speaker.uv, classes, texture)
     lips = set(built.model.groups["lips"])
     at_lips = np.flatnonzero([name in lips for name in built.model.names])
     marks = _marks(speaker)
     surface = _facets(speaker, marks)
     inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
     outer, kept = part(scene, surface | inside)
-    frame = spoken.corpus.frame
-    neutral = spoken.neutral[vertices].astype(np.float64)
     lower, upper = built.alpha.min(axis=0) - BEYOND, built.alpha.max(axis=0) + BEYOND
     names = built.model.parameters
     return FaceShape(
         built.model, frame, scene, vertices, at_lips.astype(np.int64),
         part(scene, surface)[0], outer, kept, marks,
         ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper),
-        ImprobablePenalty.of_corpus(built.alpha),
-        built.model.invert(frame.apply(neutral)), _rings(speaker),
+        ImprobablePenalty.of_corpus(built.alpha), neutral, _rings(speaker),
         colour_classes(speaker),
     )  # fmt: skip
 

@@ -12,18 +12,20 @@ from abs_engine.compare.prior import PenaltyPrior
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.scene import Renderer
+from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import Face
-from abs_engine.face.talking import TalkingFace, as_face
-from abs_engine.face.talking_file import load_talking
+from abs_engine.face.talking import TalkingFace, as_face, shape_as_face
+from abs_engine.face.talking_file import StoredTalker, load_talking
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import contact_of
 from abs_engine.fit.talking import face_window
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.fit.view import View
-from abs_engine.io.assets import load_speaker
+from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.blob_start import by_blobs
 from abs_engine.tracking.face_frame import FaceBinder
+from abs_engine.tracking.heads import by_landmarks, correspondence_of
 from abs_engine.tracking.options import (
     BLOBS,
     Clip,
@@ -45,16 +47,33 @@ class Talker:
     ----------
     base : ClipTracker
         Of the speaker's head.
-    talking : TalkingFace
+    shape : FaceShape
+        The speaker's.
+    talking : TalkingFace or None
+        The same with its appearance, where that was learned.
     """
 
     base: ClipTracker
-    talking: TalkingFace
+    shape: FaceShape
+    talking: TalkingFace | None
+
+    @property
+    def learned(self) -> TalkingFace:
+        """The talking face with its appearance.
+
+        Raises
+        ------
+        ParameterError
+            If none was learned.
+        """
+        if self.talking is None:
+            raise ParameterError("the face was made without pictures", "use --terms colour")
+        return self.talking
 
     @property
     def face(self) -> Face:
         """The talking face with the clip's colours; textures are compared over all of it."""
-        shape = self.talking.shape
+        shape, talking = self.shape, self.talking
 
         def wide(view: View) -> View:
             alpha = shape.blocks.part(view.start, POSTURE)
@@ -69,7 +88,8 @@ class Talker:
 
         colours = self.base.setting.face.learned("colour")
         own = {TEXTURE.name: texture, LOCAL.name: local}
-        return replace(as_face(self.talking).looking(colour=colours), own_terms=own)
+        face = shape_as_face(shape) if talking is None else as_face(talking)
+        return replace(face.looking(colour=colours), own_terms=own)
 
 
 def found_talker(
@@ -89,6 +109,12 @@ def found_talker(
     leaves.check("talking", ("colour", "texture", "local"))
     path = _path(options.model_file)
     stored, speaker = load_talking(path), load_speaker(options.speaker)
+    lacking = [name for name in (TEXTURE.name, LOCAL.name) if name in leaves.kinds]
+    if stored.face is None and lacking:
+        raise ParameterError(
+            f"{path} was made without pictures and has no {lacking[0]} to compare",
+            "use --terms colour, or make it again with 'articulate --pictures'",
+        )
     if stored.speaker and stored.speaker != checksum(speaker):
         raise ModelFormatError(
             f"{path} is of another head", "give its head with --speaker, or make it again"
@@ -100,7 +126,25 @@ def found_talker(
         )
     plain = Leaves.of(replace(options, terms=("colour",), driver="simplex"))
     known = replace(options, person=stored.person)
-    return Talker(by_blobs(clip, speaker, renderer, known, plain, tell), stored.face)
+    own = _own_head(stored, speaker)
+    if own is speaker or options.poses is not None:
+        base = by_blobs(clip, own, renderer, known, plain, tell)
+    else:  # how the whole head looks is not known
+        places = correspondence_of(speaker, renderer)
+        base = by_landmarks(clip, own, places, renderer, known, plain, tell)
+        base = replace(base, setting=replace(base.setting, landmarks=None))
+    return Talker(base, stored.shape, stored.face)
+
+
+def _own_head(stored: StoredTalker, speaker: Speaker) -> Speaker:
+    """The speaker with a person who is none of its people as the only one."""
+    if stored.neutral is None:
+        return speaker
+    nobody = np.zeros(len(speaker.identity_names), np.float32)
+    return replace(
+        speaker, vertices=stored.neutral, people={stored.person: nobody},
+        own_texture=stored.shape.scene.texture, looks={},
+    )  # fmt: skip
 
 
 def _path(path: Path | None) -> Path:
@@ -132,7 +176,7 @@ def prepare_talker(
         As `found_talker`.
     """
     talker = found_talker(clip, options, leaves, renderer, tell)
-    base, shape, face = talker.base, talker.talking.shape, talker.face
+    base, shape, face = talker.base, talker.shape, talker.face
     likely = 0.5 * len(shape.spec) / shape.penalty.strength  # A(a) in nats: a Gaussian's at first
     prior = PenaltyPrior(shape.penalty, likely, shape.blocks.places[POSTURE])
     touching = contact_of(face.scene, face.rings, shape.neutral)

@@ -396,3 +396,24 @@ def test_a_bundled_person_is_an_example_to_start_from(
     np.testing.assert_allclose(a.modes, b.modes, atol=1e-3)
     assert main(words) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--pictures", "own.csv"], "name its file with --face"),
+        (["--face", "roles.csv"], "roles.csv exists already"),
+        (["--face", "me.face"], "name the frames of a closed mouth at rest"),
+        (["--face", "me.face", "--pictures", "seen.csv"], "line 2: there is no viseme 'a'"),
+    ],
+)
+def test_a_face_that_cannot_be_made_is_one_line(tmp_path, capsys, monkeypatch, more, said):
+    words = written(tmp_path, recorded()[1])
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "seen.csv").write_text("picture,viseme\nown.csv,a\n")
+    assert main([*words, *more]) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith("abs-engine: error:")
+    assert said in line
+    assert not (tmp_path / "model").exists()
+    assert not (tmp_path / "me.face").exists()

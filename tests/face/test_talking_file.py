@@ -13,7 +13,7 @@ from talkers import CAMERA, PARAMETERS, POSE, RENDERER, learned_face
 from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError, ParameterError
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.region import part
-from abs_engine.face.talking import MODELS, TalkingFace, as_face
+from abs_engine.face.talking import MODELS, TalkingFace, as_face, shape_as_face
 from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
 from abs_engine.fit.talking import talking_problem
 from abs_engine.io.npz import write_npz
@@ -84,6 +84,22 @@ def test_a_picture_costs_exactly_the_same(face, path, name, pose_known):
         values.append([asked(x).value, asked(x + 0.1).value])
     assert values[0] == values[1]
     assert values[0][0] != values[0][1]
+
+
+def test_a_shape_comes_back_without_appearance(face, tmp_path):
+    neutral = face.shape.scene.mean + np.float32(0.25)
+    save_talking(tmp_path / FACE, face.shape, "me", "", neutral)
+    back = load_talking(tmp_path / FACE)
+    assert back.face is None
+    same(back.shape, face.shape)
+    same(back.neutral, neutral)
+    assert shape_as_face(back.shape).appearance == {}
+
+
+def test_a_head_at_rest_of_another_mesh_is_refused(face, tmp_path):
+    with pytest.raises(ParameterError, match="other vertices"):
+        save_talking(tmp_path / FACE, face, "me", "", face.shape.scene.mean[:-1])
+    assert not (tmp_path / FACE).exists()
 
 
 def test_parts_and_constant_models_are_not_stored_twice(whole):

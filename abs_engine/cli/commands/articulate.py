@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,9 @@ from abs_engine.io.files import check_free, write_new
 if TYPE_CHECKING:
     from abs_engine.capture.corpus import Corpus
     from abs_engine.face.shape.predictors import Predictor
+    from abs_engine.learn.articulatory import Build
     from abs_engine.report.articulation.report import Heads
+    from abs_engine.tracking.measured_looks import WrittenFace
 
 _NOTES = """\
 Articulatory parameters by guided principal components: each one is the first component of some
@@ -50,6 +53,17 @@ CORPUS, points of a face in a posture for each viseme:
   coordinates = "y"                  of x, y and z
   positive = "-y"                    the direction in which the parameter grows
 
+--face makes a face that can be drawn, for 'track --model'. A head is fitted to the viseme 'rest',
+and face units and a smooth field carry the parameters over it. Any points will do, 12 or more, if
+the groups lips, upper_lip, lower_lip and lower_teeth say which lie there; others lie on the skin.
+Such a face is tracked by its colours; with --pictures it has textures and local appearance, too:
+  picture,viseme,rx,ry,rz,tx,ty,tz
+  ipi.png,ipi,3.1,0.02,0.01,4.2,11.5,640
+  a.png,a,,,,,,
+  Pictures lie beside the table, all of one camera. The pose is that of the frame of the upper
+  teeth (a rotation vector in radians, mm) in the camera's axes: x right, y down, z forward. Where
+  its cells are empty, or the columns missing, it is estimated.
+
 --model writes curves of the parameters instead, for points named as in the model; see the third
 example.
 """
@@ -68,6 +82,11 @@ example.
     take.file("--model",
         "build no model, but write the parameters of each frame of CORPUS by this "
         "model.npz as a CSV; of the table only the upper teeth matter"),
+    take.option("--face", type=take.PATH, metavar="FILE",
+        text="also make a face of the corpus, for 'track --model'"),
+    take.file("--pictures", metavar="TABLE",
+        text="pictures of the visemes, which the face's appearance is learned from; see below"),
+    take.file("--camera", "camera.json of the pictures' calibration"),
     take.option("--missing", type=take.Choice(("refuse", "drop", "impute")),
         text="points missing in some visemes: an error, left out, or filled in from the model of "
         "the others (default: refuse)"),
@@ -78,12 +97,16 @@ example.
     take.renderer(),
     examples="abs-engine articulate --person clara -o clara\n"
     "abs-engine articulate clara/points.csv --roles clara/roles.csv -o again\n"
+    "abs-engine articulate mine.c3d --roles mine.csv -o mine --face me.face --pictures seen.csv\n"
+    "abs-engine track talk.mp4 -o run --model me.face\n"
     "abs-engine articulate speech.c3d --roles mine.csv --model mine/model.npz -o speech.csv",
     notes=_NOTES,
 )  # fmt: skip
 def articulate(chosen: Chosen) -> Done:
     """Build an articulatory model of a corpus of visemes, or apply one."""
     check_free(chosen.output)
+    if chosen.face is not None:
+        check_free(chosen.face)
     _check(chosen)
     if chosen.model is not None:
         return _apply(chosen)
@@ -104,6 +127,10 @@ def _check(chosen: Chosen) -> None:
             "--person, --predictors, --missing and --without are for building a model",
             "leave them out with --model",
         )
+    if chosen.face is None and (chosen.pictures or chosen.camera):
+        raise ParameterError("--pictures and --camera are for a face", "name its file with --face")
+    if chosen.model is not None and chosen.face is not None:
+        raise ParameterError("--face is for building a model", "leave it out with --model")
 
 
 def _read(chosen: Chosen) -> Corpus:
@@ -164,8 +191,32 @@ def _finish(
     with Progress("articulate") as progress:
         progress.announce("building the model, and each time without one viseme")
         done = analyse(corpus, predictors, chosen.missing or "refuse", chosen.without)
+        face = None
+        if chosen.face is not None:
+            progress.announce("fitting a head")
+            face = _face(chosen, done.built, progress.announce)
         progress.announce("drawing")
         write_report(chosen.output, done, heads)
     lines = [*corpus_lines(done), *variance_lines(done), *error_lines(done)]
+    if face is not None:
+        lines += face.write(chosen.face)
     lines.append(f"wrote {chosen.output}; open {chosen.output / PAGE}")
     return Done(lines, {"output": chosen.output, "lines": lines})
+
+
+def _face(chosen: Chosen, built: Build, tell: Callable[[str], None]) -> WrittenFace:
+    """The face of the corpus, with the appearance of its pictures where there are any."""
+    from abs_engine.capture.viseme_pictures import read_viseme_pictures
+    from abs_engine.dataset import load_camera
+    from abs_engine.io.assets import load_speaker
+    from abs_engine.learn.measured.face import measured_face
+    from abs_engine.tracking.measured_looks import WrittenFace, with_looks
+
+    camera = None if chosen.camera is None else load_camera(chosen.camera)
+    visemes = built.corpus.visemes
+    table = None if chosen.pictures is None else read_viseme_pictures(chosen.pictures, visemes)
+    made = measured_face(load_speaker(), built)
+    if table is None:
+        return WrittenFace(made, None)
+    with opened(chosen.renderer) as renderer:
+        return WrittenFace(made, with_looks(made, built, table, camera, renderer, tell))

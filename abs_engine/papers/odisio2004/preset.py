@@ -43,7 +43,7 @@ def prepare(
     head = talker.base.setting
     how = replace(SEARCHES[leaves.name], pose_known=head.pose_held, least=LEAST)
     setting = clip_setting(
-        talker.talking, APPEARANCE[name], clip.camera, renderer, how, rate=clip.info.rate
+        talker.learned, APPEARANCE[name], clip.camera, renderer, how, rate=clip.info.rate
     )
     setting = replace(
         setting, times=head.times, face=talker.face, visibility=head.visibility,

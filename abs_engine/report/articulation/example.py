@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
+from abs_engine.learn.bite import upper_teeth_of
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.report.articulation.predictor_file import predictors_text
-from abs_engine.studio.corpus import upper_teeth_of
 
 POINTS, ROLES, PREDICTORS = "points.csv", "roles.csv", "predictors.toml"
 _TEETH = {"right": "upper_right", "left": "upper_left", "front": "upper_front"}

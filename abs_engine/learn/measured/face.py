@@ -1,0 +1,104 @@
+"""A head that measured points move: face units, and a smooth field of what these leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.face.articulated import FaceShape
+from abs_engine.io.assets import Speaker
+from abs_engine.learn.articulated import shape_of
+from abs_engine.learn.articulatory import Build
+from abs_engine.learn.measured.fit import REST, MeasuredHead, fit_head
+from abs_engine.learn.measured.residual import Smoothness, field, smoothness
+
+FloatArray = NDArray[np.float64]
+_SOFT = ("skin", "upper_lip", "lower_lip", "inner_mouth")
+_UNFOLDED = 0.7
+"""Weight of `jawOpen` in the posture in which places are compared: lips that touch lie apart in it,
+so that one does not move as the other."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredFace:
+    """A talking face's shape, made of measured points.
+
+    Parameters
+    ----------
+    head : MeasuredHead
+    shape : FaceShape
+    neutral : (V, 3) float32, mm, head frame
+        The person at rest.
+    smooth : Smoothness
+        Of what was added to identity and face units.
+    """
+
+    head: MeasuredHead
+    shape: FaceShape
+    neutral: NDArray[np.float32]
+    smooth: Smoothness
+
+
+def measured_face(speaker: Speaker, built: Build) -> MeasuredFace:
+    """Make a face that can be drawn of a corpus and its articulatory model.
+
+    Parameters
+    ----------
+    speaker : Speaker
+        Whose mesh and face units it takes.
+    built : Build
+
+    Raises
+    ------
+    ParameterError, TooFewPointsError
+        As `fit.fit_head`.
+    """
+    head = fit_head(speaker, built)
+    design = np.column_stack([np.ones(len(built.alpha)), built.alpha])
+    solver = np.linalg.pinv(design)  # (1 + P, T): values in the visemes to the mean and slopes
+    still = head.left.mean(axis=0)
+    at_points = np.concatenate([still[None], np.tensordot(solver, head.left - still, 1)])
+    added, smooth = _spread(head, built, at_points)
+    units = np.tensordot(solver @ head.weights, speaker.units.astype(np.float64), 1)
+    neutral = np.asarray(head.neutral + added[0], np.float32)
+    mean = np.asarray(neutral + units[0] + added[1], np.float32)
+    modes = np.asarray(units[1:] + added[2:], np.float32)
+    nearest = head.places.weights.argmax(axis=1)
+    vertices = head.places.corners[np.arange(len(nearest)), nearest].astype(np.int64)
+    at_rest = built.alpha[built.corpus.visemes.index(REST)]
+    texture = speaker.texture(next(iter(speaker.people)))
+    shape = shape_of(speaker, built, mean, modes, head.frame, vertices, at_rest, texture)
+    return MeasuredFace(head, shape, neutral, smooth)
+
+
+def _spread(
+    head: MeasuredHead, built: Build, at_points: FloatArray
+) -> tuple[FloatArray, Smoothness]:
+    """Fields (K, V, 3) over the head of values (K, N, 3) at the points, and how smooth they are."""
+    speaker = head.speaker
+    teeth = np.zeros(len(built.model.names), np.bool_)
+    teeth[[k for k, n in enumerate(built.model.names) if n in _teeth(built)]] = True
+    opened = head.neutral + _UNFOLDED * speaker.unit_matrix(("jawOpen",))[0]
+    places = head.places.at(opened)[~teeth]
+    values = at_points[:, ~teeth].transpose(1, 0, 2).reshape(len(places), -1)
+    smooth = smoothness(places, values)
+    out = np.zeros((len(at_points), *opened.shape))
+    soft = _vertices(speaker, _SOFT)
+    over = field(places, values, smooth.reach, smooth.noise, opened[soft])
+    out[:, soft] = over.reshape(len(soft), len(at_points), 3).transpose(1, 0, 2)
+    if teeth.any():  # they are moved as one
+        own = _vertices(speaker, ("lower_teeth",))
+        out[:, own] = at_points[:, teeth].mean(axis=1)[:, None]
+    return out, smooth
+
+
+def _teeth(built: Build) -> tuple[str, ...]:
+    return tuple(built.model.groups.get("lower_teeth", ()))
+
+
+def _vertices(speaker: Speaker, classes: tuple[str, ...]) -> NDArray[np.int64]:
+    """Vertices (K,) of facets of some classes."""
+    ids = [speaker.class_id(name) for name in classes]
+    return np.unique(speaker.faces[np.isin(speaker.facet_class, ids)]).astype(np.int64)

@@ -1,0 +1,104 @@
+"""Poses of a known head in pictures of its visemes: by landmarks, then by its own texture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.geometry import Pose, vertex_normals
+from abs_engine.core.objective import Evaluation
+from abs_engine.core.pose import joined, pose_block
+from abs_engine.core.scene import Renderer
+from abs_engine.face.appearance.visibility import Sighting
+from abs_engine.face.talking import TalkingFace
+from abs_engine.fit.problem import Problem
+from abs_engine.fit.talking import talking_problem
+from abs_engine.io.assets import Speaker
+from abs_engine.optimise.simplex import Simplex
+from abs_engine.tracking.face_detection import find_faces
+from abs_engine.tracking.landmark_correspondence import Correspondence
+from abs_engine.tracking.landmark_fit import sound_fit
+from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.landmarks import landmarks_of
+
+FloatArray = NDArray[np.float64]
+_TOLERANCE, _LIMIT = 1e-4, 300
+
+
+def pose_by_landmarks(
+    image: NDArray[np.uint8],
+    vertices: NDArray[np.floating],
+    speaker: Speaker,
+    correspondence: Correspondence,
+    camera: Camera,
+    path: Path,
+) -> Pose:
+    """Pose of a head (V, 3) that keeps its posture in a picture.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB
+    vertices : (V, 3) float, mm, head frame
+    speaker : Speaker
+        Whose mesh it is.
+    correspondence : Correspondence
+    camera : Camera
+    path : Path
+        Of the picture, for what is said of it.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the picture shows no face.
+    """
+    still = np.asarray(vertices, np.float64)
+    none = np.zeros((0, *still.shape))
+    shape = LandmarkShape.of(
+        correspondence, still, vertex_normals(still, speaker.faces), none, none,
+        still[speaker.lip_ring].mean(axis=0),
+    )  # fmt: skip
+    for face in find_faces(image):
+        seen = landmarks_of(image, face)
+        found = None if seen is None else sound_fit(shape, seen, camera, None)
+        if found is not None:
+            return found.pose
+    raise FaceNotFoundError(
+        f"no face is found in {path}", "give its pose in the table, or leave the picture out"
+    )
+
+
+def by_texture(face: TalkingFace, seen: Sighting, camera: Camera, renderer: Renderer) -> Sighting:
+    """The sighting with the pose that lays its picture best on the texture, its posture held."""
+    asked = talking_problem(
+        face, "tex_lin", seen.image, camera, seen.pose, seen.parameters, renderer
+    )
+    held, spec = _Held(asked, seen.parameters), pose_block()
+    found = Simplex(_TOLERANCE, _LIMIT).minimise(held, np.zeros(len(spec)), spec)
+    return replace(seen, pose=asked.pose(held.whole(found.x)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """A problem over the pose alone."""
+
+    problem: Problem
+    posture: FloatArray
+
+    @property
+    def unit(self) -> float:
+        return self.problem.unit
+
+    def whole(self, x: FloatArray) -> FloatArray:
+        return joined(x, self.posture)
+
+    def __call__(self, x: FloatArray) -> Evaluation:
+        return self.problem(self.whole(x))
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        each = np.tile(self.posture, (len(vectors), 1))
+        return self.problem.values(joined(vectors, each))

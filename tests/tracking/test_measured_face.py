@@ -1,0 +1,54 @@
+"""Faces of measured points: where their pictures show the head, and what they are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from drawn import CAMERA, correspondence, lit, speaker, turned_by, vertices_of
+from heads import seen_at
+from talkers import RENDERER, learned_face
+
+from abs_engine.core.errors import FaceNotFoundError, ParameterError, PictureError
+from abs_engine.face.talking_file import save_talking
+from abs_engine.tracking.measured_looks import _camera
+from abs_engine.tracking.options import Leaves, TrackOptions
+from abs_engine.tracking.talking_faces import found_talker
+from abs_engine.tracking.viseme_poses import pose_by_landmarks
+
+PICTURE = Path("a.png")
+
+
+def test_the_head_of_a_viseme_is_found_in_its_picture():
+    pose, posture = seen_at([0.05, 0.15, 0.03], [10, -5, 650]), {"jawOpen": 0.4}
+    image = lit("clara", pose, **posture)
+    found = pose_by_landmarks(
+        image, vertices_of("clara", **posture), speaker(), correspondence(), CAMERA, PICTURE
+    )
+    middle = vertices_of("clara")[speaker().lip_ring].mean(axis=0)
+    assert turned_by(found, pose) < 4  # degrees
+    away = found.apply(middle) - pose.apply(middle)
+    assert abs(away[:2]).max() < 3
+    assert abs(away[2]) < 25
+
+
+def test_a_picture_without_a_face_is_named():
+    blank = lit("clara")[:1].repeat(CAMERA.size[1], axis=0)
+    with pytest.raises(FaceNotFoundError, match=r"no face is found in a\.png"):
+        pose_by_landmarks(blank, speaker().vertices, speaker(), correspondence(), CAMERA, PICTURE)
+
+
+def test_pictures_are_of_one_size():
+    image, table = lit("clara"), [SimpleNamespace(path=PICTURE)] * 2
+    with pytest.raises(PictureError, match=r"a\.png is"):
+        _camera(table, [image, image[:-2]], None)
+
+
+@pytest.mark.parametrize("term", ["texture", "local"])
+def test_a_face_without_pictures_is_refused_what_needs_one(tmp_path, term):
+    path = tmp_path / "me.face"
+    save_talking(path, learned_face().shape, "me", "")
+    options = TrackOptions(model_file=path, terms=(term,), driver="simplex")
+    with pytest.raises(ParameterError, match=f"made without pictures and has no {term}"):
+        found_talker(None, options, Leaves.of(options), RENDERER, print)
