@@ -46,7 +46,11 @@ class Driver:
 _USUAL = {"tolerance": TOLERANCE, "limit": LIMIT}
 SIMPLEX = Driver(Simplex, settings=_USUAL)
 RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
-AXES = Driver(AxesSimplex, "residuals", {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE})
+AXES = Driver(
+    AxesSimplex,
+    "residuals",
+    {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE, "starts": 2},
+)
 LEVENBERG = Driver(LevenbergMarquardt, "residuals", {**_USUAL, "difference": 1.0})
 NEWTON = Driver(Newton, "borders", {"tolerance": TOLERANCE})
 NEWTON_QUICK = Driver(Newton, "borders", {**NEWTON.settings, "polished": 0, "reaches": (8, 4, 2)})

@@ -19,7 +19,7 @@ from abs_engine.tracking import speaker_learning
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.speaker_face import load_speaker_face
 
-FRAMES = 12
+FRAMES = 16
 TIME = np.arange(FRAMES)
 OPEN = np.clip(0.35 * np.sin(0.9 * TIME), 0, None)
 ROUND = np.clip(0.8 * np.sin(0.5 * TIME + 1), 0, None)
