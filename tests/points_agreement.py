@@ -93,9 +93,8 @@ def scored(shape: FaceShape, alpha: np.ndarray, spoken: SpokenCorpus, speaker: S
     own = shape.frame.apply(np.stack([shape.scene.vertices(row) for row in alpha]).astype(float))
     lips = reds(speaker)
     surface = np.union1d(lips, shape.marks)
-    apart = [off_surface(a[surface], b, speaker.faces) for a, b in zip(own, heads, strict=True)][
-        ::6
-    ]
+    some = zip(own[::6], heads[::6], strict=True)
+    apart = [off_surface(a[surface], b, speaker.faces) for a, b in some]
     return (
         f"surface {rms(own[:, surface] - heads[:, surface]):.2f} mm, across it "
         f"{np.sqrt(np.mean(np.square(apart))):.2f}, lips {rms(own[:, lips] - heads[:, lips]):.2f}"

@@ -77,19 +77,19 @@ class Command(click.Command):
         """As click's; but some options take several words."""
         many = {n for p in self.params if isinstance(p, Option) and p.many for n in p.opts}
         try:
-            self._check_values(args, many)
+            self._check_values(ctx, args, many)
             return super().parse_args(ctx, list(_one_by_one(args, many)))
         except click.UsageError as error:
             error.ctx = ctx  # some are raised without it
             raise
 
-    def _check_values(self, args: Sequence[str], many: set[str]) -> None:
+    def _check_values(self, ctx: click.Context, args: Sequence[str], many: set[str]) -> None:
         """Refuse an option after which the next one stands, in place of a value."""
-        options = [p for p in self.params if isinstance(p, click.Option)]
+        options = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
         names = {n for p in options for n in (*p.opts, *p.secondary_opts)}
-        valued = {n for p in options if not p.is_flag for n in p.opts} - many
+        bare = {n for p in options if p.is_flag or p._flag_needs_value for n in p.opts}
         for one, after in pairwise(args[: args.index("--")] if "--" in args else args):
-            if one in valued and after in names:
+            if one in names - bare - many and after in names:
                 raise click.BadOptionUsage(one, f"option '{one}' needs a value before '{after}'")
 
     def invoke(self, ctx: click.Context) -> int:

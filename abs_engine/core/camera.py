@@ -123,7 +123,8 @@ class Camera:
         Returns
         -------
         (..., 3) float64
-            (x'' z, y'' z, z) with x'', y'' of the OpenCV model.
+            (x'' z, y'' z, z) with x'', y'' of the OpenCV model; `points` themselves where the lens
+            does not distort.
         """
         if not self.distorted:
             return points

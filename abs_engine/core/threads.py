@@ -96,8 +96,10 @@ def in_threads(what: Callable[[Any], Item], items: Iterable[Any], count: int = 2
 
     with _OFTEN.used():
         beside = [_BESIDE.submit(take) for _ in range(min(count, len(given)) - 1)]
-        take()
-        wait(one for one in beside if not one.cancel())
+        try:
+            take()
+        finally:  # interrupted, too: what they work with may be closed next
+            wait([one for one in beside if not one.cancel()])
     if failed:
         raise failed[min(failed)]
     return found

@@ -49,7 +49,7 @@ class Geometry:
     @classmethod
     def of(cls, camera: Camera, points: FloatArray, normals: Floats) -> Geometry:
         """From vertices and normals (V, 3) in the camera frame."""
-        drawn = camera.distort(points) if camera.distorted else points
+        drawn = camera.distort(points)
         return cls(points, drawn, flat(camera, drawn), normals)
 
 

@@ -207,7 +207,7 @@ class Take:
         if mirrored and self._mirror is not None:
             points = self._mirror.reflect(points)
             normals = self._mirror.reflect_directions(normals)
-        return self._camera.distort(points) if self._camera.distorted else points, normals
+        return self._camera.distort(points), normals
 
     def _covers(self, frame: int, *, mirrored: bool) -> tuple[Cover, ...]:
         """Objects that may hide landmarks; the shirt, below the chin, never does."""

@@ -53,7 +53,10 @@ class WrittenFace:
         head, smooth = self.made.head, self.made.smooth
         face = self.looks or self.made.shape
         save_talking(path, face, path.stem, checksum(head.speaker), self.made.neutral)
-        share = f"{smooth.explained:.0%} of it is smooth and was added"
+        share = (
+            f"a smooth field adds what it predicts of that at points left out, "
+            f"{smooth.explained:.0%} of its variance"
+        )
         looks = "no appearance but colours" if self.looks is None else "with appearance"
         return [
             f"face: a head and its face units leave {head.misfit:.2f} mm (RMS) of the points; "

@@ -85,16 +85,16 @@ class Smoothing:
                 f"frames at {rate:g} Hz hold nothing above {rate / 2:g} Hz",
                 "give a lower cutoff, or leave out --smooth",
             )
-        if self.name == BUTTERWORTH and 0 < self.amount * len(times) < rate:
-            raise ParameterError(
-                f"{self} leaves less than one wave of {len(times) / rate:.1f} s",
-                "give a higher cutoff, or leave out --smooth",
-            )
         least = self._filter(rate)[1]
         if 0 < len(times) < least:
             raise ParameterError(
                 f"{self} needs {least} frames in a row, and there are {len(times)}",
                 "give a shorter filter, or leave out --smooth",
+            )
+        if self.name == BUTTERWORTH and 0 < self.amount * len(times) < rate:
+            raise ParameterError(
+                f"{self} keeps only waves longer than the clip's {len(times) / rate:.1f} s",
+                "give a higher cutoff, or leave out --smooth",
             )
         if len(times) > 1 and np.abs(np.diff(times) * rate - 1).max() > _EVEN:
             raise ParameterError(

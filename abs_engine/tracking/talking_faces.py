@@ -113,7 +113,7 @@ def found_talker(
     if stored.face is None and lacking:
         raise ParameterError(
             f"{path} was made without pictures and has no {lacking[0]} to compare",
-            "use --terms colour, or make it again with 'articulate --pictures'",
+            "use --terms colour, or make it again with 'articulate --face FILE --pictures TABLE'",
         )
     if stored.speaker and stored.speaker != checksum(speaker):
         raise ModelFormatError(

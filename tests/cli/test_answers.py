@@ -153,11 +153,21 @@ def test_options_with_several_values(capsys):
 
 @pytest.mark.parametrize(
     "words",
-    [["--smooth", "-o", "run"], ["-o", "--smooth", "butterworth:8"], ["--terms", "--quiet"]],
+    [
+        ["--smooth", "-o", "run"],
+        ["-o", "--smooth", "butterworth:8"],
+        ["--terms", "--quiet"],
+        ["-o", "--help"],
+    ],
 )
 def test_an_option_without_its_value_does_not_take_the_next_one(words, capsys):
     assert main(["track", "talk.mp4", *words]) == 2
     assert f"option '{words[0]}' needs a value before '{words[1]}'" in capsys.readouterr().err
+
+
+def test_an_option_whose_value_may_be_left_out_is_followed_by_others(capsys):
+    assert main(["bench", "--json", "--renderer", "nosuch"]) == 2
+    assert "--renderer goes with --clip" in capsys.readouterr().err
 
 
 def test_options_are_not_abbreviated(capsys):

@@ -9,12 +9,15 @@ import pytest
 
 from abs_engine.capture.corpus import Corpus
 from abs_engine.core.errors import ParameterError, TooFewPointsError
+from abs_engine.face.talking_file import load_talking
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.articulatory import Build, build
 from abs_engine.learn.measured.face import MeasuredFace, measured_face
 from abs_engine.learn.measured.residual import field, smoothness
 from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
 from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
+from abs_engine.tracking.measured_looks import WrittenFace
+from abs_engine.tracking.talking_faces import _own_head
 
 VISEMES = PAPER_VISEMES[:1] + PAPER_VISEMES[2:40:2]
 
@@ -140,3 +143,15 @@ def test_a_smooth_field_is_found_and_noise_is_not():
     assert rms(said - wave) < 0.7 * rms(noise)
     far = field(places, wave, found.reach, found.noise, np.full((1, 3), 500.0))
     assert np.abs(far).max() < 1e-6
+
+
+def test_the_file_holds_the_head_that_a_clip_is_searched_for(spoken, face, tmp_path):
+    path = tmp_path / "me.face"
+    said = WrittenFace(face, None).write(path)
+    assert said[-1] == f"wrote {path}, no appearance but colours"
+    stored = load_talking(path)
+    own = _own_head(stored, spoken.speaker)
+    np.testing.assert_array_equal(own.vertices, face.neutral)
+    assert list(own.people) == ["me"]
+    assert stored.face is None
+    np.testing.assert_allclose(stored.shape.scene.mean, face.shape.scene.mean)

@@ -5,17 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from drawn import CAMERA, correspondence, lit, speaker, turned_by, vertices_of
 from heads import seen_at
-from talkers import RENDERER, learned_face
+from talkers import CAMERA as BALL
+from talkers import POSE, RENDERER, learned_face
 
 from abs_engine.core.errors import FaceNotFoundError, ParameterError, PictureError
+from abs_engine.core.geometry import Pose
+from abs_engine.core.scene import Candidates
+from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.talking_file import save_talking
 from abs_engine.tracking.measured_looks import _camera
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.talking_faces import found_talker
-from abs_engine.tracking.viseme_poses import pose_by_landmarks
+from abs_engine.tracking.viseme_poses import by_texture, pose_by_landmarks
 
 PICTURE = Path("a.png")
 
@@ -31,6 +36,19 @@ def test_the_head_of_a_viseme_is_found_in_its_picture():
     away = found.apply(middle) - pose.apply(middle)
     assert abs(away[:2]).max() < 3
     assert abs(away[2]) < 25
+
+
+def test_a_pose_is_found_again_by_the_texture():
+    face, row = learned_face(), np.array([0.4, -0.3])
+    rgb = RENDERER.draw(face.shape.scene, Candidates.one(row, POSE), BALL, BALL.whole)[0].rgb
+    off = Pose(POSE.rotation, np.add(POSE.translation, [2.0, -1.5, 0.0]))
+    vertices = face.shape.scene.vertices(row)
+    found = by_texture(face, Sighting(rgb, vertices, off, row), BALL, RENDERER)
+    before, after = (
+        np.linalg.norm((p.translation - POSE.translation)[:2]) for p in (off, found.pose)
+    )
+    assert after < 0.4 * before
+    np.testing.assert_array_equal(found.parameters, row)
 
 
 def test_a_picture_without_a_face_is_named():

@@ -90,6 +90,6 @@ def test_a_clip_that_is_shorter_than_the_filter_is_refused():
 
 
 def test_a_cutoff_below_one_wave_of_the_clip_is_refused():
-    with pytest.raises(ParameterError, match=r"less than one wave of 3\.0 s"):
+    with pytest.raises(ParameterError, match=r"longer than the clip's 3\.0 s"):
         Smoothing.named("butterworth:0.3").check(25.0, np.arange(75) / 25.0)
     Smoothing.named("butterworth:0.4").check(25.0, np.arange(75) / 25.0)

@@ -55,7 +55,8 @@ CORPUS, points of a face in a posture for each viseme:
 
 --face makes a face that can be drawn, for 'track --model'. A head is fitted to the viseme 'rest',
 and face units and a smooth field carry the parameters over it. Any points will do, 12 or more, if
-the groups lips, upper_lip, lower_lip and lower_teeth say which lie there; others lie on the skin.
+the groups lips, upper_lip, lower_lip and lower_teeth say which lie there; all other points that
+are in some group lie on the skin.
 Such a face is tracked by its colours; with --pictures it has textures and local appearance, too:
   picture,viseme,rx,ry,rz,tx,ty,tz
   ipi.png,ipi,3.1,0.02,0.01,4.2,11.5,640
@@ -64,7 +65,7 @@ Such a face is tracked by its colours; with --pictures it has textures and local
   teeth (a rotation vector in radians, mm) in the camera's axes: x right, y down, z forward. Where
   its cells are empty, or the columns missing, it is estimated.
 
---model writes curves of the parameters instead, for points named as in the model; see the third
+--model writes curves of the parameters instead, for points named as in the model; see the last
 example.
 """
 
@@ -129,6 +130,10 @@ def _check(chosen: Chosen) -> None:
         )
     if chosen.face is None and (chosen.pictures or chosen.camera):
         raise ParameterError("--pictures and --camera are for a face", "name its file with --face")
+    if chosen.camera and not chosen.pictures:
+        raise ParameterError("--camera is for pictures", "name their table with --pictures")
+    if chosen.face is not None and chosen.face == chosen.output:
+        raise ParameterError("--face and --output are the same", "give two names")
     if chosen.model is not None and chosen.face is not None:
         raise ParameterError("--face is for building a model", "leave it out with --model")
 

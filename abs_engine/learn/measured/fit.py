@@ -165,8 +165,9 @@ def _check_likely(made: MeasuredHead, head: PlacedHead) -> None:
     unusual = float(np.sqrt((head.identity**2).mean()))
     if not (made.misfit <= FARTHEST and unusual <= UNLIKELY):
         raise ParameterError(
-            f"the points do not fit a head: they lie {made.misfit:.1f} mm (RMS) off one that is "
-            f"{unusual / UNLIKELY:.1f} times as unusual as any head may be",
+            f"the points do not fit a head: the nearest lies {made.misfit:.1f} mm off (at most "
+            f"{FARTHEST:g}) and {unusual:.1f} standard deviations from the average (at most "
+            f"{UNLIKELY:g}; both RMS)",
             "check the groups of the points, their unit, and their frame: that of the upper teeth, "
             "x to the subject's left, y up, z forward",
         )

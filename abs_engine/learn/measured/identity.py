@@ -13,7 +13,7 @@ from abs_engine.core.pose import pose_moves
 from abs_engine.face.shape.dots import ShellPoints
 
 FloatArray = NDArray[np.float64]
-_TURN, _SHIFT = 0.1, 10.0  # rad and mm by which the upper teeth place a head wrong
+_TURN, _SHIFT = 0.1, 10.0  # rad and mm that a round moves the frame by: one standard deviation
 _POSE = 6
 
 
