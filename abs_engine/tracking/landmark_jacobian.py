@@ -75,6 +75,20 @@ def weighed_motion(there, pivot, modes, rotation, factor, axes, sunk, weight, ou
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
+def _place(points, modes, posture, motion):
+    """Move points (N, 3) by a posture (M,) and then by `motion` (3, 4), in place."""
+    line = points.reshape(-1)
+    for k in range(len(posture)):
+        mode = modes[k].reshape(-1)
+        for n in range(len(line)):
+            line[n] += posture[k] * mode[n]
+    for n in range(len(points)):
+        x, y, z = points[n]
+        for a in range(3):
+            points[n, a] = motion[a, 0] * x + motion[a, 1] * y + motion[a, 2] * z + motion[a, 3]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def weighed_residuals(
     mean, modes, normals, posture, motion, pivot, rays, sunk, axes, bias, deviation, together,
     stray, flat, hidden, guessed, residual, out,
@@ -107,15 +121,8 @@ def weighed_residuals(
     count = len(mean)
     there, weight, factor = mean.copy(), np.empty((count, 3)), np.empty(count)
     rotation, deep = np.ascontiguousarray(motion[:, :3]), 0.0
-    line = there.reshape(-1)
-    for k in range(len(posture)):
-        mode = modes[k].reshape(-1)
-        for n in range(len(line)):
-            line[n] += posture[k] * mode[n]
+    _place(there, modes, posture, motion)
     for n in range(count):
-        x, y, z = there[n]
-        for a in range(3):
-            there[n, a] = motion[a, 0] * x + motion[a, 1] * y + motion[a, 2] * z + motion[a, 3]
         factor[n] = pivot[2] / there[n, 2]
         deep += (sunk[n] * pivot[2] - there[n, 2]) / count
     total = 0.0

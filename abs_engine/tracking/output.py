@@ -54,6 +54,19 @@ def _parts(spent: Mapping[str, float], busy: float) -> dict[str, float]:
     return {**spent, "other": max(busy - sum(spent.values()), 0.0)}
 
 
+def _timing(
+    facts: RunFacts, frames: int, took: float, parts: Mapping[str, float]
+) -> dict[str, Any]:
+    """What ``timing.json`` holds of frames that took some seconds, and of their parts."""
+    each = {part: round(1e3 * seconds / frames, 2) for part, seconds in parts.items()}
+    return {
+        "resumed_frames": facts.resumed,
+        "preparation_seconds": round(facts.preparation, 3),
+        "seconds_per_frame": round(took / frames, 5),
+        "processor_ms_per_frame": each,
+    }
+
+
 def write_run(
     folder: Path,
     setting: ClipSetting,
@@ -106,15 +119,7 @@ def write_run(
     classes = setting.face.appearance.get("colour")
     if classes is not None:
         classes.save(folder / COLOURS)
-    timing = {
-        "resumed_frames": facts.resumed,
-        "preparation_seconds": round(facts.preparation, 3),
-        "seconds_per_frame": round(took / max(1, len(recorder)), 5),
-        "processor_ms_per_frame": {
-            part: round(1e3 * seconds / max(1, len(recorder)), 2)
-            for part, seconds in _parts(setting.clock.seconds, busy).items()
-        },
-    }
+    timing = _timing(facts, max(1, len(recorder)), took, _parts(setting.clock.seconds, busy))
     write_timing(folder, timing)
     return {**written.result(), "timing": timing}
 
