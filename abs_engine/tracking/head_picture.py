@@ -10,7 +10,7 @@ from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.landmark_calibration import in_picture
+from abs_engine.tracking.placed_mouths import in_picture
 
 Image = NDArray[np.uint8]
 
