@@ -57,7 +57,7 @@ def _parts(spent: Mapping[str, float], busy: float) -> dict[str, float]:
 def _timing(
     facts: RunFacts, frames: int, took: float, parts: Mapping[str, float]
 ) -> dict[str, Any]:
-    """What ``timing.json`` holds of frames that took some seconds, and of their parts."""
+    """Content of ``timing.json``: of frames that took some seconds, and of their parts."""
     each = {part: round(1e3 * seconds / frames, 2) for part, seconds in parts.items()}
     return {
         "resumed_frames": facts.resumed,
