@@ -47,11 +47,13 @@ class Problem:
     priors : tuple of Prior
         Over all blocks; their sum counts.
     free : tuple of str
-        Names of the blocks that are fitted; the others stay at zero.
+        Names of the blocks that are fitted; the others stay where they are held.
     unit : float
         The scale of tolerances, in units of the value: 1 where it is in nats.
     mobility : (6 + P,) float64, optional
         How far each parameter gives way to a unit force on it; by default the square of its scale.
+    held : (6 + P,) float64, optional
+        Values of the parameters that are not free; by default zero.
     """
 
     frame: PoseFrame
@@ -61,6 +63,7 @@ class Problem:
     free: tuple[str, ...] = (POSE, POSTURE)
     unit: float = 1.0
     mobility: FloatArray | None = None
+    held: FloatArray | None = None
 
     @cached_property
     def spec(self) -> ParamSpec:
@@ -76,6 +79,7 @@ class Problem:
         if len(self._places) == len(self.blocks):
             return vectors
         out = np.zeros((*vectors.shape[:-1], len(self.blocks)))
+        out[...] = 0.0 if self.held is None else self.held
         out[..., self._places] = vectors
         return out
 

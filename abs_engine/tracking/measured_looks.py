@@ -23,6 +23,7 @@ from abs_engine.learn.measured.face import MeasuredFace
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.heads import correspondence_of
+from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.viseme_poses import by_texture, pose_by_landmarks
 
 
@@ -105,8 +106,9 @@ def with_looks(
     pictures = [read_image(picture.path) for picture in table]
     camera = _camera(table, pictures, camera)
     tell("finding the head in the pictures")
+    places = correspondence_of(made.head.speaker, renderer)
     seen = [
-        _sighting(made, built, picture, image, camera, renderer)
+        _sighting(made, built, picture, image, camera, places)
         for picture, image in zip(table, pictures, strict=True)
     ]
     tell("learning the appearance")
@@ -143,7 +145,7 @@ def _sighting(
     picture: VisemePicture,
     image: NDArray[np.uint8],
     camera: Camera,
-    renderer: Renderer,
+    places: Correspondence,
 ) -> Sighting:
     """A picture with the head's posture and pose in it."""
     shape, speaker = made.shape, made.head.speaker
@@ -153,6 +155,5 @@ def _sighting(
         own, frame = picture.pose, shape.frame
         pose = Pose(own.rotation @ frame.rotation, own.apply(frame.translation[None])[0])
     else:
-        places = correspondence_of(speaker, renderer)
         pose = pose_by_landmarks(image, vertices, speaker, places, camera, picture.path)
     return Sighting(image, vertices, pose, alpha)

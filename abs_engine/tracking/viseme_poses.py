@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.blocks import POSE
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose, vertex_normals
-from abs_engine.core.objective import Evaluation
-from abs_engine.core.pose import joined, pose_block
+from abs_engine.core.pose import at_base, no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.talking import TalkingFace
-from abs_engine.fit.problem import Problem
 from abs_engine.fit.talking import talking_problem
 from abs_engine.io.assets import Speaker
 from abs_engine.optimise.simplex import Simplex
@@ -77,28 +76,6 @@ def by_texture(face: TalkingFace, seen: Sighting, camera: Camera, renderer: Rend
     asked = talking_problem(
         face, "tex_lin", seen.image, camera, seen.pose, seen.parameters, renderer
     )
-    held, spec = _Held(asked, seen.parameters), pose_block()
-    found = Simplex(_TOLERANCE, _LIMIT).minimise(held, np.zeros(len(spec)), spec)
-    return replace(seen, pose=asked.pose(held.whole(found.x)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Held:
-    """A problem over the pose alone."""
-
-    problem: Problem
-    posture: FloatArray
-
-    @property
-    def unit(self) -> float:
-        return self.problem.unit
-
-    def whole(self, x: FloatArray) -> FloatArray:
-        return joined(x, self.posture)
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        return self.problem(self.whole(x))
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        each = np.tile(self.posture, (len(vectors), 1))
-        return self.problem.values(joined(vectors, each))
+    placed = replace(asked, free=(POSE,), held=at_base(seen.parameters))
+    found = Simplex(_TOLERANCE, _LIMIT).minimise(placed, no_correction(), placed.spec)
+    return replace(seen, pose=placed.pose(found.x))
