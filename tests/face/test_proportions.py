@@ -49,6 +49,10 @@ def test_what_is_alike_enough_is_left_alone():
 
 
 def test_a_mask_has_no_skull():
-    high = replace(SPEAKER, vertices=np.minimum(V, [np.inf, V[MARKS[27], 1], np.inf]))
+    low = np.minimum(V, [np.inf, V[MARKS[27], 1], np.inf])
     flat = np.random.default_rng(0).normal(size=(3, V.size))
-    np.testing.assert_array_equal(proportioned(high, flat) @ flat, flat)
+    no_face = replace(SPEAKER, vertices=low, points={})
+    np.testing.assert_array_equal(proportioned(no_face, flat) @ flat, flat)
+    mask = replace(SPEAKER, vertices=low)
+    even = np.ones((1, V.size))
+    np.testing.assert_allclose(proportioned(mask, even) @ even, even, rtol=1e-6)

@@ -20,7 +20,7 @@ from heads import seen_at
 from abs_engine.face.head import N_EXPRESSION
 from abs_engine.face.shape.identity import head_modes, identity_shape
 from abs_engine.face.shape.proportions import proportioned
-from abs_engine.face.shape.smooth import smooth_modes
+from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_fit import fit_head, scaled
@@ -137,7 +137,7 @@ def test_directions_of_heads_are_those_of_targets_and_of_smooth_fields():
     """
     one = speaker()
     modes, targets = head_modes(one), identity_shape(one).modes(one)
-    free = np.concatenate([targets, smooth_modes(one.vertices.astype(float))])
+    free = np.concatenate([targets, mirrored_modes(one.vertices.astype(float), 0.1)])
     both = proportioned(one, free.reshape(len(free), -1)) @ free.reshape(len(free), -1)
     assert 0.7 < (both**2).sum() / (free.astype(float) ** 2).sum() < 0.9
     kept, whole = ((m.astype(float) ** 2).sum() for m in (modes, both))

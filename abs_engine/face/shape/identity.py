@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.shape.proportions import proportioned
-from abs_engine.face.shape.smooth import smooth_modes
+from abs_engine.face.shape.smooth import mirrored_modes
 from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +23,10 @@ With them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, 
 _KEPT = 96
 """Directions of targets and smooth fields together: they hold 98 % of the variance that
 proportions leave of both."""
+_ASYMMETRY = 0.1
+"""Of what smooth fields add, the share that is no mirror image. Chosen on eight films of other
+heads: with 0.1, 0.25, 0.5 and 1 the fitted head lies 1.5, 1.7, 2.3 and 2.6 degrees off the true
+one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +70,8 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
         Principal directions, mm per standard deviation, the widest first.
     """
     targets = identity_shape(speaker).modes(speaker)
-    modes = np.concatenate([targets, smooth_modes(speaker.vertices.astype(np.float64))])
+    vertices = speaker.vertices.astype(np.float64)
+    modes = np.concatenate([targets, mirrored_modes(vertices, _ASYMMETRY)])
     flat = modes.reshape(len(modes), -1)
     tied = proportioned(speaker, flat)
     values, vectors = np.linalg.eigh(tied @ (flat @ flat.T) @ tied.T)

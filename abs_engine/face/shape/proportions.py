@@ -4,7 +4,7 @@ The targets of a head and smooth fields let crown and ears differ by up to twice
 do, and tie them to a forehead of which a picture shows half. Each proportion is therefore taken as
 measured to be average, with as much noise as leaves it the spread of people, and the modes are
 those of the Gaussian that this leaves (Bishop, Pattern Recognition and Machine Learning, 2006, eq.
-2.117).
+2.117). So is the turn of the face: what a head is turned by is its pose, not its shape.
 """
 
 from __future__ import annotations
@@ -20,16 +20,20 @@ _BREADTH, _LENGTH, _HEIGHT, _SIDEWAYS, _EARS = 5.4, 7.1, 7.5, 3.0, 3.0
 """Standard deviations, mm: the head's breadth and length (men's, Gordon et al. 1989, ANSUR: 5.4 and
 7.1, differences of size among them); its height above the nose's root, about as much; how far the
 crown lies to a side, and how far an ear stands out, by estimate."""
+_TURN = 1e-3  # rad: none, but for the numerics
+_INNER = np.r_[8, 17:68]
+"""The chin and all but the jaw line of the 68 usual landmarks, by which a face is turned."""
 _BETWEEN_EYES = 0.035  # of the way from eye to eye, about its middle
 _ABOVE_EARS = 0.2  # of the way from the nose's root to the crown
 
 
 def proportioned(speaker: Speaker, modes: FloatArray) -> FloatArray:
     """Matrix (K, K) that makes of modes (K, 3 V), mm, those of skulls as alike as people's are."""
-    found = _proportions(speaker, modes.reshape(len(modes), -1, 3))
-    if found is None:
+    moves = modes.reshape(len(modes), -1, 3)
+    rows = [*_turns(speaker, moves), *_proportions(speaker, moves)]
+    if not rows:
         return np.eye(len(modes))
-    changes, spread = found
+    changes, spread = np.stack([r for r, _ in rows], axis=1), np.array([s for _, s in rows])
     free = (changes**2).sum(axis=0)
     tied = spread**2 < free  # what differs by less already is left alone
     slopes, told, wanted = changes[:, tied], free[tied], spread[tied] ** 2
@@ -41,8 +45,27 @@ def proportioned(speaker: Speaker, modes: FloatArray) -> FloatArray:
     return np.asarray(root.T)
 
 
-def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """By how much proportions change with each mode, (K, P), and their spreads (P,), mm.
+_Rows = list[tuple[FloatArray, float]]
+
+
+def _turns(speaker: Speaker, modes: FloatArray) -> _Rows:
+    """By how much each mode (K,) turns the face about each axis, rad, and the spread of it.
+
+    The rotation that lays a face's landmarks on those of the average head, to first order (Horn,
+    JOSA A 4(4), 1987). None where the head names no landmarks.
+    """
+    if "landmark_68" not in speaker.points:
+        return []
+    marks = speaker.points["landmark_68"][_INNER]
+    arms = speaker.vertices[marks].astype(np.float64)
+    arms -= arms.mean(axis=0)
+    inertia = (arms**2).sum() * np.eye(3) - arms.T @ arms
+    turns = np.linalg.solve(inertia, np.cross(arms, modes[:, marks]).sum(axis=1).T)
+    return [(turn, _TURN) for turn in turns]
+
+
+def _proportions(speaker: Speaker, modes: FloatArray) -> _Rows:
+    """By how much each mode (K,) changes a proportion, and the spread of it, mm, for each.
 
     None of a mask, which ends at the nose's root.
     """
@@ -51,21 +74,20 @@ def _proportions(speaker: Speaker, modes: FloatArray) -> tuple[FloatArray, Float
     crown = int(v[:, 1].argmax())
     skull = v[:, 1] > v[root, 1] + _ABOVE_EARS * (v[crown, 1] - v[root, 1])
     if not skull.any():
-        return None
+        return []
     back = int(np.where(skull, v[:, 2], np.inf).argmin())
     head = v[:, 1] > v[speaker.lip_ring, 1].mean()
     sides, ears = (
         [int(np.where(part, s * v[:, 0], -np.inf).argmax()) for s in (1, -1)]
         for part in (skull, head)
     )
-    rows = [
+    return [
         (modes[:, sides[0], 0] - modes[:, sides[1], 0], _BREADTH),
         (modes[:, root, 2] - modes[:, back, 2], _LENGTH),
         (modes[:, crown, 1] - modes[:, root, 1], _HEIGHT),
         (modes[:, crown, 0] - modes[:, root, 0], _SIDEWAYS),
         *((modes[:, e, 0] - modes[:, t, 0], _EARS) for e, t in zip(ears, sides, strict=True)),
     ]
-    return np.stack([r for r, _ in rows], axis=1), np.array([s for _, s in rows])
 
 
 def _root(speaker: Speaker) -> int:

@@ -1,7 +1,9 @@
 """Smooth displacements of a surface: a Gaussian process in place of what no shape target knows.
 
 Lüthi, Gerig, Jud and Vetter, "Gaussian Process Morphable Models", IEEE TPAMI 40(8), 2018: a sum of
-Gaussian kernels, its eigenfunctions by Nyström's method (section 4.2).
+Gaussian kernels, its eigenfunctions by Nyström's method (section 4.2). Gerig, Morel-Forster,
+Blumer, Egger, Lüthi, Schönborn and Vetter, "Morphable Face Models - An Open Framework", FG 2018: a
+kernel that mirrors, as faces are nearly symmetric.
 """
 
 from __future__ import annotations
@@ -29,14 +31,65 @@ def smooth_modes(
     The same for each coordinate, so K is three times the kernel's rank.
     """
     samples = vertices[_spread(vertices, min(_SAMPLES, len(vertices)))]
-    kernel = _kernel(samples, samples, scales) + 1e-6 * np.eye(len(samples))
-    values, vectors = np.linalg.eigh(kernel)
-    order = np.argsort(-values)[:_RANK]
-    fields = _kernel(vertices, samples, scales) @ vectors[:, order] / np.sqrt(values[order])
-    each = np.zeros((len(fields.T), 3, len(vertices), 3))
+    kernel = _kernel(samples, samples, scales)
+    fields = _fields(_kernel(vertices, samples, scales), kernel)
+    each = np.zeros((len(fields), 3, len(vertices), 3))
     for axis in range(3):
-        each[:, axis, :, axis] = fields.T
+        each[:, axis, :, axis] = fields
     return np.asarray(each.reshape(-1, len(vertices), 3))
+
+
+def mirrored_modes(
+    vertices: FloatArray, asymmetry: float, scales: Sequence[tuple[float, float]] = SCALES
+) -> FloatArray:
+    """Displacements (K, V, 3) as of `smooth_modes` of a body that is nearly its own mirror image.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, mm
+        x runs across, and is 0 in the plane of the mirror.
+    asymmetry : float
+        Standard deviation of what the mirror image does not share over that of what it does. At 1
+        both sides differ as if each were another body.
+    scales : sequence of (float, float)
+        Standard deviation of each, away from the plane, as of `smooth_modes`, and its reach, mm.
+    """
+    half = vertices[vertices[:, 0] >= 0]
+    here = half[_spread(half, min(_SAMPLES // 2, len(half)))]
+    there = here * np.array([-1.0, 1.0, 1.0])
+    near, far = (_kernel(vertices, x, scales) for x in (here, there))
+    own, across = (_kernel(here, x, scales) for x in (here, there))
+    even, odd = (_fields(0.5 * (near + s * far), 0.5 * (own + s * across)) for s in (1.0, -1.0))
+    shared, other = np.array([1.0, asymmetry**2]) * 2 / (1 + asymmetry**2)
+    # In the plane, where a point is its own image, what both share would come twice
+    alike = _image_share(vertices, scales)
+    along = np.sqrt(1 + 0.5 * alike * (shared - other))
+    across_face = _widest(np.concatenate([odd * np.sqrt(shared), even * np.sqrt(other)]))
+    in_plane = _widest(np.concatenate([even * np.sqrt(shared), odd * np.sqrt(other)]) / along)
+    each = np.zeros((3, _RANK, len(vertices), 3))
+    each[0, : len(across_face), :, 0] = across_face
+    each[1, : len(in_plane), :, 1] = each[2, : len(in_plane), :, 2] = in_plane
+    return each.reshape(-1, len(vertices), 3)
+
+
+def _widest(fields: FloatArray) -> FloatArray:
+    """The fields (K, V) that move most, at most `_RANK`."""
+    return np.asarray(fields[np.argsort(-(fields**2).sum(axis=1))[:_RANK]])
+
+
+def _image_share(vertices: FloatArray, scales: Sequence[tuple[float, float]]) -> FloatArray:
+    """Correlation (V,) that a point and its mirror image would have without a mirror."""
+    apart = 2 * vertices[:, 0]
+    variances = np.array([sd**2 for sd, _ in scales])
+    parts = np.stack([np.exp(-0.5 * (apart / reach) ** 2) for _, reach in scales])
+    return np.asarray(variances @ parts / variances.sum())
+
+
+def _fields(kernel: FloatArray, samples: FloatArray) -> FloatArray:
+    """Eigenfunctions (K, V) by the kernel (V, S) to samples, and of the samples (S, S)."""
+    values, vectors = np.linalg.eigh(samples + 1e-6 * np.eye(len(samples)))
+    order = np.argsort(-values)[:_RANK]
+    return np.asarray((kernel @ (vectors[:, order] / np.sqrt(values[order]))).T)
 
 
 def _spread(vertices: FloatArray, count: int) -> NDArray[np.int_]:
