@@ -18,8 +18,9 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker
-from abs_engine.tracking.head_joint import HeadFrameSeen, HeadProblem, fit_jointly, views_of
+from abs_engine.tracking.head_joint import fit_jointly
 from abs_engine.tracking.head_pose import TexturedHead
+from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, views_of
 from abs_engine.tracking.head_texture import HeadBody, gray_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_shape import LandmarkShape
@@ -166,7 +167,7 @@ class AverageHead:
 
 def seen_in(image: NDArray[np.uint8], landmarks: Landmarks) -> HeadFrameSeen:
     """Observations that a frame (H, W, 3) gives of the head that has these landmarks."""
-    return HeadFrameSeen(gray_of(image), landmarks, pupils_of(image, landmarks))
+    return HeadFrameSeen(gray_of(image), landmarks, pupils_of(image, landmarks), image)
 
 
 def landmark_shape(

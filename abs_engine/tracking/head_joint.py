@@ -1,4 +1,4 @@
-"""One head to several frames: by landmarks, by pupils, and by where its texture lies in each.
+"""One head to several frames: by landmarks, pupils, outlines, and where its texture lies in each.
 
 Gauss-Newton over the identity, the network's error of this person, and each frame's pose and
 posture. Rounds carry the texture over with the head as it is by then.
@@ -6,29 +6,25 @@ posture. Rounds carry the texture over with the head as it is by then.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.camera import Camera
-from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads, workers
 from abs_engine.tracking.head_equations import (
     Equations,
-    HeadGuess,
     landmark_equations,
     pupil_equations,
 )
-from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, linearised, match
+from abs_engine.tracking.head_outline import Outline, outline, outline_equations
+from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, JointHead, views_of
+from abs_engine.tracking.head_texture import HeadView, Matches, linearised, match
 from abs_engine.tracking.landmark_fit import looking_ahead, turned
-from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import Landmarks
 
 FloatArray = NDArray[np.float64]
 
@@ -41,81 +37,6 @@ _DAMPING = 1e-6
 _SCALE_MM = 0.5  # how sharply the pupils' distance is held; in a clip nothing else tells the size
 
 
-@dataclass(frozen=True, eq=False)
-class HeadFrameSeen:
-    """Observations that a frame gives of a head.
-
-    Parameters
-    ----------
-    gray : (H, W) uint8
-    landmarks : Landmarks
-    pupils : (2, 2) float64, px, or None
-    """
-
-    gray: Gray
-    landmarks: Landmarks
-    pupils: FloatArray | None
-
-
-@dataclass(frozen=True, eq=False)
-class JointHead:
-    """Identity of a person, and the head's pose in each frame.
-
-    Parameters
-    ----------
-    identity : (K,) float64
-    error : (Q,) float64
-        The network's error of this person.
-    poses : tuple of Pose
-    postures : (N, M) float64
-    """
-
-    identity: FloatArray
-    error: FloatArray
-    poses: tuple[Pose, ...]
-    postures: FloatArray
-
-    def guess(self, k: int) -> HeadGuess:
-        """Estimate for a frame."""
-        return HeadGuess(self.poses[k], self.identity, self.error, self.postures[k])
-
-
-@dataclass(frozen=True, eq=False)
-class HeadProblem:
-    """Parameters and observations of the fit.
-
-    Parameters
-    ----------
-    body : HeadBody
-    shape : LandmarkShape
-        With identity modes, those of the body at the landmarks.
-    noise : LandmarkNoise
-    pupils : tuple of two (N,) int
-        Vertices about the right and the left pupil.
-    apart : float, mm
-        Distance of the pupils.
-    camera : Camera
-    """
-
-    body: HeadBody
-    shape: LandmarkShape
-    noise: LandmarkNoise
-    pupils: tuple[NDArray[np.integer], NDArray[np.integer]]
-    apart: float
-    camera: Camera
-
-    @property
-    def sizes(self) -> tuple[int, int, int]:
-        """Numbers of identity modes, of the person's errors, and of posture modes."""
-        return len(self.shape.identity), len(self.noise.between), len(self.shape.posture)
-
-    def eyes(self, identity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The pupils (2, 3) of a person, and how they move (K, 2, 3)."""
-        modes = np.stack([self.body.identity[:, v].mean(axis=1) for v in self.pupils], axis=1)
-        mean = np.stack([self.body.mean[v].mean(axis=0) for v in self.pupils])
-        return mean + np.tensordot(identity, modes, 1), modes
-
-
 def fit_jointly(
     problem: HeadProblem, frames: Sequence[HeadFrameSeen], renderer: Renderer, rounds: int = ROUNDS
 ) -> JointHead:
@@ -124,30 +45,39 @@ def fit_jointly(
     seen = [SeenRays.of(f.landmarks, problem.camera) for f in frames]
     poses = tuple(looking_ahead(problem.shape, s) for s in seen)
     head = JointHead(np.zeros(k), np.zeros(q), poses, np.zeros((len(frames), m)))
-    head = _settled(problem, frames, seen, head, {}, _FIRST)
+    head = _settled(problem, frames, seen, head, {}, {}, _FIRST)
     for _ in range(rounds):
-        pairs = _pairs(problem, frames, head, renderer)
-        head = _settled(problem, frames, seen, head, pairs, _STEPS)
+        views = views_of(problem.body, frames, head)
+        pairs = _pairs(problem, views, renderer)
+        outlines = _outlines(problem, frames, views, renderer)
+        head = _settled(problem, frames, seen, head, pairs, outlines, _STEPS)
     return head
-
-
-def views_of(body: HeadBody, frames: Sequence[HeadFrameSeen], head: JointHead) -> list[HeadView]:
-    """The frames as they show the head."""
-    heads = body.of_person(head.identity, head.postures)
-    return [
-        HeadView.of(f.gray, p, x, body.speaker.faces)
-        for f, p, x in zip(frames, head.poses, heads, strict=True)
-    ]
 
 
 _Pairs = dict[tuple[int, int], Matches]
 
 
-def _pairs(
-    problem: HeadProblem, frames: Sequence[HeadFrameSeen], head: JointHead, renderer: Renderer
-) -> _Pairs:
+def _outlines(
+    problem: HeadProblem,
+    frames: Sequence[HeadFrameSeen],
+    views: Sequence[HeadView],
+    renderer: Renderer,
+) -> dict[int, Outline]:
+    """Outlines of the frames that show one."""
+
+    def looked_for(one: tuple[HeadFrameSeen, HeadView]) -> Outline | None:
+        frame, view = one
+        if frame.image is None:
+            return None
+        return outline(problem.body, view, frame.image, problem.camera, renderer)
+
+    found = in_threads(looked_for, list(zip(frames, views, strict=True)), workers(renderer))
+    return {k: one for k, one in enumerate(found) if one is not None}
+
+
+def _pairs(problem: HeadProblem, views: Sequence[HeadView], renderer: Renderer) -> _Pairs:
     """Matches of each frame with those that face most alike."""
-    views, pairs = views_of(problem.body, frames, head), []
+    pairs: list[tuple[int, int]] = []
     for second, view in enumerate(views):
         away = np.array([v.pose.angle_to(view.pose) for v in views])
         away[second] = np.inf
@@ -167,6 +97,7 @@ def _settled(
     seen: Sequence[SeenRays],
     head: JointHead,
     pairs: _Pairs,
+    outlines: Mapping[int, Outline],
     steps: int,
 ) -> JointHead:
     """Some steps of Gauss-Newton, fewer where it settles."""
@@ -175,12 +106,15 @@ def _settled(
         told = partial(system.told_by, seen=seen, frames=frames)
         for k, each in enumerate(in_threads(told, range(len(frames)))):
             system.add_frame(k, *each)
-        if pairs:
+        if pairs or outlines:
             views = views_of(problem.body, frames, head)
             compared = partial(system.compared, views=views)
             by_texture = in_threads(compared, pairs.items())
             for (i, j), equations in zip(pairs, by_texture, strict=True):
                 system.add_matches(i, j, equations)
+            for k, one in outlines.items():
+                told_so = outline_equations(problem.body, one, views[k], problem.camera)
+                system.add_outline(k, told_so)
         head, moved = system.step()
         if moved < _SETTLED:
             break
@@ -259,6 +193,11 @@ class _System:
         k = self.problem.sizes[0]
         where = np.r_[self._at(first)[:6], self._at(second)[:6], np.arange(k)]
         self._add(where, *by_texture)
+
+    def add_outline(self, frame: int, by_outline: Equations) -> None:
+        """Add the equations of a frame's outline."""
+        k, at = self.problem.sizes[0], self._at(frame)
+        self._add(np.r_[at[:6], np.arange(k), at[6:]], *by_outline)
 
     def step(self) -> tuple[JointHead, float]:
         """The head after a step, and how far the poses turned, or the identity moved, in it."""

@@ -175,10 +175,10 @@ class Matches:
 
     def of(self, values: FloatArray) -> FloatArray:
         """Values (..., V, 3) at the points, (..., N, 3)."""
-        return _between(self.corners, self.weights, values)
+        return between(self.corners, self.weights, values)
 
 
-def _between(corners: NDArray[np.integer], weights: FloatArray, values: FloatArray) -> FloatArray:
+def between(corners: NDArray[np.integer], weights: FloatArray, values: FloatArray) -> FloatArray:
     """Values (..., V, 3) between the corners (N, 3) of facets, (..., N, 3)."""
     return np.asarray(np.einsum("nk,...nkd->...nd", weights, values[..., corners, :]))
 
@@ -214,7 +214,7 @@ def match(
     where = one.faces[facet], weights.astype(np.float64)
     return Matches(
         *where, there[row, column], window.to_image(found), _PIXEL / window.scale,
-        _between(*where, body.identity), _between(*where, body.posture),
+        between(*where, body.identity), between(*where, body.posture),
     )  # fmt: skip
 
 
@@ -325,7 +325,7 @@ def linearised_at(
 
     point = points + slide
     there = pose.apply(point)
-    seen = _picture_motion(there, camera)
+    seen = picture_motion(there, camera)
     own = seen @ pose.rotation  # of a motion in the head's own axes
     moves = np.einsum("nij,dnj->dni", seen, _moves(pose, point, body.pivot))
     posture = np.einsum("nij,dnj->dni", own, found.posture)
@@ -343,7 +343,7 @@ def linearised_at(
     return MatchEquations(residual, before, np.concatenate([moves, posture]), identity, weight)
 
 
-def _picture_motion(points: FloatArray, camera: Camera) -> FloatArray:
+def picture_motion(points: FloatArray, camera: Camera) -> FloatArray:
     """Motion in the picture, px, of points (N, 3) for a mm along each axis, (N, 2, 3).
 
     All are in the camera's frame; its distortion is left out.

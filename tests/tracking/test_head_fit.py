@@ -24,7 +24,7 @@ from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_fit import fit_head, scaled
-from abs_engine.tracking.head_joint import HeadFrameSeen
+from abs_engine.tracking.head_problem import HeadFrameSeen
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
 TURNS = (-0.3, 0.0, 0.3)

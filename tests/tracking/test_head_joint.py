@@ -24,8 +24,9 @@ from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_fit import fit_head, landmark_shape, seen_in
-from abs_engine.tracking.head_joint import HeadProblem, fit_jointly
+from abs_engine.tracking.head_joint import fit_jointly
 from abs_engine.tracking.head_pose import placed_fit
+from abs_engine.tracking.head_problem import HeadProblem
 from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, linearised, match
 from abs_engine.tracking.landmark_fit import turned
 from abs_engine.tracking.scale import pupil_distance, pupil_scale, pupil_vertices
@@ -146,13 +147,14 @@ def test_texture_ties_the_frames_to_each_other():
         pupil_distance(one, vertices_of(PERSON)), CAMERA,
     )  # fmt: skip
     errors = []
+    plain = [replace(f, image=None) for f in frames()]  # without their outlines
     for rounds in (0, 3):
-        found = fit_jointly(problem, frames(), CpuRenderer(), rounds)
+        found = fit_jointly(problem, plain, CpuRenderer(), rounds)
         off = [between(found.poses[0], p).angle_to(between(POSES[0], q))
                for p, q in zip(found.poses[1:], POSES[1:], strict=True)]  # fmt: skip
         errors.append(np.degrees(np.sqrt(np.mean(np.square(off)))))
-    assert errors[1] < 0.8 * errors[0]  # landmarks alone are off by 1.05 degrees
-    assert errors[1] < 1.0
+    assert errors[1] < 0.87 * errors[0]  # landmarks alone are off by 0.95 degrees
+    assert errors[1] < 0.85
 
 
 def between(one, other):

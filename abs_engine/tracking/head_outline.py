@@ -1,0 +1,218 @@
+"""The head's outline: where skin ends in the picture is where the head must end.
+
+From brows to chin, cheeks, jaw and ears stand before hair or background. Along the normal of the
+drawn outline, each place looks for where the colour of the skin beside it ends, as in Hanek and
+Beetz, "The Contracting Curve Density Algorithm", IJCV 59(3), 2004. Hair and beards end it early, so
+an outline that would have to shrink is believed less than one that would have to grow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.buffers import Buffers
+from abs_engine.core.camera import Camera, Window
+from abs_engine.core.pose import pose_moves
+from abs_engine.core.scene import Candidates, Renderer
+from abs_engine.tracking.head_equations import Equations
+from abs_engine.tracking.head_texture import HeadBody, HeadView, between, picture_motion
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+_SIDE = 220  # drawn pixels, most of the longer side
+_LEAST = 8  # places
+_APART_MM = 4.0  # along the outline
+_REACH, _STEP = 10.0, 0.5  # mm along the normal, to both sides
+_BESIDE = (-14.0, -6.0)  # mm, where the skin beside a place is seen
+_SPREAD = np.array([14.0, 5.0, 5.0])
+"""Standard deviation of skin beside a place, Lab of 8 bits: of its shade, and of its colour."""
+_OTHER = 9.0  # squared deviations from which on a colour is rather something else
+_FACE = 16.0  # squared deviations, of the whole face's skin, of what may be skin beside a place
+_EDGE = 20.0  # mm times squared deviations, by which colours beyond an edge must speak against skin
+_GROWS, _SHRINKS = 2.0, 3.0
+"""Standard deviations, mm. With 6, 3 and 2 for an outline that shrinks, heads of eight films come
+out 1.5, 0.8 and 0.4 mm too wide; the less it is believed, the less hair over cheeks narrows a
+head."""
+_ALIKE = 4.0  # places that err together: so many count as one
+_ABOVE_MM, _BELOW_MM = 5.0, 3.0  # of brows and chin, between which the outline is looked at
+_PLACES = np.arange(_BESIDE[0], _REACH + _STEP / 2, _STEP)
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """Places of a head's outline in a frame, and how far off the skin ends there.
+
+    Parameters
+    ----------
+    corners : (N, 3) int
+        Vertices of the facet that each lies on.
+    weights : (N, 3) float64
+        Barycentric.
+    normal : (N, 2) float64
+        Outward, in the picture.
+    begun : (N, 2) float64, px
+        Where the places were.
+    off : (N,) float64, mm
+        How far outward of there the skin ends.
+    identity : (K, N, 3) float64, mm per standard deviation
+        How the places differ from person to person.
+    posture : (M, N, 3) float64, mm per standard deviation
+        How they move.
+    """
+
+    corners: NDArray[np.integer]
+    weights: FloatArray
+    normal: FloatArray
+    begun: FloatArray
+    off: FloatArray
+    identity: FloatArray
+    posture: FloatArray
+
+
+def outline(
+    body: HeadBody, view: HeadView, image: Image, camera: Camera, renderer: Renderer
+) -> Outline | None:
+    """The outline of a placed head in a frame (H, W, 3) RGB; None where hardly any of it shows."""
+    if "landmark_68" not in body.speaker.points:
+        return None
+    window, scene = _window(body, view, camera), body.scene.at(view.vertices.astype(np.float32))
+    drawn = renderer.draw(scene, Candidates.one(np.zeros(0), view.pose), camera, window)[0]
+    scale = _pixels_a_mm(view, camera)
+    at, normal = _rim(drawn, max(1, round(_APART_MM * window.scale * scale)))
+    weights = drawn.barycentrics[at[:, 1], at[:, 0]].astype(np.float64)
+    corners = body.speaker.faces[drawn.facet_id[at[:, 1], at[:, 0]] - 1]
+    points = between(corners, weights, view.vertices)
+    seen = camera.project(view.pose.apply(points))
+    lab = _lab(image, window.scale)
+    off, found = _edges(_profiles(lab, seen, normal, scale), _skin(lab, body, view, camera))
+    low, high = _heights(body, view)
+    found &= (points[:, 1] > low) & (points[:, 1] < high)
+    if found.sum() < _LEAST:
+        return None
+    where = corners[found], weights[found]
+    return Outline(
+        *where, normal[found], seen[found], off[found],
+        between(*where, body.identity), between(*where, body.posture),
+    )  # fmt: skip
+
+
+def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Camera) -> Equations:
+    """Of pose (6), identity (K) and posture (M), where `view` is the head as it is by now.
+
+    A place of an outline may slide along the line of sight and along the outline, so that only how
+    far it goes across the outline counts.
+    """
+    there = view.pose.apply(between(found.corners, found.weights, view.vertices))
+    scale = _pixels_a_mm(view, camera)
+    across = np.einsum("nij,ni->nj", picture_motion(there, camera), found.normal) / scale
+    moves = pose_moves(there - view.pose.apply(body.pivot))
+    modes = np.concatenate([found.identity, found.posture])
+    slope = np.concatenate(
+        [
+            np.einsum("nj,dnj->dn", across, moves),
+            np.einsum("nj,dnj->dn", across @ view.pose.rotation, modes),
+        ]
+    )
+    moved = ((camera.project(there) - found.begun) * found.normal).sum(axis=1) / scale
+    residual = found.off - moved
+    sigma = np.where(residual > 0, _GROWS, _SHRINKS)
+    weight = 1 / (_ALIKE * sigma**2 * (1 + (residual / (2 * sigma)) ** 2))
+    return Equations((slope * weight) @ slope.T, -(slope * weight) @ residual)
+
+
+def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:
+    """Between which heights of the head, mm, its outline is that of skin."""
+    marks = view.vertices[body.speaker.points["landmark_68"]]
+    return float(marks[8, 1]) + _BELOW_MM, float(marks[17:27, 1].max()) + _ABOVE_MM
+
+
+def _pixels_a_mm(view: HeadView, camera: Camera) -> float:
+    """Size at which the camera shows the head."""
+    return float(camera.matrix[0, 0] / view.pose.translation[2])
+
+
+def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
+    """About the head between the heights of its outline."""
+    low, high = _heights(body, view)
+    part = view.vertices[(view.vertices[:, 1] > low) & (view.vertices[:, 1] < high)]
+    pixels = camera.project(view.pose.apply(part))
+    corner, end = pixels.min(axis=0) - 4, pixels.max(axis=0) + 4
+    size = np.clip(end - corner, 8.0, 4.0 * max(camera.size))
+    scale = min(1.0, _SIDE / float(size.max()))
+    return Window(float(corner[0]), float(corner[1]), float(size[0]), float(size[1]), scale)
+
+
+def _rim(drawn: Buffers, apart: int) -> tuple[NDArray[np.int_], FloatArray]:
+    """Every so many drawn pixels (N, 2) along the outline, and its outward normals (N, 2)."""
+    covered = drawn.covered.astype(np.uint8)
+    lines, _ = cv2.findContours(covered, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not lines:
+        return np.zeros((0, 2), np.int_), np.zeros((0, 2))
+    at = max(lines, key=len)[::apart, 0].astype(np.int_)
+    height, width = covered.shape
+    at = at[(at > 0).all(axis=1) & (at[:, 0] < width - 1) & (at[:, 1] < height - 1)]
+    soft = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), 3.0)
+    down, right = np.gradient(soft)
+    normal = -np.stack([right, down], axis=-1)[at[:, 1], at[:, 0]].astype(np.float64)
+    return at, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+
+
+def _lab(image: Image, scale: float) -> NDArray[np.float32]:
+    """Colours of a frame as coarsely as the head is drawn."""
+    soft = cv2.GaussianBlur(image, (0, 0), max(0.5, 0.4 / scale))
+    return np.asarray(cv2.cvtColor(soft, cv2.COLOR_RGB2LAB), np.float32)
+
+
+def _profiles(
+    lab: NDArray[np.float32], seen: FloatArray, normal: FloatArray, scale: float
+) -> FloatArray:
+    """Colours (N, S, 3) along the normals; NaN outside of the picture."""
+    at = (seen[:, None] + _PLACES[:, None] * scale * normal[:, None]).astype(np.float32)
+    x, y = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
+    if not len(at):
+        return np.zeros((*x.shape, 3))
+    taken = cv2.remap(lab, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    height, width = lab.shape[:2]
+    outside = (x < 0) | (y < 0) | (x > width - 1) | (y > height - 1)
+    return np.where(outside[..., None], np.nan, taken.astype(np.float64))
+
+
+def _skin(
+    lab: NDArray[np.float32], body: HeadBody, view: HeadView, camera: Camera
+) -> tuple[FloatArray, FloatArray]:
+    """Middle and spread (3,) of the colours of the skin that moves with the skull."""
+    shown = view.shown(camera)[body.skin]
+    x, y = np.rint(shown[shown[:, 2] > 0, :2]).astype(np.int_).T
+    height, width = lab.shape[:2]
+    inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
+    if not inside.any():
+        return np.zeros(3), _SPREAD
+    seen = lab[y[inside], x[inside]].astype(np.float64)
+    middle = np.median(seen, axis=0)
+    return middle, np.maximum(1.48 * np.median(np.abs(seen - middle), axis=0), _SPREAD)
+
+
+def _edges(
+    profile: FloatArray, skin: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Where the skin beside each place ends (N,), mm outward, and whether it does.
+
+    The most probable end of a stretch whose colours are as those beside the place, the others being
+    any.
+    """
+    beside = np.median(profile[:, _BESIDE[1] >= _PLACES], axis=1)
+    middle, spread = skin
+    away = (((profile - beside[:, None]) / _SPREAD) ** 2).sum(axis=2)
+    searched = _PLACES >= -_REACH
+    told = np.clip(_OTHER - away[:, searched], -_OTHER, _OTHER) * _STEP
+    sums = np.cumsum(np.nan_to_num(told), axis=1)
+    best = sums.argmax(axis=1)
+    drop = sums[np.arange(len(sums)), best] - sums[:, -1]
+    off = _PLACES[searched][best]
+    found = np.isfinite(away).all(axis=1) & (drop > _EDGE) & (np.abs(off) < _REACH - 2 * _STEP)
+    return off, found & ((((beside - middle) / spread) ** 2).sum(axis=1) < _FACE)
