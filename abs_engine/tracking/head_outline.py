@@ -27,7 +27,7 @@ Image = NDArray[np.uint8]
 _SIDE = 220  # drawn pixels, most of the longer side
 _LEAST = 8  # places
 _APART_MM = 4.0  # along the outline
-_REACH, _STEP = 10.0, 0.5  # mm along the normal, to both sides
+_REACH, _FAR, _STEP = 10.0, 18.0, 0.5  # mm along the normal, to both sides; outward of an ear
 _BESIDE = (-14.0, -6.0)  # mm, where the skin beside a place is seen
 _SPREAD = np.array([14.0, 5.0, 5.0])
 """Standard deviation of skin beside a place, Lab of 8 bits: of its shade, and of its colour."""
@@ -40,7 +40,8 @@ out 1.5, 0.8 and 0.4 mm too wide; the less it is believed, the less hair over ch
 head."""
 _ALIKE = 4.0  # places that err together: so many count as one
 _ABOVE_MM, _BELOW_MM = 5.0, 3.0  # of brows and chin, between which the outline is looked at
-_PLACES = np.arange(_BESIDE[0], _REACH + _STEP / 2, _STEP)
+_EAR = 15.0  # mm times squared deviations, of a stretch that is taken for an ear's skin
+_PLACES = np.arange(_BESIDE[0], _FAR + _STEP / 2, _STEP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +90,13 @@ def outline(
     points = between(corners, weights, view.vertices)
     seen = camera.project(view.pose.apply(points))
     lab = _lab(image, window.scale)
-    off, found = _edges(_profiles(lab, seen, normal, scale), _skin(lab, body, view, camera))
+    profile, skin = _profiles(lab, seen, normal, scale), _skin(lab, body, view, camera)
+    beside = np.median(profile[:, _BESIDE[1] >= _PLACES], axis=1)
+    off, found = _edges(profile, beside)
+    found &= _away(beside, *skin) < _FACE
+    further, ear = _ear_edges(profile, skin)
+    ear &= points[:, 2] < _before_ears(body, view)
+    off, found = np.where(ear, further, off), found | ear
     low, high = _heights(body, view)
     found &= (points[:, 1] > low) & (points[:, 1] < high)
     if found.sum() < _LEAST:
@@ -129,6 +136,11 @@ def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:
     """Between which heights of the head, mm, its outline is that of skin."""
     marks = view.vertices[body.speaker.points["landmark_68"]]
     return float(marks[8, 1]) + _BELOW_MM, float(marks[17:27, 1].max()) + _ABOVE_MM
+
+
+def _before_ears(body: HeadBody, view: HeadView) -> float:
+    """How far forward of the head, mm, its ears reach: the jaw line begins there."""
+    return float(view.vertices[body.speaker.points["landmark_68"][[0, 16]], 2].mean())
 
 
 def _pixels_a_mm(view: HeadView, camera: Camera) -> float:
@@ -185,8 +197,10 @@ def _profiles(
 def _skin(
     lab: NDArray[np.float32], body: HeadBody, view: HeadView, camera: Camera
 ) -> tuple[FloatArray, FloatArray]:
-    """Middle and spread (3,) of the colours of the skin that moves with the skull."""
-    shown = view.shown(camera)[body.skin]
+    """Middle and spread (3,) of the colours of nose and cheeks."""
+    root = body.speaker.points["landmark_68"][27]
+    below = view.vertices[body.skin, 1] < view.vertices[root, 1]
+    shown = view.shown(camera)[body.skin[below]]
     x, y = np.rint(shown[shown[:, 2] > 0, :2]).astype(np.int_).T
     height, width = lab.shape[:2]
     inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
@@ -197,22 +211,42 @@ def _skin(
     return middle, np.maximum(1.48 * np.median(np.abs(seen - middle), axis=0), _SPREAD)
 
 
-def _edges(
-    profile: FloatArray, skin: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Where the skin beside each place ends (N,), mm outward, and whether it does.
+def _away(colours: FloatArray, middle: FloatArray, spread: FloatArray) -> FloatArray:
+    """Squared deviations (...) of colours (..., 3) from a middle one."""
+    return np.asarray((((colours - middle) / spread) ** 2).sum(axis=-1))
+
+
+def _edges(profile: FloatArray, beside: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Where skin as it is beside each place (N, 3) ends (N,), mm outward, and whether it does.
 
     The most probable end of a stretch whose colours are as those beside the place, the others being
     any.
     """
-    beside = np.median(profile[:, _BESIDE[1] >= _PLACES], axis=1)
-    middle, spread = skin
-    away = (((profile - beside[:, None]) / _SPREAD) ** 2).sum(axis=2)
-    searched = _PLACES >= -_REACH
+    away = _away(profile, beside[:, None], _SPREAD)
+    searched = np.abs(_PLACES) <= _REACH
     told = np.clip(_OTHER - away[:, searched], -_OTHER, _OTHER) * _STEP
     sums = np.cumsum(np.nan_to_num(told), axis=1)
     best = sums.argmax(axis=1)
     drop = sums[np.arange(len(sums)), best] - sums[:, -1]
     off = _PLACES[searched][best]
-    found = np.isfinite(away).all(axis=1) & (drop > _EDGE) & (np.abs(off) < _REACH - 2 * _STEP)
-    return off, found & ((((beside - middle) / spread) ** 2).sum(axis=1) < _FACE)
+    found = np.isfinite(away[:, _PLACES <= _REACH]).all(axis=1)
+    return off, found & (drop > _EDGE) & (np.abs(off) < _REACH - 2 * _STEP)
+
+
+def _ear_edges(
+    profile: FloatArray, skin: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The same of an ear that hair parts from the cheek: where a stretch of facial skin ends."""
+    away = _away(profile, *skin)
+    told = np.nan_to_num(np.clip(_OTHER - away, -_OTHER, _OTHER)) * _STEP
+    run, runs = np.zeros(len(profile)), np.zeros(told.shape)
+    for k, gain in enumerate(told.T):
+        run = np.maximum(run, 0.0) + gain
+        runs[:, k] = run
+    best = runs.argmax(axis=1)
+    sums = np.cumsum(told, axis=1)
+    at = np.arange(len(profile))
+    drop = (sums[at, best] - sums[:, -1]) if len(profile) else np.zeros(0)
+    off = _PLACES[best]
+    found = np.isfinite(away).all(axis=1) & (runs[at, best] > _EAR) & (drop > _EDGE)
+    return off, found & (off > -_REACH) & (off < _FAR - 2 * _STEP)
