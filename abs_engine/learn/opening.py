@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.opening import (
     ACROSS,
-    BESIDE,
     CENTRE,
     SIDES,
     SIZE,
@@ -19,6 +18,7 @@ from abs_engine.face.appearance.opening import (
     OpeningLooks,
     surroundings,
 )
+from abs_engine.face.settings.appearance import APPEARANCE
 
 FloatArray = NDArray[np.float64]
 Generator = np.random.Generator
@@ -125,7 +125,7 @@ def sides_of(points: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
     upper, lower = lines[0], np.maximum(*lines)
     sides = np.where(y < upper, 0, np.where(y <= lower, 1, 2))
     left, right = points[:2, 0]
-    off = np.abs(y - 0.5 * (upper + lower)) < BESIDE * ACROSS
+    off = np.abs(y - 0.5 * (upper + lower)) < APPEARANCE.beside * ACROSS
     sides[off & ((x < left) | (x > right))] = SIDES.index("beside")
     beyond = np.maximum(np.maximum(left - x, x - right), 0)
     away = np.minimum(np.abs(y - upper), np.abs(y - lower)) + beyond * 0.5
