@@ -65,7 +65,8 @@ class DetectionSettings:
     most_template : int, px
         Across a template, at which it is compared. Not measured.
     box_width : float, mm
-        Of the square around a face by which a box around its mouth is enlarged. Not measured.
+        Of the square around a face by which a box around its mouth is enlarged. Chosen or measured
+        on GRID's clips.
     mouth_height : float, share of that square
         That the mouth's middle lies below its top. Not measured.
     mouth_width : float, share of that square

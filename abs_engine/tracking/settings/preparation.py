@@ -62,7 +62,7 @@ class PreparationSettings:
     higher : tuple of float, mm down and share of the depth
         Where else to begin in any case. The shade below a lower lip is taken for lip, and so are
         teeth in shade behind parted lips: the mouth that is fitted drifts down to where both are
-        explained. Begun higher it does less often. Chosen on GRID's closures.
+        explained. Begun higher it does less often. Chosen or measured on GRID's clips.
     lower : tuple of float, mm down and share of the depth
         Where else to begin if that is not good. Not measured.
     fuller_upper_lip, fuller_lower_lip : float, standard deviations
