@@ -253,7 +253,9 @@ def table(path: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def trials(wanted: Sequence[str], done: set[tuple[str, float]]) -> list[Trial]:
+def trials(
+    wanted: Sequence[str], factors: Sequence[float], done: set[tuple[str, float]]
+) -> list[Trial]:
     """Settings with the values that they are to have, without those that were tried."""
     from abs_engine.tracking.settings.stages import SETTINGS, Settings
 
@@ -263,7 +265,7 @@ def trials(wanted: Sequence[str], done: set[tuple[str, float]]) -> list[Trial]:
         values = getattr(SETTINGS, stage)
         for name in [key] if key else [field.name for field in fields(values)]:
             value = getattr(values, name)
-            for factor in FACTORS:
+            for factor in factors:
                 trial = Trial(f"{stage}.{name}", value, scaled(value, factor), factor)
                 if trial.value != value and (trial.setting, factor) not in done:
                     found.append(trial)
@@ -277,6 +279,7 @@ def main() -> None:
     asked.add_argument("-o", "--output", type=Path, required=True)
     asked.add_argument("--clips", nargs="+", default=CLIPS)
     asked.add_argument("--frames", type=int, default=25)
+    asked.add_argument("--factors", nargs="+", type=float, default=FACTORS)
     asked.add_argument("--table", action="store_true", help="print the file, and measure nothing")
     given = asked.parse_args()
     if given.table:
@@ -286,7 +289,7 @@ def main() -> None:
     if given.output.exists():
         with given.output.open(encoding="utf-8", newline="") as file:
             done = {(r["setting"], float(r["factor"])) for r in csv.DictReader(file)}
-    todo = trials(given.settings, done)
+    todo = trials(given.settings, given.factors, done)
     within = from_child(read_in, given.clips, given.frames, todo)
     usual, read, alone = next(within)
     with given.output.open("a", encoding="utf-8", newline="") as file:

@@ -254,7 +254,7 @@ class _View:
         off = (s.landmarks.pixels[landmark] - s.camera.project(there)) @ self.axes.T * self.scale
         depth = s.landmarks.points[landmark, 2] * self.scale - (there[:, 2] - self.zero)
         shown = np.einsum("ck,ck->c", weights, self.facing[corners])
-        return np.column_stack([off, depth]), np.clip(shown - LANDMARK_EVIDENCE.turned, 0.0, None)
+        return np.column_stack([off, depth]), np.clip(shown - LANDMARK_EVIDENCE.hidden, 0.0, None)
 
 
 def _best(

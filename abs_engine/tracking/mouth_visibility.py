@@ -101,7 +101,7 @@ class UsualLook:
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth."""
         within = (
-            now.inside < FRAME_LOOP.least_inside * self.inside
+            now.inside < FRAME_LOOP.least_like * self.inside
             or now.lips < FRAME_LOOP.least_lips * self.lips
         )
-        return within or now.around < FRAME_LOOP.least_around * self.around
+        return within or now.around < FRAME_LOOP.least_like * self.around

@@ -33,10 +33,9 @@ class FrameSettings:
         Where what lies around it begins. Not measured.
     look_far : float, times the lips' outline
         Where it ends. Not measured.
-    least_inside : float, share of the usual
-        Likeness of what lies within the outline, below which the mouth is covered. Not measured.
-    least_around : float, share of the usual
-        The same around it. Not measured.
+    least_like : float, share of the usual
+        Likeness of what lies within or around the outline, below which the mouth is covered. Not
+        measured.
     least_lips : float, share of the usual
         The same of lips within it. Not measured.
     least_in_picture : float, share of a mouth's outline
@@ -90,8 +89,7 @@ class FrameSettings:
     look_across: float = 48.0
     look_near: float = 1.25
     look_far: float = 1.75
-    least_inside: float = 0.45
-    least_around: float = 0.45
+    least_like: float = 0.45
     least_lips: float = 0.2
     least_in_picture: float = 0.7
     light_none: float = 0.06

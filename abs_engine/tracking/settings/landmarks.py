@@ -31,7 +31,8 @@ class LandmarkSettings:
         The same of the lips, 4 mm: the ends of how they move are where a fit errs most, and where
         landmarks are needed. Chosen with p12, p14 and p15 of the strangers' clips in view.
     hidden : float, cosine
-        Between surface and line of sight, below which a landmark is guessed. Not measured.
+        Between surface and line of sight, below which a landmark is hidden: a frame's is guessed,
+        a head's is not found. Not measured.
     guessed : float, weight
         Of such a landmark. Not measured.
     factors_between : int
@@ -57,8 +58,6 @@ class LandmarkSettings:
         measured.
     stray_sighting : float, mm
         A sighting that is farther off counts as this far. Not measured.
-    turned : float, cosine
-        Between surface and line of sight at least; beyond, a landmark is hidden. Not measured.
     least_sightings : int
         Of a landmark, of a head that it is found on. Not measured.
     least_deviation : float, mm
@@ -93,7 +92,6 @@ class LandmarkSettings:
     within: float = 0.5
     closest: int = 3
     stray_sighting: float = 6.0
-    turned: float = 0.15
     least_sightings: int = 3
     least_deviation: float = 1.0
     place_rounds: tuple[float, ...] = (3.0, 2.0)
