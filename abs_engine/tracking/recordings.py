@@ -20,15 +20,13 @@ from abs_engine.core.errors import (
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import parse_json
+from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.record import SUMMARY, Recorder, load_run
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
-
-LEFT_OUT = 0.2
-"""Share of each recording, its end, that nothing is learned from: faces are compared on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +63,7 @@ class Recording:
     @property
     def first_left_out(self) -> int:
         """Number of the first frame that is not learned from."""
-        return max(1, round((1 - LEFT_OUT) * self.count))
+        return max(1, round((1 - LEARNING.left_out) * self.count))
 
     @property
     def usable(self) -> NDArray[np.bool_]:

@@ -23,7 +23,8 @@ from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.arrays import Layout, real, text, whole
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
-from abs_engine.learn.posture_space import STEP, PostureSpace
+from abs_engine.learn.posture_space import PostureSpace
+from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.head_fit import landmark_shape, scaled
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView
@@ -262,7 +263,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     )
     own = {key.removeprefix("colours_"): v for key, v in data.items() if key.startswith("colours_")}
     look = UsualLook(*map(float, data["look"])) if len(data["look"]) else None
-    first = np.full(len(names), STEP)
+    first = np.full(len(names), LEARNING.first_step)
     spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(
         str(data["head"]), scale, data["neutral"], expression,

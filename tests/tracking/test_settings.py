@@ -11,13 +11,20 @@ from pathlib import Path
 import pytest
 
 import abs_engine
+from abs_engine.learn import settings as learning
 from abs_engine.tracking.settings import stages
 from abs_engine.tracking.settings.stages import SETTINGS, Settings
 
 STAGES = [one.name for one in fields(Settings)]
+EVERY = {
+    name: value
+    for module in (stages, learning)
+    for name, value in vars(module).items()
+    if name.isupper() and name != "SETTINGS"
+}
 PACKAGE = Path(abs_engine.__file__).parent
 CHOSEN = (
-    r"\b([Cc]hosen|[Mm]easured|assumed|From [A-Z]\w+ et al|same source|the paper's|A bound on)\b"
+    r"\b([Cc]hosen|[Mm]easured|assumed|From [A-Z]\w+ et al|same source|[Tt]he paper's|A bound on)\b"
 )
 
 
@@ -41,9 +48,9 @@ def entries(stage) -> dict[str, str]:
     return said
 
 
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize("name", EVERY)
 def test_every_setting_says_its_unit_and_what_chose_it(name):
-    stage = getattr(SETTINGS, name)
+    stage = EVERY[name]
     said = entries(type(stage))
     assert list(said) == [one.name for one in fields(stage)]
     for one, text in said.items():
@@ -51,26 +58,33 @@ def test_every_setting_says_its_unit_and_what_chose_it(name):
         assert re.search(CHOSEN, text), f"{name}.{one} does not say what it was chosen by"
 
 
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize("name", EVERY)
 def test_every_setting_is_read_by_the_code(name):
-    stage = getattr(SETTINGS, name)
-    instance = next(k for k, v in vars(stages).items() if v is stage)
-    unused = [
-        one.name
-        for one in fields(stage)
-        if not re.search(rf"\b{instance}\.{one.name}\b", sources())
-    ]
+    names = [one.name for one in fields(EVERY[name])]
+    unused = [one for one in names if not re.search(rf"\b{name}\.{one}\b", sources())]
     assert unused == []
 
 
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize("name", EVERY)
 def test_settings_cannot_be_changed(name):
-    stage = getattr(SETTINGS, name)
+    stage = EVERY[name]
     first = fields(stage)[0].name
     with pytest.raises(FrozenInstanceError):
         setattr(stage, first, 1)
     assert not hasattr(stage, "__dict__")
     assert hash(stage) == hash(type(stage)())
+
+
+def test_a_run_gathers_every_stage_of_tracking():
+    gathered = [type(getattr(SETTINGS, name)) for name in STAGES]
+    paths = [p.relative_to(PACKAGE.parent).with_suffix("") for p in PACKAGE.rglob("*.py")]
+    homes = [p.as_posix().replace("/", ".") for p in paths if "settings" in p.parts]
+    assert {one.__module__ for one in gathered} == set(homes) - {
+        "abs_engine.cli.settings",  # options of a command
+        learning.__name__,
+        stages.__name__,
+        *(home for home in homes if home.endswith("__init__")),
+    }
 
 
 def test_values_are_plain_and_come_back_from_json():

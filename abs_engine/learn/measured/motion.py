@@ -8,9 +8,9 @@ from scipy.optimize import lsq_linear
 
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.dots import ShellPoints
+from abs_engine.learn.settings import MEASURED_FACE
 
 FloatArray = NDArray[np.float64]
-_FARTHEST = 3.0  # mm that a point is moved at once
 
 
 def unit_weights(moved: FloatArray, units: FloatArray, noise: float) -> FloatArray:
@@ -71,7 +71,7 @@ def slid(
     pull = np.einsum("tnik,tnk->ni", slope, left) / noise**2 + off / along**2
     step = np.linalg.solve(own, pull[..., None])[..., 0]
     length = np.linalg.norm(step, axis=1, keepdims=True)
-    step *= np.minimum(1.0, _FARTHEST / np.maximum(length, 1e-12))
+    step *= np.minimum(1.0, MEASURED_FACE.most_moved / np.maximum(length, 1e-12))
     return np.asarray(places.at(vertices) + np.einsum("ni,nik->nk", step, tangents))
 
 
