@@ -17,6 +17,7 @@ import csv
 import json
 import multiprocessing
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 DATA = Path(os.environ.get("ABS_ENGINE_DATA", "../shared/data"))
 CLIPS = ("p05", "brbk7n")
 FACTORS = (0.5, 2.0)
+SHARES = ("share", "probability", "cosine", "correlation", "overlap", "posterior", "agreement")
 COLUMNS = ("setting", "value", "factor", "clip", "found", "measure", "moved", "refused")
 FAILURES = (AbsEngineError, ArithmeticError, ValueError, IndexError)
 SAME = 0.01  # mm: what moves apertures by less (RMS) is rounding
@@ -57,16 +59,22 @@ class Trial:
     factor: float
 
 
-def scaled(value: Any, factor: float) -> Any:
+def scaled(value: Any, factor: float, unit: str) -> Any:
     """A setting's value, halved or doubled; a share of more than a half by its odds."""
     if isinstance(value, tuple):
-        return tuple(scaled(part, factor) for part in value)
+        return tuple(scaled(part, factor, unit) for part in value)
     if isinstance(value, int):
         return max(1, round(value * factor))
-    if 0.5 <= value < 1:
+    if 0.5 <= value < 1 and any(word in unit for word in SHARES):
         odds = factor * value / (1 - value)
         return odds / (1 + odds)
     return value * factor
+
+
+def unit_of(stage: type, name: str) -> str:
+    """Unit of a setting, by its stage's docstring."""
+    found = re.search(rf"^    .*\b{name}\b.* : (.*)$", stage.__doc__ or "", re.MULTILINE)
+    return found[1] if found else ""
 
 
 def path_of(clip: str) -> Path:
@@ -266,7 +274,8 @@ def trials(
         for name in [key] if key else [field.name for field in fields(values)]:
             value = getattr(values, name)
             for factor in factors:
-                trial = Trial(f"{stage}.{name}", value, scaled(value, factor), factor)
+                other = scaled(value, factor, unit_of(type(values), name))
+                trial = Trial(f"{stage}.{name}", value, other, factor)
                 if trial.value != value and (trial.setting, factor) not in done:
                     found.append(trial)
     return found
