@@ -30,7 +30,7 @@ from abs_engine.tracking.settings.preparation import PREPARATION
 FloatArray = NDArray[np.float64]
 
 SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
-TOLD_DEVIATION = np.array(PREPARATION.told_deviation)
+TOLD_DEVIATION = np.array(PREPARATION.given_deviation)
 ALIGNED_DEVIATION = np.array(PREPARATION.aligned_deviation)
 POSE_DEVIATION = np.array(PREPARATION.pose_deviation)
 

@@ -90,7 +90,7 @@ class PreparationSettings:
     seen_deviation : tuple of float, rad, mm and share of the depth
         What the faces found in several frames leave open of the mouth's place, the last by which
         the distances of people's eyes differ. Not measured.
-    told_deviation : tuple of float, rad, mm and share of the depth
+    given_deviation : tuple of float, rad, mm and share of the depth
         The same of a place that somebody gave, or where no face was found again. Not measured.
     aligned_deviation : tuple of float, rad and mm
         What is left where the head's texture was aligned. Not measured.
@@ -140,7 +140,7 @@ class PreparationSettings:
     speaker_least_each: int = 2
     speaker_most: int = 32
     seen_deviation: tuple[float, ...] = (0.05, 0.03, 0.02, 2.0, 3.0, 0.06)
-    told_deviation: tuple[float, ...] = (0.06, 0.05, 0.04, 4.0, 5.0, 0.08)
+    given_deviation: tuple[float, ...] = (0.06, 0.05, 0.04, 4.0, 5.0, 0.08)
     aligned_deviation: tuple[float, ...] = (0.03, 0.02, 0.01, 1.0, 1.0, 10.0)
     pose_deviation: tuple[float, ...] = (0.015, 0.015, 0.015, 0.5, 0.5, 4.0)
 
