@@ -10,7 +10,7 @@ from heads import SIZE, lit_picture_of, picture_of, seen_at
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Scene
-from abs_engine.face.head import N_EXPRESSION
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
@@ -75,7 +75,7 @@ def lit(person: str, pose: Pose = AHEAD, camera: Camera = CAMERA, **units: float
 @cache
 def average_shape() -> LinearShape:
     """How the average head's mouth moves."""
-    return mouth_shape(speaker(), speaker().vertices, N_EXPRESSION)
+    return mouth_shape(speaker(), speaker().vertices, SHAPE.expression_modes)
 
 
 @cache

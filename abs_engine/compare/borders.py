@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare import border_lines
+from abs_engine.compare.settings import COMPARISON
 from abs_engine.core.buffers import Outlines
 
 FloatArray = NDArray[np.float64]
-FLOOR = 0.02
-"""Least curvature of a border, of probability per pixel, so that none goes too far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +91,12 @@ class Borders:
 
     @classmethod
     def of(
-        cls, drawn: Outlines, groups: Groups, reach: int, local: bool, floor: float = FLOOR
+        cls,
+        drawn: Outlines,
+        groups: Groups,
+        reach: int,
+        local: bool,
+        floor: float = COMPARISON.least_curvature,
     ) -> Borders:
         """The borders of a drawing.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.occlusion_boundaries import off_outlines
 from abs_engine.compare.residual_rows import Rows
+from abs_engine.compare.settings import COMPARISON
 from abs_engine.compare.sums import pixel_sums
 from abs_engine.compare.whiten import TextureNoise
 from abs_engine.core.buffers import Buffers
@@ -27,10 +28,6 @@ from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.appearance.visibility import check_picture
 
 FloatArray = NDArray[np.float64]
-
-KEPT = 0.95
-"""Share of the pixels drawn at the start that must stay: lips that part and heads that move back
-draw somewhat fewer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +172,7 @@ def texture_error(
     cost = wrong_match(term.normalised[where].astype(np.float64), ours)
     if noise is not None:
         cost = cost * noise.scales(clothed, drawn, where) ** 2
-    count = max(1, int(KEPT * where.sum()))
+    count = max(1, int(COMPARISON.kept * where.sum()))
     return TextureError(renderer, clothed, camera, window, term, count, float(cost.mean()), noise)
 
 

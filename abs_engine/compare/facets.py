@@ -9,9 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.borders import FLOOR, Borders, Groups
+from abs_engine.compare.borders import Borders, Groups
 from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
+from abs_engine.compare.settings import COMPARISON
 from abs_engine.compare.sums import outlined, pixel_sums
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
@@ -101,7 +102,11 @@ class FacetLikelihood:
         return np.asarray(-self.observations * np.log(mean))
 
     def borders(
-        self, candidate: Candidates, reach: int, local: bool, floor: float = FLOOR
+        self,
+        candidate: Candidates,
+        reach: int,
+        local: bool,
+        floor: float = COMPARISON.least_curvature,
     ) -> tuple[float, Borders]:
         """-log f(O|p) of one candidate, and how it falls as the drawn borders move.
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
-from abs_engine.face.appearance.visibility import FACING
+from abs_engine.face.settings.appearance import APPEARANCE
 
-_STEEPEST = float(np.sqrt(1 - FACING**2) / FACING)
+_STEEPEST = float(np.sqrt(1 - APPEARANCE.facing**2) / APPEARANCE.facing)
 _AROUND = np.ones((3, 3), np.uint8)
 _FAR = np.float32(1e6)  # mm: farther behind anything than a step of any surface
 

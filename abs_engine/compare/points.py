@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.descriptor import wrong_match
 from abs_engine.compare.residual_rows import Rows
+from abs_engine.compare.settings import COMPARISON
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.descriptors import DescriptorMaps
@@ -20,8 +21,6 @@ from abs_engine.face.appearance.windows import Windows
 
 FloatArray = NDArray[np.float64]
 Whiten = Literal["no", "each", "all"]
-DEPTH_SCALE = 0.5
-"""Scale of the drawing that decides what is hidden, to that of the window."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +90,7 @@ class LocalError:
     def differences(self, candidates: Candidates) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Differences of descriptors (B, N, 8), 0 where hidden; visibility (B, N)."""
         many, w = candidates, self.window
-        coarse = Window(w.x, w.y, w.width, w.height, w.scale * DEPTH_SCALE)
+        coarse = Window(w.x, w.y, w.width, w.height, w.scale * COMPARISON.depth_scale)
         drawn = self.renderer.draw(self.scene, many, self.camera, coarse)
         found = np.empty((len(many), len(self.model), N_D))
         shown = np.empty(found.shape[:2], np.bool_)

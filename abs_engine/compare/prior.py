@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.compare.settings import COMPARISON
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.penalty import ImprobablePenalty
 
 FloatArray = NDArray[np.float64]
 _SMALL = 1e-4  # step of differences, standard deviations
-_AHEAD = 0.15  # mm: contact so far ahead stiffens a step already
 
 
 class Prior(ABC):
@@ -234,7 +234,7 @@ class ContactPrior(Prior):
 
     def curvature(self, x: FloatArray) -> FloatArray:
         """Of the gaps that are negative, or so small that a step may close them, (N, N)."""
-        near = self.gap + self.slope_of_gaps @ x < _AHEAD
+        near = self.gap + self.slope_of_gaps @ x < COMPARISON.contact_ahead
         walls = self.slope_of_gaps[near] / self.softness
         return np.asarray(walls.T @ walls)
 

@@ -14,14 +14,13 @@ from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.rings import rings_of
 from abs_engine.face.schema import PERSON_TARGETS
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 from abs_engine.face.shape.mouth_fields import mouth_fields
 from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
-N_EXPRESSION = 20
-REACH_MM = 85.0  # what is farther than this from the mouth, but for its inside, is never in sight
 
 # Postures that a fit is started from, in weights of face units
 PROTOTYPES: tuple[dict[str, float], ...] = (
@@ -211,13 +210,13 @@ def build_mouth_model(
         If the speaker lacks a facet class, or its landmarks are not on its mouth.
     """
     if expression is None:
-        expression = mouth_shape(speaker, neutral, N_EXPRESSION, seed)
+        expression = mouth_shape(speaker, neutral, SHAPE.expression_modes, seed)
     person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
     none = np.zeros((0, *neutral.shape), np.float32)
     classes = speaker.facet_class.astype(np.int32)
     head = Scene(neutral, none, speaker.faces, speaker.uv, classes, texture)
     mouth = neutral[speaker.lip_ring].mean(axis=0)
-    near = np.linalg.norm(neutral - mouth, axis=1) < REACH_MM
+    near = np.linalg.norm(neutral - mouth, axis=1) < SHAPE.reach
     facets = near[speaker.faces].all(axis=1) | _inside(speaker)  # else an open mouth shows a hole
     kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
     modes = np.concatenate([expression.modes, person])[:, kept]

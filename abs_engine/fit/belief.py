@@ -19,6 +19,7 @@ from abs_engine.core.pose import pose_moves
 from abs_engine.face.base import RINGS, Face, lip_front, lip_gap
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import BELIEF
 from abs_engine.io.assets import CLOSED_APERTURE
 
 FloatArray = NDArray[np.float64]
@@ -50,21 +51,12 @@ class Unknown:
         )
 
 
-APERTURE, WIDTH = Unknown(0.4, 0.3, 0.17), Unknown(1.19, 0.0, 0.021)
-"""mm. Chosen on eight films of unknown ICT heads (seed 0) and three of bundled people as unknown,
-pupil distance and camera given, where 90 % intervals of the aperture hold 93 %, of the width 89 %.
-Of ICT's widths the mean difference is left out: its corners are other points."""
-GREY_APERTURE, GREY_WIDTH = Unknown(0.4, 1.5, 0.6), Unknown(1.19, 3.0, 0.021)
-"""mm, of a video without colour: chosen on four clips (bbaf2n, brbk7n, lbbc2a of GRID, p04 of the
-strangers') with their colour taken out, by how far apertures and widths were off those found with
-it: RMS 1.9 to 4.1 mm."""
-PROTRUSION = Unknown(0.0, 0.72)
-POINTS = (Unknown(1.25, 0.11), Unknown(1.27, 0.43), Unknown(0.0, 1.38))
-"""mm, along the head's axes, of the three people. Of each clip the mean offset of all points is
-left out: where an unknown head's origin lies, nothing shows."""
-ROTATION = (Unknown(least=0.06), Unknown(least=0.018), Unknown(least=0.012))
-TRANSLATION = (Unknown(least=1.2), Unknown(least=4.4), Unknown(least=8.0))
-"""Radians about the camera's axes and mm, mostly what a person's frames all have in common."""
+APERTURE, WIDTH = Unknown(*BELIEF.aperture), Unknown(*BELIEF.width)
+GREY_APERTURE, GREY_WIDTH = Unknown(*BELIEF.grey_aperture), Unknown(*BELIEF.grey_width)
+PROTRUSION = Unknown(*BELIEF.protrusion)
+POINTS = tuple(Unknown(*axis) for axis in BELIEF.points)
+ROTATION = tuple(Unknown(least=least) for least in BELIEF.rotation)
+TRANSLATION = tuple(Unknown(least=least) for least in BELIEF.translation)
 
 
 @dataclass(frozen=True, eq=False)

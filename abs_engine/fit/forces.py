@@ -13,10 +13,9 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.fit.evidence import Pushing, Term, finite
+from abs_engine.fit.settings import HEAD_FIT
 
 FloatArray = NDArray[np.float64]
-FIRST_STRIDE = 2.0
-"""mm that the node which moves most is first pushed by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +53,9 @@ class Forces:
         scene = self._pushing()[0].scene
         pose, weights = (self.blocks.part(step, POSE), step[self.blocks.places[POSE].stop :])
         moved = np.tensordot(weights, scene.modes.astype(np.float64), 1)
-        weights = weights * (FIRST_STRIDE / max(_farthest(moved), 1e-9))
+        weights = weights * (HEAD_FIT.first_stride / max(_farthest(moved), 1e-9))
         turned = np.cross(pose[:3], self._arms(scene, candidate)) + pose[3:]
-        pose = pose * min(1.0, FIRST_STRIDE / max(_farthest(turned), 1e-9))
+        pose = pose * min(1.0, HEAD_FIT.first_stride / max(_farthest(turned), 1e-9))
         return np.asarray(np.r_[pose, weights])
 
     def _pushing(self) -> list[Pushing]:

@@ -20,23 +20,11 @@ from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
 from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import HEAD_FIT
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-DRAWN_MOUTH = 72.0  # drawn pixels across the mouth
-SMOOTHING = 0.03  # width of the Hamming window, in mouth widths
-PULL = 0.06  # likewise of the maps that pull on the facets: how far a boundary is felt
-IN_SHADE = 0.15  # share of the probability of teeth and dark that lips get: they throw shade
-RED_INSIDE = 0.15
-"""Share of the probability of lips that the dark inside gets: tongue, gums and shaded teeth are as
-red. Chosen of 0 and 0.15 on p01 to p08 of the strangers' clips."""
-IN_LINE = 0.7  # the same of dark in a thin line, which closed lips show where they meet
-LINE = 0.03  # height of such a line, in mouth widths,
-LINE_PIXELS = 2.5  # or image pixels, if that is more: no picture shows a line sharper than that
 
-LEAST_THICKNESS = 0.35
-"""Of a lip's height at rest, that it keeps in any posture: lips that are pressed or rolled in show
-about as much."""
 
 COLOUR = "colour"
 """Name of the evidence of colour classes."""
@@ -64,7 +52,7 @@ def lip_window(
     pixels = camera.project(pose.apply(border))
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     across = float(high[0] - low[0])
-    scale = min(2.0, DRAWN_MOUTH / across)
+    scale = min(2.0, HEAD_FIT.drawn_mouth / across)
     size = np.ceil((np.array([1.6, 1.25]) + more) * across * scale) / scale
     centre = 0.5 * (low + high) + np.array([0.0, 0.08 * across])  # jaws open downwards
     x, y = np.rint(centre - 0.5 * size)
@@ -102,7 +90,9 @@ def class_maps(
         Where in the window the mouth is known to be.
     """
     patch = sampled(window, frame)
-    probable = classes.probabilities(patch, SMOOTHING * DRAWN_MOUTH, place) * zone(window)
+    probable = classes.probabilities(
+        patch, HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth, place
+    ) * zone(window)
     return ClassMaps(plane_maps(probable, colour_of, window))
 
 
@@ -110,7 +100,7 @@ def plane_maps(
     probable: FloatArray, colour_of: Sequence[str | None], window: Window
 ) -> NDArray[Any]:
     """Maps (C, H, W) of every facet class, of probabilities (4, H, W) over a window."""
-    line = max(LINE * DRAWN_MOUTH, LINE_PIXELS * window.scale)
+    line = max(HEAD_FIT.line * HEAD_FIT.drawn_mouth, HEAD_FIT.line_pixels * window.scale)
     shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)
     zero = np.zeros_like(probable[0])
     return np.stack([zero if c is None else shown[c] for c in colour_of])
@@ -127,8 +117,12 @@ def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
     window = np.ones((2 * round(line / 2) + 1, 1), np.uint8)
     thick = cv2.morphologyEx(inside, cv2.MORPH_OPEN, window)
     line_of_dark = (inside - thick) * maps["dark"] / np.maximum(inside, 1e-9)
-    lips = maps["lips"] + IN_SHADE * inside + (IN_LINE - IN_SHADE) * line_of_dark
-    dark = inside + RED_INSIDE * maps["lips"]
+    lips = (
+        maps["lips"]
+        + HEAD_FIT.in_shade * inside
+        + (HEAD_FIT.in_line - HEAD_FIT.in_shade) * line_of_dark
+    )
+    dark = inside + HEAD_FIT.red_inside * maps["lips"]
     return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": dark}
 
 
@@ -210,9 +204,9 @@ def contact_of(
     """Contact of the lips as a prior over (6 + P).
 
     A head's lips overlap a little at rest, so that no light falls between them; only what they
-    overlap beyond that is pressing. With `thick` each lip also keeps `LEAST_THICKNESS` of its
-    height at rest, so that its outline cannot turn inside out, and the mouth opens in the middle as
-    far as at its sides, see `pinching`.
+    overlap beyond that is pressing. With `thick` each lip also keeps a share
+    `HEAD_FIT.least_thickness` of its height at rest, so that its outline cannot turn inside out,
+    and the mouth opens in the middle as far as at its sides, see `pinching`.
 
     Parameters
     ----------
@@ -231,7 +225,7 @@ def contact_of(
     if thick:
         height, change = lip_heights(scene, rings)
         usual = height + change @ rest if still is None else lip_heights(still, rings)[0]
-        least = LEAST_THICKNESS * usual
+        least = HEAD_FIT.least_thickness * usual
         pinch, move = pinching(gap, slope)
         gap, slope = np.r_[gap, height - least, pinch], np.vstack([slope, change, move])
     slope = joined(np.zeros((len(gap), len(POSE_NAMES))), slope)

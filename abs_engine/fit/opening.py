@@ -15,18 +15,17 @@ from numpy.typing import NDArray
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
-from abs_engine.face.appearance.opening import BESIDE, SIDES, MouthSpot, OpeningLooks
+from abs_engine.face.appearance.opening import SIDES, MouthSpot, OpeningLooks
 from abs_engine.face.base import Face
 from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import likelihood_of, zone
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.fit.terms import TermKind
 from abs_engine.fit.view import View
 
 NAME = "opening"
-_WEIGHT = 0.5
-"""Of an independent observation, that each counts as: neighbouring pixels have much of what the
-network sees in common."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +56,7 @@ class Opening:
         """Likelihood of a drawn mouth by a frame's maps."""
         names = list(regions)
         seam = (names.index("above"), names.index("below")), names.index("inside")
-        return likelihood_of(renderer, scene, camera, window, maps, _WEIGHT, seam)
+        return likelihood_of(renderer, scene, camera, window, maps, HEAD_FIT.opening_weight, seam)
 
 
 def opening_term(face: Face, view: View) -> Term:
@@ -84,7 +83,7 @@ def sided(model: MouthModel) -> tuple[MouthModel, tuple[str | None, ...]]:
     middle, half = corners.mean(axis=0), 0.5 * float(np.ptp(corners[:, 0]))
     skin = scene.facet_class == names.index("skin")
     beyond = np.abs(centre[:, 0] - middle[0]) > half
-    beside = beyond & (np.abs(centre[:, 1] - middle[1]) < 2 * BESIDE * half)
+    beside = beyond & (np.abs(centre[:, 1] - middle[1]) < 2 * APPEARANCE.beside * half)
     within = skin & ~beside
     above = centre[:, 1] > middle[1]
     classes = scene.facet_class.copy()

@@ -14,8 +14,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.compare.borders import FLOOR
 from abs_engine.compare.prior import Prior
+from abs_engine.compare.settings import COMPARISON
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -25,11 +25,10 @@ from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates
 from abs_engine.fit.evidence import Bordered, Squared, Term, finite, valued
 from abs_engine.fit.forces import Forces
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.fit.surface_jacobian import summed_along
 
 FloatArray = NDArray[np.float64]
-NEAR = 2
-"""Drawn pixels to either side of a border that tell its curvature."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +188,7 @@ class Problem:
         others = [p.curvature(full) for p in self.priors if not p.bends_alike]
         curve = self._bent_alike + self._summed(others) if others else self._bent_alike
         slope = self.chosen(slope)
-        for cost, fall, bend in self._curved(x, reach, local, FLOOR):
+        for cost, fall, bend in self._curved(x, reach, local, COMPARISON.least_curvature):
             value, slope, curve = value + cost, slope + fall, curve + bend
         return value, slope, curve
 
@@ -208,7 +207,9 @@ class Problem:
         if self.unit != 1.0:
             return None
         try:
-            parts = [bend for _, _, bend in self._curved(x, NEAR, local=True, floor=0.0)]
+            parts = [
+                bend for _, _, bend in self._curved(x, HEAD_FIT.border_reach, local=True, floor=0.0)
+            ]
             told = self._summed(p.bend(self.whole(x)) for p in self.priors)
             return np.asarray(sum(parts, told), np.float64)
         except ParameterError:

@@ -15,16 +15,9 @@ from numpy.typing import NDArray
 
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found
+from abs_engine.fit.settings import HEAD_FIT
 
 FloatArray = NDArray[np.float64]
-RESOLUTION = 0.5
-"""mm: gaps that differ by less are not distinguished in a picture."""
-OPEN_FROM = 3.0
-"""mm: lips that are farther apart than that are open. It hardly matters: with 5 mm the picture is
-against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm apart."""
-USUAL, USUAL_GAP = 0.25, 15.0
-"""Share of frames in which anybody's lips touch in speech, and mm by which they part at most; both
-assumed. Gaps of closed lips become 0 in GRID's labelled clips, and precision and recall stay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +54,25 @@ class Seal:
         share = float((gaps < closed).mean())
         if not 0 < share < 1:
             return None
-        return cls(gap, slope, float(np.log(share / (1 - share) * gaps.max() / RESOLUTION)))
+        return cls(
+            gap, slope, float(np.log(share / (1 - share) * gaps.max() / HEAD_FIT.resolution))
+        )
 
     @classmethod
     def usual(cls, gap: float, slope: FloatArray) -> Seal:
         """Of anybody's lips (`gap`, `slope`), which touch as often as people's do in speech."""
-        return cls(gap, slope, float(np.log(USUAL / (1 - USUAL) * USUAL_GAP / RESOLUTION)))
+        return cls(
+            gap,
+            slope,
+            float(
+                np.log(
+                    HEAD_FIT.usually_closed
+                    / (1 - HEAD_FIT.usually_closed)
+                    * HEAD_FIT.usual_gap
+                    / HEAD_FIT.resolution
+                )
+            ),
+        )
 
     def apart(self, x: FloatArray) -> float:
         """The gap, mm, at parameters (N,)."""
@@ -79,7 +85,7 @@ class Seal:
 
 def sealed(problem: Problem, found: Found, seal: Seal) -> Found:
     """Result over all parameters, or the same with lips that touch."""
-    if not 0 < seal.apart(found.x) < OPEN_FROM:
+    if not 0 < seal.apart(found.x) < HEAD_FIT.open_from:
         return found
     there = seal.closed(found.x)
     value = problem(problem.chosen(there)).value

@@ -15,9 +15,9 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import POSE_NAMES, POSE_UNITS
 from abs_engine.core.threads import in_threads
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import HEAD_FIT
 
 FloatArray = NDArray[np.float64]
-_REACH, _STEP = 4.0, 0.3  # standard deviations: how far it may go, and the first step
 
 
 def shared_blocks(pose: FloatArray, identity: FloatArray) -> Blocks:
@@ -34,7 +34,13 @@ def shared_blocks(pose: FloatArray, identity: FloatArray) -> Blocks:
 
 
 def _spec(names: tuple[str, ...], units: tuple[str, ...], deviation: FloatArray) -> ParamSpec:
-    return ParamSpec(names, units, _STEP * deviation, -_REACH * deviation, _REACH * deviation)
+    return ParamSpec(
+        names,
+        units,
+        HEAD_FIT.shared_step * deviation,
+        -HEAD_FIT.shared_reach * deviation,
+        HEAD_FIT.shared_reach * deviation,
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,21 +23,13 @@ from abs_engine.face.appearance.colour import CLASSES, ColourClasses, hamming
 from abs_engine.face.shape.lip_model import COLOUR_OF, LipModel
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.evidence import Term
-from abs_engine.fit.head_frame import COLOUR, PULL, SMOOTHING, zone
+from abs_engine.fit.head_frame import COLOUR, zone
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-DRAWN_MOUTH = 92.0  # drawn pixels across the mouth
-FINEST = 2.0  # drawn pixels for one of the picture, at most
-SIDE = 2.0  # px: side of an independent observation, as pixels share their chroma two by two,
-SIDE_OF_MOUTH = 0.04  # or in mouth widths, if that is more: over so much the errors of a shell last
-WIDTH = 0.7  # of the prior about each shape that was seen, standard deviations
-IN_SHADE = 0.25  # share of the probability of dark that lips get: they throw shade on each other
-MODE_LIMIT = 6.0
-"""Standard deviations of a mode that a fit may go to."""
-POSE_FREE = np.array([0.05, 0.05, 0.05, 2.0, 2.0, 12.0])
-"""Standard deviations, rad and mm, of a pose that is estimated along."""
+POSE_FREE = np.array(SHELL_FIT.pose_free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +75,7 @@ class ShellSetting:
     @property
     def blocks(self) -> Blocks:
         """The pose, and the posture: the weights of the modes."""
-        return pose_and(mode_block(self.model.n_modes, MODE_LIMIT))
+        return pose_and(mode_block(self.model.n_modes, SHELL_FIT.mode_limit))
 
 
 def shell_window(setting: ShellSetting, pose: Pose) -> Window:
@@ -91,7 +83,7 @@ def shell_window(setting: ShellSetting, pose: Pose) -> Window:
     at = pose.apply(setting.border)
     pixels = setting.camera.project(at)
     across = mouth_across(setting, pose)
-    scale = min(FINEST, DRAWN_MOUTH / across)
+    scale = min(SHELL_FIT.finest, SHELL_FIT.drawn_mouth / across)
     size = np.ceil(np.array([1.6, 1.25]) * across * scale) / scale
     centre = 0.5 * (pixels.min(axis=0) + pixels.max(axis=0)) + [0.0, 0.08 * across]
     x, y = np.rint(centre - 0.5 * size)
@@ -143,12 +135,12 @@ def shell_colours(
     window = shell_window(setting, pose)
     inside = zone(window)
     raw = setting.classes.probabilities(sampled(window, image))
-    fine = _planes(hamming(raw, SMOOTHING * DRAWN_MOUTH)) * inside
-    wide = _planes(hamming(raw, PULL * DRAWN_MOUTH))
+    fine = _planes(hamming(raw, HEAD_FIT.smoothing * SHELL_FIT.drawn_mouth)) * inside
+    wide = _planes(hamming(raw, HEAD_FIT.pull * SHELL_FIT.drawn_mouth))
     outside = np.clip(1 - fine[1] - fine[2], 0, 1) * inside
     wide = wide - np.clip(1 - wide[1] - wide[2], 0, 1)
     pixels = int(inside.sum())
-    side = max(SIDE, SIDE_OF_MOUTH * mouth_across(setting, pose)) * window.scale
+    side = max(SHELL_FIT.side, SHELL_FIT.side_of_mouth * mouth_across(setting, pose)) * window.scale
     return FacetLikelihood(
         setting.renderer, setting.scene, setting.camera, window,
         ClassMaps(np.asarray(fine, np.float32)), pixels, pixels / side**2,
@@ -162,13 +154,15 @@ def _prior(setting: ShellSetting) -> GaussianPrior | MixturePrior:
     pose = np.ones(len(POSE_NAMES)) if free is None else free
     deviation = joined(pose, np.ones(setting.model.n_modes))
     gaussian = GaussianPrior(np.zeros(len(deviation)), deviation)
-    return gaussian if setting.seen is None else MixturePrior(gaussian, setting.seen, WIDTH)
+    return (
+        gaussian if setting.seen is None else MixturePrior(gaussian, setting.seen, SHELL_FIT.width)
+    )
 
 
 def _planes(probable: FloatArray) -> FloatArray:
     """One map for each facet class of the shell: none, skin, lips, and what the opening shows."""
     of = dict(zip(CLASSES, probable, strict=True))
-    lips = of["lips"] + IN_SHADE * of["dark"]
+    lips = of["lips"] + SHELL_FIT.in_shade * of["dark"]
     shown = {"skin": of["skin"], "lips": lips, "interior": of["teeth"] + of["dark"]}
     skin = of["skin"]
     return np.stack([np.zeros_like(skin) if c is None else shown[c] for c in COLOUR_OF])

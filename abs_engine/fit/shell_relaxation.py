@@ -24,12 +24,10 @@ from abs_engine.face.shape.lip_model import LipModel
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.shell import MODE_LIMIT
+from abs_engine.fit.settings import SHELL_FIT
 from abs_engine.optimise.newton import Newton
 
 FloatArray = NDArray[np.float64]
-TRIED = 4
-"""Best of the starts that are all descended from."""
 _NEWTON = Newton(polished=0, limit=60)
 
 
@@ -161,7 +159,7 @@ def relaxed(
 def shared_shape(model: LipModel, views: Sequence[Seen]) -> SharedShape:
     """Objective over a model's weights for one moment, seen by one view or more."""
     scene = model.scene()
-    blocks = pose_and(mode_block(model.n_modes, MODE_LIMIT))
+    blocks = pose_and(mode_block(model.n_modes, SHELL_FIT.mode_limit))
     pivot = model.physics.rest.mean(axis=0)
     size = len(POSE_NAMES) + model.n_modes
     prior = GaussianPrior(np.zeros(size), np.ones(size))
@@ -186,10 +184,10 @@ def settle(model: LipModel, views: Sequence[Seen], starts: FloatArray) -> Settle
     views : sequence of Seen
         One or more.
     starts : (K, P) float64
-        Weights; the `TRIED` best are descended from.
+        Weights; the best few are descended from.
     """
     problem = shared_shape(model, views)
-    best = starts[np.argsort(problem.values(starts), kind="stable")[:TRIED]]
+    best = starts[np.argsort(problem.values(starts), kind="stable")[: SHELL_FIT.tried]]
     ends = [_NEWTON.minimise(problem, start, problem.spec) for start in best]
     end = min(ends, key=lambda e: e.value)
     size, axes = np.linalg.eigh(problem.information(end.x))

@@ -22,27 +22,13 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 
 FloatArray = NDArray[np.float64]
 TEXTURE, LOCAL = "texture", "local"
 """Names of the evidence of textures and of local appearance."""
-PENALTY_SHARE = 0.1
-"""A(a) at strength 1, in units of what a wrong match costs."""
-TOLERANCE, TOLERANCE_OF_POINTS = 1e-4, 1e-5
-"""Stop when the simplex's values differ by less than that share of what a wrong match costs; beside
-local appearance, for which a wrong match costs far more than noise does, by less than the second.
-Chosen on another person's visemes: with 1e-4 points end a twentieth farther off, with 1e-6 as far.
-"""
-LIMIT = 600
-FROM_NEUTRAL = 3.0
-"""Factor on the first simplex where a fit starts far away."""
-WHITENED = 0.1
-"""Share of A(a)'s strength that counts beside whitened differences, whose noise is less of what a
-wrong match costs than that of raw ones; chosen on visemes that nothing is reported of."""
-MARGIN = 10.0
-"""Pixels around the face as it is at the start, at a head of 1 pixel per mm."""
 
 
 class Solver(Protocol):
@@ -57,7 +43,7 @@ class Solver(Protocol):
 
 def usual_tolerance(problem: Problem) -> float:
     """The stopping rule of a fit from far away, as a share of what a wrong match costs."""
-    return TOLERANCE if TEXTURE in problem.terms else TOLERANCE_OF_POINTS
+    return TALKING_FIT.tolerance if TEXTURE in problem.terms else TALKING_FIT.tolerance_of_points
 
 
 def explained_share(problem: Problem, value: Evaluation) -> float:
@@ -70,7 +56,7 @@ def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera)
     surface = shape.surface
     place = pose.apply(surface.vertices(alpha))
     flat = camera.project(place)
-    margin = MARGIN * max(1.0, camera.matrix[0, 0] / float(np.median(place[:, 2])))
+    margin = TALKING_FIT.margin * max(1.0, camera.matrix[0, 0] / float(np.median(place[:, 2])))
     low = np.floor(np.maximum(flat.min(axis=0) - margin, 0))
     high = np.ceil(np.minimum(flat.max(axis=0) + margin, camera.size))
     if not (high - low >= 8).all():
@@ -128,7 +114,7 @@ def talking_problem(
         raise ParameterError(f"there is no model '{name}'", f"choose one of {', '.join(MODELS)}")
     frame = PoseFrame(pose, shape.pivot)
     seen = face_window(shape, alpha, pose, camera) if window is None else window
-    weaker = replace(shape.penalty, strength=WHITENED * shape.penalty.strength)
+    weaker = replace(shape.penalty, strength=TALKING_FIT.whitened * shape.penalty.strength)
     error: TextureError | LocalError
     if name in TEXTURES:
         start = frame.candidates(shape.blocks.vector({POSTURE: alpha})[None])
@@ -143,7 +129,9 @@ def talking_problem(
             renderer, whiten="no" if printed else "all",
         )  # fmt: skip
         kind, penalty = LOCAL, shape.penalty if printed else weaker
-    prior = PenaltyPrior(penalty, PENALTY_SHARE * error.unit, shape.blocks.places[POSTURE])
+    prior = PenaltyPrior(
+        penalty, TALKING_FIT.penalty_share * error.unit, shape.blocks.places[POSTURE]
+    )
     free = free_blocks(pose_known)
     return Problem(frame, shape.blocks, {kind: error}, (prior,), free, error.unit)
 
@@ -174,11 +162,11 @@ def fit(
     problem : Problem
     alpha : (P,) float64
     step : float
-        Factor on the first simplex; see `FROM_NEUTRAL`.
+        Factor on the first simplex; see `TALKING_FIT.from_neutral`.
     solver : Solver, optional
         By default Nelder-Mead with `usual_tolerance`.
     """
-    chosen = Simplex(usual_tolerance(problem), LIMIT) if solver is None else solver
+    chosen = Simplex(usual_tolerance(problem), TALKING_FIT.limit) if solver is None else solver
     start = problem.chosen(problem.blocks.vector({POSTURE: np.asarray(alpha, np.float64)}))
     found = chosen.minimise(problem, start, problem.spec, step)
     return FaceFit(problem.part(found.x, POSTURE), problem.pose(found.x), found)

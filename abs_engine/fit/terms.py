@@ -24,8 +24,6 @@ from abs_engine.face.base import Face
 from abs_engine.face.learned_appearance import LocalLooks, TextureLooks
 from abs_engine.fit.evidence import Term, failed, own
 from abs_engine.fit.head_frame import (
-    DRAWN_MOUTH,
-    PULL,
     class_maps,
     independent_side,
     likelihood_of,
@@ -34,6 +32,7 @@ from abs_engine.fit.head_frame import (
     seam_of,
     zone,
 )
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.fit.view import View
 from abs_engine.optimise.drivers import Driver, Need
 
@@ -108,7 +107,7 @@ def colour_term(face: Face, view: View) -> Term:
 
     def pull() -> Pull:
         patch = sampled(window, view.image)
-        wide = classes.probabilities(patch, PULL * DRAWN_MOUTH, view.place)
+        wide = classes.probabilities(patch, HEAD_FIT.pull * HEAD_FIT.drawn_mouth, view.place)
         return Pull.within(plane_maps(wide, face.regions, window), zone(window))
 
     return replace(term, pull=pull)

@@ -16,14 +16,12 @@ from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.rings import jaw_ring, lip_rings
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulatory import Build, dense_head
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.spoken import SpokenCorpus
 
 FloatArray = NDArray[np.float64]
 _UPPER = {"eyeBlink": 1.0, "brow": 0.25}
-_STILL, _NEAR = 0.5, 6.0  # mm
 _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
-BEYOND = 2.0
-"""sd beyond the corpus' range to which a fit may go; the penalty holds it back earlier."""
 
 
 def face_shape(speaker: Speaker, spoken: SpokenCorpus, built: Build, person: str) -> FaceShape:
@@ -81,7 +79,8 @@ def shape_of(
     surface = _facets(speaker, marks)
     inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
     outer, kept = part(scene, surface | inside)
-    lower, upper = built.alpha.min(axis=0) - BEYOND, built.alpha.max(axis=0) + BEYOND
+    lower = built.alpha.min(axis=0) - LEARNING.beyond
+    upper = built.alpha.max(axis=0) + LEARNING.beyond
     names = built.model.parameters
     return FaceShape(
         built.model, frame, scene, vertices, at_lips.astype(np.int64),
@@ -109,14 +108,14 @@ def _still(speaker: Speaker) -> NDArray[np.bool_]:
         weight = max((w for name, w in _UPPER.items() if unit.startswith(name)), default=0.0)
         if weight:
             moved = np.maximum(moved, weight * np.linalg.norm(offsets.astype(np.float64), axis=1))
-    return np.asarray(moved < _STILL)
+    return np.asarray(moved < LEARNING.still)
 
 
 def _facets(speaker: Speaker, marks: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Facets of skin between the marks, which lie 4 mm apart, and all of the lips."""
     lips = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
     place = speaker.vertices.astype(np.float64)
-    near = cKDTree(place[marks]).query(place)[0] < _NEAR
+    near = cKDTree(place[marks]).query(place)[0] < LEARNING.near
     within = (near & _still(speaker))[speaker.faces].all(axis=1)
     skin = speaker.facet_class == speaker.class_id("skin")
     return np.asarray((within & skin) | np.isin(speaker.facet_class, lips))

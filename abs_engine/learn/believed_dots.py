@@ -16,16 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.learn.settings import LEARNING
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-JUMP = 5.0
-"""mm that a dot may be off the modes of the dots in any case."""
-FEWEST = 8
-"""Dots that a frame is learned from has at least: half of the lips'."""
-_MODES, _ROUNDS = 10, 10
 _NAMED = 6  # frames that a message names, at most
-_LEAST = 0.02  # mm: noise of exact dots
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +44,7 @@ class Believed:
     @property
     def usable(self) -> BoolArray:
         """Frames (T,) with dots enough."""
-        return np.asarray(self.known.sum(axis=1) >= FEWEST)
+        return np.asarray(self.known.sum(axis=1) >= LEARNING.fewest_dots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +62,12 @@ class _Law:
         _, scale, vectors = np.linalg.svd(flat - mean, full_matrices=False)
         values = scale**2 / max(1, len(flat) - 1)
         rest = values[modes:].sum() / max(1, flat.shape[1] - modes)
-        return cls(mean, vectors[:modes], values[:modes] + _LEAST**2, rest + _LEAST**2)
+        return cls(
+            mean,
+            vectors[:modes],
+            values[:modes] + LEARNING.dot_noise**2,
+            rest + LEARNING.dot_noise**2,
+        )
 
     def without_itself(self, flat: FloatArray, known: BoolArray) -> FloatArray:
         """Places, (T, K, 3), mm, where a frame's other known dots have each dot; flat (T, 3 K)."""
@@ -103,12 +103,12 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
 
     Notes
     -----
-    A dot jumps where it is more than `JUMP` mm, and eight robust standard deviations, off where the
-    frame's other dots have it by ten modes. The modes are of the half of the frames nearest to the
-    median at first, then of all, until what is believed stays the same.
+    A dot jumps where it is more than `LEARNING.jump`, and eight robust standard deviations, off
+    where the frame's other dots have it by ten modes. The modes are of the half of the frames
+    nearest to the median at first, then of all, until what is believed stays the same.
     """
     there = np.asarray(np.isfinite(dots).all(axis=2))
-    count, modes = len(dots), min(_MODES, len(dots) // 4)
+    count, modes = len(dots), min(LEARNING.dot_modes, len(dots) // 4)
     flat = np.where(np.repeat(there, 3, axis=1), dots.reshape(count, -1), np.nan)
     if modes == 0:
         return Believed(dots, there, np.zeros_like(there))
@@ -116,11 +116,11 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
     filled = np.where(np.isnan(flat), middle, flat)
     off = _lengths(filled - middle).max(axis=1)
     kept, known = off <= np.median(off), there
-    for _ in range(_ROUNDS):
+    for _ in range(LEARNING.dot_rounds):
         before = known
         guess, known = _trusted(_Law.of(filled[kept], modes), flat, there)
         filled = np.where(np.repeat(known, 3, axis=1), flat, guess.reshape(count, -1))
-        kept = known.sum(axis=1) >= FEWEST
+        kept = known.sum(axis=1) >= LEARNING.fewest_dots
         if (known == before).all() or kept.sum() < 4:
             break
     jumped = np.asarray(there & ~known)
@@ -131,14 +131,14 @@ def believe(dots: FloatArray, names: tuple[str, ...]) -> Believed:
 def _trusted(law: _Law, flat: FloatArray, there: BoolArray) -> tuple[FloatArray, BoolArray]:
     """Places of all dots by the others, and a mask of those there; the worst goes first."""
     known, every = there.copy(), np.arange(len(there))
-    for _ in range(there.shape[1] - FEWEST + 1):
+    for _ in range(there.shape[1] - LEARNING.fewest_dots + 1):
         guess = law.without_itself(flat, known)
         off = np.where(known, _lengths(np.nan_to_num(flat) - guess.reshape(flat.shape)), 0.0)
         worst = off.argmax(axis=1)
         farthest = off[every, worst]
         centre = np.median(farthest)
         spread = 1.4826 * np.median(np.abs(farthest - centre))
-        bad = farthest > max(centre + 8 * spread, JUMP)
+        bad = farthest > max(centre + 8 * spread, LEARNING.jump)
         known[every[bad], worst[bad]] = False
         if not bad.any():
             break

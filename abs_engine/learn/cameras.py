@@ -15,14 +15,13 @@ from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.correspondence import shell_points
 from abs_engine.learn.reconstruction import CameraGain, rank_cameras
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
 
 FloatArray = NDArray[np.float64]
 
 YAWS = tuple(range(-90, 91, 15))
 """Degrees at which cameras are compared."""
-
-_OFF = 1.0  # mm before a dot from where on something may hide it; the dot's own facets do not
 
 
 def direction_of(yaw: float, up: float = 0.0) -> FloatArray:
@@ -150,5 +149,5 @@ def _hidden(place: FloatArray, direction: FloatArray, triangles: FloatArray) -> 
     side = np.cross(away, one)
     v = (side @ direction) * scale
     reach = (side * two).sum(axis=1) * scale
-    met = ~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (reach > _OFF)
+    met = ~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (reach > LEARNING.hiding)
     return bool(met.any())

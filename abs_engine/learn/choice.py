@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.io.assets import LIPS_OF_68, Speaker
+from abs_engine.learn.settings import LEARNING
 
 IntArray = NDArray[np.int64]
 
@@ -19,11 +20,7 @@ COUNT = 275
 _TEETH_AT = (-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)  # mm across
 _JAW_LINE = slice(3, 14)  # of the 17 landmarks from ear to ear
 _AROUND, _AWAY = 20, 6.0  # beads around the lips, mm from their border
-_HIGHEST = 28.0
-"""No bead is higher than this (mm, head frame): below the eyes, where speech moves the face."""
 _RED = ("upper_lip", "lower_lip")
-_CORNER = 2.0
-"""Beads within this height (mm) of the mouth's corners are above neither lip nor below it."""
 _LIPS = {"upper": (slice(1, 6), slice(1, 4)), "lower": (slice(7, 12), slice(5, 8))}
 """Of the 12 landmarks of the lips' outer border and the 8 of the inner one; the rest: corners."""
 
@@ -145,8 +142,8 @@ def _around(speaker: Speaker) -> dict[str, IntArray]:
     corner = place[speaker.landmarks["mouth_corners"], 1].mean()
     above = place[found, 1] - corner
     return {
-        "upper": found[above > _CORNER], "lower": found[above < -_CORNER],
-        "corner": found[np.abs(above) <= _CORNER],
+        "upper": found[above > LEARNING.corner], "lower": found[above < -LEARNING.corner],
+        "corner": found[np.abs(above) <= LEARNING.corner],
     }  # fmt: skip
 
 
@@ -161,7 +158,7 @@ def _spread(speaker: Speaker, before: IntArray, count: int) -> IntArray:
         speaker.faces[np.isin(speaker.facet_class, [speaker.class_id(c) for c in _RED])]
     )
     face = np.setdiff1d(speaker.points["face"], lips)
-    pool = np.union1d(face[place[face, 1] < _HIGHEST], throat)
+    pool = np.union1d(face[place[face, 1] < LEARNING.highest_bead], throat)
     if len(pool) < count:
         raise ParameterError(
             f"{count} beads do not fit the face", f"give a head of {count} vertices there or more"

@@ -14,17 +14,10 @@ from abs_engine.face.shape.dots import ShellPoints, nearest_points
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.settings import LEARNING
 
 FloatArray = NDArray[np.float64]
 
-FARTHEST = 12.0
-"""mm RMS that mean dots may be from where they are on the head at rest: 4 of a person who speaks,
-8 and more of most others."""
-FLATTEST = 0.04
-"""Share of their width that mean dots at least extend across their best plane (RMS each); the
-bundled people have 0.13 to 0.27."""
-SCALES = (0.7, 1.4)
-"""Size of a mouth, for that of the head; the bundled people who speak have 1.0 to 1.3."""
 _STEEPEST = 30.0  # degrees: 17 of the bundled people, whose lips slope differently
 
 
@@ -132,7 +125,7 @@ def correspond(
 
 
 def _check_frame(scale: float, turn: FloatArray) -> None:
-    low, high = SCALES
+    low, high = LEARNING.mouth_sizes
     if not low <= scale <= high:
         raise ParameterError(
             f"the dots make a mouth of {scale:.2g} times the head's size, not {low:g} to {high:g}",
@@ -148,7 +141,7 @@ def _check_frame(scale: float, turn: FloatArray) -> None:
 def _check_depth(mean: FloatArray) -> None:
     """Lips lie around the teeth: what lies in one plane was seen from one side only."""
     extent = np.linalg.svd(mean - mean.mean(axis=0), compute_uv=False)
-    if extent[2] < FLATTEST * extent[0]:
+    if extent[2] < LEARNING.flattest * extent[0]:
         raise ParameterError(
             f"the mean dots lie in a plane to {extent[2] / extent[0]:.1%} of their width, which "
             "lips do not",
@@ -157,12 +150,12 @@ def _check_depth(mean: FloatArray) -> None:
 
 
 def _check_misfit(misfit: float, person: str | None) -> None:
-    if misfit <= FARTHEST:
+    if misfit <= LEARNING.farthest_dots:
         return
     if person is None:
         raise ParameterError(
             f"the mean dots are {misfit:.0f} mm RMS from any place on the average head",
-            f"check their names and order, at most {FARTHEST:g} mm make lips",
+            f"check their names and order, at most {LEARNING.farthest_dots:g} mm make lips",
         )
     raise ParameterError(
         f"the mean dots are {misfit:.0f} mm RMS from those on the head of {person}",

@@ -19,17 +19,11 @@ from abs_engine.face.shape.lip_model import LipModel
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.shell_relaxation import Seen, Settled, relaxed, settle, softness
 from abs_engine.learn.held_out import held_out_variances
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source, balanced, learn_sources
 from abs_engine.learn.training import Training
 
 FloatArray = NDArray[np.float64]
-ROUNDS = 3
-STRAINED, FREE = 0.8, 60
-"""mm by which nodes typically leave the modal shape, and modes that the relaxed shell has: by
-clara's clips (0.4 mm: errors of 1.00 mm, 0.8: 0.94; more modes: the same)."""
-STARTS = 48
-LEFT_OUT = 0.2
-"""Share of each clip, its end, that nothing is learned from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +47,7 @@ class LipClip:
     @property
     def learned(self) -> int:
         """Number of moments that are learned from; the others are left out, one at least."""
-        return min(len(self.moments) - 1, round((1 - LEFT_OUT) * len(self.moments)))
+        return min(len(self.moments) - 1, round((1 - LEARNING.left_out) * len(self.moments)))
 
     def relaxed(self, physics: LearnedPhysics, shapes: FloatArray) -> Source:
         """Shapes of the moments that are learned from, with the shell relaxed.
@@ -65,7 +59,9 @@ class LipClip:
             Displacements to start from.
         """
         elastic = self.model.shell.elastic_at(self.model.physics.rest)
-        free = relaxed(self._own(physics), elastic, softness(elastic, STRAINED), FREE)
+        free = relaxed(
+            self._own(physics), elastic, softness(elastic, LEARNING.strained), LEARNING.free_modes
+        )
         found = self._settled(free, shapes, range(self.learned))
         size, axes = np.linalg.eigh(np.mean([f.covariance for f in found], axis=0))
         scaled = free.modes * free.deviations[:, None, None]
@@ -131,7 +127,7 @@ class Further:
 def train_further(
     training: Training,
     clips: Sequence[LipClip],
-    rounds: int = ROUNDS,
+    rounds: int = LEARNING.further_rounds,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Further:
     """Learn from clips without dots, too.
@@ -170,8 +166,8 @@ def _explained(
 
 
 def _spread_over(displacements: FloatArray) -> FloatArray:
-    """At most `STARTS` of them, evenly spread over time."""
-    at = np.linspace(0, len(displacements) - 1, min(STARTS, len(displacements)))
+    """A few of them, evenly spread over time."""
+    at = np.linspace(0, len(displacements) - 1, min(LEARNING.starts, len(displacements)))
     return np.asarray(displacements[np.rint(at).astype(int)])
 
 

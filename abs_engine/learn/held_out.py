@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.face.shape.modal import LearnedPhysics
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source, learn_sources
 
 FloatArray = NDArray[np.float64]
-BLOCKS = 7
-"""Blocks of time: of the 140 frames at 30 Hz that the paper learns from, two thirds of a second
-each, so that a posture is left out together with the way into it."""
 _ROUNDS, _SETTLED = 50, 1e-10
 _STEP = 2.0  # largest change of a logarithm in a step
 
@@ -65,7 +63,7 @@ def _left_out(
 ) -> tuple[FloatArray, FloatArray]:
     """Learned variances and mean squares in the frames left out, (B, P) each, mm^2."""
     learned, squares = [], []
-    blocks = [np.array_split(np.arange(len(s)), BLOCKS) for s in sources]
+    blocks = [np.array_split(np.arange(len(s)), LEARNING.blocks) for s in sources]
     for left_out in zip(*blocks, strict=True):
         others = [s.without(b) for s, b in zip(sources, left_out, strict=True)]
         others = [s for s in others if len(s)]

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.opening import (
     ACROSS,
-    BESIDE,
     CENTRE,
     SIDES,
     SIZE,
@@ -19,6 +18,8 @@ from abs_engine.face.appearance.opening import (
     OpeningLooks,
     surroundings,
 )
+from abs_engine.face.settings.appearance import APPEARANCE
+from abs_engine.learn.settings import LEARNING
 
 FloatArray = NDArray[np.float64]
 Generator = np.random.Generator
@@ -31,11 +32,6 @@ _UPPER, _LOWER = [0, 2, 4, 6, 1], [0, 3, 5, 7, 1]
 _OFF = np.array([0.03, 0.05, 0.06, 0.03])
 """Deviations by which a spot is put off for learning: shares of the width across and down, its
 logarithm, and radians. Mouths are found in a clip about so well."""
-_EACH, _COPIES = 250, 2  # pixels of a picture, and pictures of a frame, besides mirrored ones
-_NEAR = 4.0  # pixels about the inner lips that most of these lie within
-_ANYWHERE = 0.15  # share of others
-_DOWN = 34.0  # pixels above and below the corners that are learned from
-_HIDDEN, _EPOCHS, _BATCH, _RATE, _DECAY, _NOISE = 48, 12, 256, 2e-3, 1e-3, 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +77,7 @@ def learn_opening(mouths: Sequence[LabelledMouth], seed: int = 0) -> OpeningLook
     """
     random = np.random.default_rng(seed)
     both = [side for mouth in mouths for side in (mouth, mouth.mirrored)]
-    taken = [_pixels(mouth, random) for mouth in both for _ in range(_COPIES)]
+    taken = [_pixels(mouth, random) for mouth in both for _ in range(LEARNING.opening_copies)]
     seen, sides = (np.concatenate(part) for part in zip(*taken, strict=True))
     mean, spread = seen.mean(axis=0), seen.std(axis=0) + 1e-6
     return OpeningLooks(mean, spread, _trained((seen - mean) / spread, sides, random))
@@ -98,9 +94,13 @@ def _pixels(
         spot.roll + turn,
     )  # fmt: skip
     sides, away = sides_of(spot.to_normalised(mouth.points))
-    rows = np.abs(np.arange(SIZE[1]) - CENTRE[1]) < _DOWN
-    likely = (rows[:, None] * (_ANYWHERE + np.exp(-away / _NEAR))).ravel()
-    chosen = random.choice(likely.size, _EACH, replace=False, p=likely / likely.sum())
+    rows = np.abs(np.arange(SIZE[1]) - CENTRE[1]) < LEARNING.opening_reach
+    likely = (
+        rows[:, None] * (LEARNING.opening_anywhere + np.exp(-away / LEARNING.opening_near))
+    ).ravel()
+    chosen = random.choice(
+        likely.size, LEARNING.opening_pixels, replace=False, p=likely / likely.sum()
+    )
     seen = surroundings(spot.normalised(mouth.image))
     return seen.reshape(likely.size, -1)[chosen], sides.ravel()[chosen]
 
@@ -125,7 +125,7 @@ def sides_of(points: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
     upper, lower = lines[0], np.maximum(*lines)
     sides = np.where(y < upper, 0, np.where(y <= lower, 1, 2))
     left, right = points[:2, 0]
-    off = np.abs(y - 0.5 * (upper + lower)) < BESIDE * ACROSS
+    off = np.abs(y - 0.5 * (upper + lower)) < APPEARANCE.beside * ACROSS
     sides[off & ((x < left) | (x > right))] = SIDES.index("beside")
     beyond = np.maximum(np.maximum(left - x, x - right), 0)
     away = np.minimum(np.abs(y - upper), np.abs(y - lower)) + beyond * 0.5
@@ -136,26 +136,27 @@ def _trained(
     seen: NDArray[np.float32], sides: NDArray[np.int_], random: Generator
 ) -> tuple[tuple[NDArray[np.float32], NDArray[np.float32]], ...]:
     """Layers by the Adam method (Kingma and Ba 2015), with noise on what is seen."""
-    sizes = (seen.shape[1], _HIDDEN, _HIDDEN, len(SIDES))
+    sizes = (seen.shape[1], LEARNING.network_hidden, LEARNING.network_hidden, len(SIDES))
     first = [random.normal(0, m**-0.5, (m, n)) for m, n in pairwise(sizes)]
     state = [np.asarray(w, np.float32) for w in first]
     state += [np.zeros(n, np.float32) for n in sizes[1:]]
     slow, wide = [np.zeros_like(p) for p in state], [np.zeros_like(p) for p in state]
-    steps = _EPOCHS * (len(seen) // _BATCH)
+    batch, decay = LEARNING.network_batch, LEARNING.network_decay
+    steps = LEARNING.network_epochs * (len(seen) // batch)
     for step in range(steps):
-        if step % (len(seen) // _BATCH) == 0:
+        if step % (len(seen) // batch) == 0:
             order = random.permutation(len(seen))
-        start = step % (len(seen) // _BATCH) * _BATCH
-        some = order[start : start + _BATCH]
-        noise = random.standard_normal((_BATCH, sizes[0]), np.float32)
-        slopes = _slopes(state, seen[some] + _NOISE * noise, sides[some])
-        rate = _RATE * (0.02 + 0.49 * (1 + np.cos(np.pi * step / steps)))
+        start = step % (len(seen) // batch) * batch
+        some = order[start : start + batch]
+        noise = random.standard_normal((batch, sizes[0]), np.float32)
+        slopes = _slopes(state, seen[some] + LEARNING.network_noise * noise, sides[some])
+        rate = LEARNING.network_rate * (0.02 + 0.49 * (1 + np.cos(np.pi * step / steps)))
         for k, slope in enumerate(slopes):
             slow[k] += 0.1 * (slope - slow[k])
             wide[k] += 0.001 * (slope**2 - wide[k])
             size = np.sqrt(wide[k] / (1 - 0.999 ** (step + 1))) + 1e-8
             move = slow[k] / (1 - 0.9 ** (step + 1)) / size
-            state[k] -= np.float32(rate) * (move + (_DECAY * state[k] if k < 3 else 0))
+            state[k] -= np.float32(rate) * (move + (decay * state[k] if k < 3 else 0))
     return tuple(zip(state[:3], state[3:], strict=True))
 
 

@@ -18,18 +18,9 @@ from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.choice import Points
+from abs_engine.learn.settings import LEARNING
 
 FloatArray = NDArray[np.float64]
-MOST_NOISE = 0.5
-"""Share of a component's variance that may be noise; with more it is left out."""
-BEYOND = 2.0
-"""Standard deviations beyond what was seen to which a fit may go."""
-STEP = 0.5
-"""First step of a parameter, standard deviations."""
-SUDDEN = 2.7
-"""How far a posture may move between two frames, times its usual step: speech is not even."""
-MOST_SEEN = 300
-"""Postures that are kept."""
 PREDICTORS = (
     *PAPER_PREDICTORS,
     Predictor("lips5", ("lips",), "xyz", "+y"),
@@ -37,8 +28,6 @@ PREDICTORS = (
 )
 """The paper's, and what they leave of lips: as far as a closed mouth may be off by a tenth of a
 millimetre without."""
-LEAST_FRAMES = 40
-"""Frames that postures are learned from, at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +88,7 @@ def learn_postures(
     Raises
     ------
     TooFewFramesError
-        If there are fewer than `LEAST_FRAMES`.
+        If there are fewer than `LEARNING.least_frames`.
     """
     postures, at = _well_seen(clips), chosen.vertices
     modes = expression.modes[:, at].astype(np.float64)
@@ -111,12 +100,12 @@ def learn_postures(
     tracked = [(clip - centre) @ back for clip in clips]
     noise = _moves(tracked, 2) / 6
     names = model.parameters
-    kept = np.flatnonzero(noise < MOST_NOISE)
+    kept = np.flatnonzero(noise < LEARNING.most_noise)
     spec = ParamSpec(
-        names, ("sd",) * len(names), np.full(len(names), STEP),
-        scores.min(axis=0) - BEYOND, scores.max(axis=0) + BEYOND,
+        names, ("sd",) * len(names), np.full(len(names), LEARNING.first_step),
+        scores.min(axis=0) - LEARNING.beyond, scores.max(axis=0) + LEARNING.beyond,
     ).only(kept)  # fmt: skip
-    steps = SUDDEN * np.sqrt(_moves(tracked, 1) * rate / 25.0)
+    steps = LEARNING.sudden * np.sqrt(_moves(tracked, 1) * rate / 25.0)
     mixing = own @ expression.mixing
     moved = np.tensordot(centre, expression.modes, 1)
     shape = LinearShape(
@@ -126,7 +115,7 @@ def learn_postures(
         guided.explained_variance_ratio_[kept],
     )  # fmt: skip
     shares = dict(zip(names, map(float, noise), strict=True))
-    some = np.linspace(0, len(scores) - 1, min(MOST_SEEN, len(scores))).round().astype(int)
+    some = np.linspace(0, len(scores) - 1, min(LEARNING.most_seen, len(scores))).round().astype(int)
     seen = scores[some][:, kept]
     return PostureSpace(shape, spec, steps[kept], seen, shares, model)
 
@@ -135,9 +124,9 @@ def _well_seen(clips: Sequence[FloatArray]) -> FloatArray:
     """Postures (N, M) of all frames that are learned from; an error if there are too few."""
     every = np.concatenate(clips)
     postures = every[np.isfinite(every).all(axis=1)]
-    if len(postures) < LEAST_FRAMES:
+    if len(postures) < LEARNING.least_frames:
         raise TooFewFramesError(
-            f"{len(postures)} frames show the mouth well, postures need {LEAST_FRAMES}",
+            f"{len(postures)} frames show the mouth well, postures need {LEARNING.least_frames}",
             "give more recordings, or longer ones",
         )
     return postures

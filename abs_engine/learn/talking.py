@@ -17,12 +17,7 @@ from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
-
-SPACING = 4.0
-"""mm between the points of local appearance, at least."""
-FINEST = 1.0
-"""Drawn pixels per mm of local appearance, at most: its filters are to reach 2 mm and more, or a
-fit that starts far away does not come home."""
+from abs_engine.learn.settings import LEARNING
 
 
 def learn_face(
@@ -58,10 +53,10 @@ def learn_face(
     atlas = lay_atlas(textured, fitting_size(textured, camera, seen[0].pose), renderer)
     tex = learn_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
-    scale = min(1.0, FINEST * depth / float(camera.matrix[0, 0]))
+    scale = min(1.0, LEARNING.finest * depth / float(camera.matrix[0, 0]))
     every = learn_local(seen, textured, shape.marks, camera, renderer, scale=scale)
     places = textured.mean[shape.marks].astype(np.float64)
     told = information(every, seen, textured, camera, renderer, shape.moved, scale)
-    chosen = choose_informative(every, told, shape.about, count, places, SPACING)
+    chosen = choose_informative(every, told, shape.about, count, places, LEARNING.spacing)
     local = every.only(chosen).within(shape.kept)
     return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)

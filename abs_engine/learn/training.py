@@ -15,18 +15,13 @@ from abs_engine.face.shape.lip_shell import LipShell, cut_lip_shell
 from abs_engine.face.shape.minimum_norm_deformation import reach
 from abs_engine.face.shape.modal import LearnedPhysics, learn
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.believed_dots import FEWEST, believe
+from abs_engine.learn.believed_dots import believe
 from abs_engine.learn.correspondence import Correspondence, correspond
 from abs_engine.learn.held_out import held_out_variances
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source
 
 FloatArray = NDArray[np.float64]
-MODES, TRAINED = 10, 140
-"""Section 4.2: ten modes of the first 140 frames."""
-FRAMES_A_MODE = 2
-"""So many frames are needed at least for each mode: with hardly more frames than modes these hold
-all the frames exactly, errors of observation too, and would pass for exact.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +65,8 @@ def train(
     speaker: Speaker,
     person: str | None = None,
     *,
-    n_modes: int = MODES,
-    n_train: int = TRAINED,
+    n_modes: int = LEARNING.modes,
+    n_train: int = LEARNING.trained,
     shell: LipShell | None = None,
 ) -> Training:
     """Learn how a person's lips move.
@@ -94,7 +89,7 @@ def train(
     -------
     Training
         A dot that was lost or jumps is put where the other dots of its frame have it
-        (`believed_dots.believe`); frames with fewer than `FEWEST` believed dots are left out. All
+        (`believed_dots.believe`); frames with too few believed dots are left out. All
         of them are named in it.
 
     Raises
@@ -120,7 +115,7 @@ def train(
     rows = laid.points.rows(len(shell))
     moved = reach(shell.elastic_at(laid.rest), rows, goals)  # Eq. 2
     sample = goals[:n_train][whole[used]]
-    if len(sample) < FRAMES_A_MODE * n_modes:
+    if len(sample) < LEARNING.frames_a_mode * n_modes:
         sample = goals[:n_train]
     physics = replace(
         _learned(shell, laid, moved[:n_train], n_modes, _noise(sample, n_modes)),
@@ -190,10 +185,11 @@ def _check_found(dots: FloatArray) -> None:
 
 
 def _check(usable: int, frames: int, n_modes: int, n_train: int) -> None:
-    if n_modes < 1 or n_train < FRAMES_A_MODE * n_modes:
+    if n_modes < 1 or n_train < LEARNING.frames_a_mode * n_modes:
         raise ParameterError(
             f"{n_modes} modes cannot be learned from {n_train} frames",
-            f"give at least one mode (--modes) and {FRAMES_A_MODE} frames for each (--train)",
+            f"give at least one mode (--modes) and {LEARNING.frames_a_mode} frames for each "
+            "(--train)",
         )
     if n_modes >= 3 * len(LIPS16):
         raise ParameterError(
@@ -203,8 +199,8 @@ def _check(usable: int, frames: int, n_modes: int, n_train: int) -> None:
         )
     if usable < n_train:
         raise TooFewPointsError(
-            f"{FEWEST} of the {len(LIPS16)} dots or more were found in {usable} of {frames} "
-            f"frames, {n_train} are to be learned from",
+            f"{LEARNING.fewest_dots} of the {len(LIPS16)} dots or more were found in {usable} "
+            f"of {frames} frames, {n_train} are to be learned from",
             "correct the lost dots, film more frames, or learn from fewer (--train)",
         )
 

@@ -23,15 +23,10 @@ from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
+from abs_engine.optimise.settings import SOLVING
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-TOLERANCE = 0.1
-"""Of -log posterior: what an iteration gains by less changes the odds by no more than a tenth."""
-_STRIDES = (0.4, 1.0, 2.0)  # of the last one; for pose and shape each, the longer of which counts
-_MEMORY = (0.0, 0.5, 1.0, 2.0)  # times the step before
-_SHORTER = 0.08  # where none of these is better: the longest is then shorter than the shortest was
-_SHORTEST = 0.02  # of the first stride: nothing more is to be found in this direction
 
 
 class Batched(Objective, Protocol):
@@ -62,7 +57,7 @@ class Forces:
         Largest number of iterations: directions that are asked for.
     """
 
-    tolerance: float = TOLERANCE
+    tolerance: float = SOLVING.ascent_tolerance
     limit: int = 15
 
     def minimise(self, objective: Pushed, start: Vector, spec: ParamSpec) -> Solution:
@@ -119,7 +114,7 @@ class FixedStep:
         Largest number of iterations.
     """
 
-    tolerance: float = TOLERANCE
+    tolerance: float = SOLVING.ascent_tolerance
     limit: int = 15
 
     def minimise(self, objective: Yielding, start: Vector, spec: ParamSpec) -> Solution:
@@ -164,7 +159,7 @@ class Gradient:
         Difference step, in scales. A drawing changes by whole pixels, so it may not be small.
     """
 
-    tolerance: float = TOLERANCE
+    tolerance: float = SOLVING.ascent_tolerance
     limit: int = 30
     reach: float = 0.5
 
@@ -210,15 +205,17 @@ def _climb(
         ways = parts * _bounded(direction(x), spec)
         spent += cost
         multiples = _multiples(ways)
-        gain, stride = 0.0, max(stride, _SHORTEST)
-        while gain <= 0 and stride >= _SHORTEST and ways.any():
+        gain, stride = 0.0, max(stride, SOLVING.shortest)
+        while gain <= 0 and stride >= SOLVING.shortest and ways.any():
             tried = spec.clip(_tries(x, stride * multiples @ ways, moved))
             values = np.nan_to_num(objective.values(tried), nan=np.inf)
             spent += len(tried)
             trace += values.tolist()
             lowest = int(np.argmin(values))
             gain = value - float(values[lowest])
-            stride *= float(multiples[lowest % len(multiples)].max()) if gain > 0 else _SHORTER
+            stride *= (
+                float(multiples[lowest % len(multiples)].max()) if gain > 0 else SOLVING.shorter
+            )
         if gain > 0:
             x, moved, value = tried[lowest], tried[lowest] - x, float(values[lowest])
         if gain <= 0 or gain < tolerance:
@@ -234,14 +231,16 @@ def _parts(spec: ParamSpec) -> Mask:
 
 def _multiples(ways: Vector) -> Vector:
     """Strides (S, K) to try of K parts of a direction, each with each; 0 for parts without one."""
-    each = [_STRIDES if way.any() else (0.0,) for way in ways]
+    each = [SOLVING.strides if way.any() else (0.0,) for way in ways]
     return np.array(list(product(*each)))
 
 
 def _tries(x: Vector, steps: Vector, moved: Vector) -> Vector:
     """Places (B, N) to look at: steps (S, N), with multiples of the step before."""
     along = x + steps
-    return np.vstack([along + share * moved for share in (_MEMORY if moved.any() else (0.0,))])
+    return np.vstack(
+        [along + share * moved for share in (SOLVING.memory if moved.any() else (0.0,))]
+    )
 
 
 def _ended(

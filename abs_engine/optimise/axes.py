@@ -18,14 +18,10 @@ from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import checked_start
 from abs_engine.optimise.levenberg import LevenbergMarquardt
+from abs_engine.optimise.settings import SOLVING
 from abs_engine.optimise.simplex import Simplex
 
 FloatArray = NDArray[np.float64]
-_LONGEST = 2.0
-"""Largest edge of the second simplex, in first steps of the parameters."""
-_EDGE = 0.01
-"""By how much an edge raises the value, in the objective's units."""
-_DIFFERENCE, _STEPS, _TRIES = 1.0, 4, 3
 _FEWEST = 2  # axes of a simplex
 
 
@@ -83,7 +79,9 @@ class AxesSimplex:
         With `free` nothing pulls towards the start.
         """
         check_quadratic(objective)
-        descent = LevenbergMarquardt(self.coarse, limit, _DIFFERENCE, _STEPS, _TRIES)
+        descent = LevenbergMarquardt(
+            self.coarse, limit, SOLVING.axes_difference, SOLVING.axes_steps, SOLVING.axes_tries
+        )
         held = Held(objective, spec, start, 0.0 if free else self.inertia)
         return descent.descend(held, start, limit)
 
@@ -108,7 +106,7 @@ class AxesSimplex:
             Largest number of evaluations; none are made where it is too small for a simplex.
         """
         held = Held(objective, spec, centre, self.inertia)
-        edge, tolerance = _EDGE * held.unit, self.tolerance * held.unit
+        edge, tolerance = SOLVING.axes_edge * held.unit, self.tolerance * held.unit
         return along_axes(held.values, found, spec, tolerance, limit, edge)
 
 
@@ -143,7 +141,7 @@ def along_axes(
         return found
     curve, axes = np.linalg.eigh(found.information)
     length = np.sqrt(edge / np.maximum(curve, 1e-12 * curve.max()))
-    turned = (axes * np.minimum(length, _LONGEST) * spec.scale[:, None])[:, :size]
+    turned = (axes * np.minimum(length, SOLVING.longest_edge) * spec.scale[:, None])[:, :size]
 
     def place(y: FloatArray) -> FloatArray:
         return spec.clip(found.x + turned @ y)

@@ -12,12 +12,11 @@ from abs_engine.optimise.derivative_free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.restarted import RestartedSimplex
+from abs_engine.optimise.settings import SOLVING
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 
 Need = Literal["values", "forces", "residuals", "borders"]
-TOLERANCE, LIMIT = 0.03, 400
-"""Nats that end a search, and evaluations of a frame at most."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +42,16 @@ class Driver:
         return self.make(**{**self.settings, **other})
 
 
-_USUAL = {"tolerance": TOLERANCE, "limit": LIMIT}
+_USUAL = {"tolerance": SOLVING.tolerance, "limit": SOLVING.limit}
 SIMPLEX = Driver(Simplex, settings=_USUAL)
 RESTARTED = Driver(RestartedSimplex, settings=_USUAL)
 AXES = Driver(
     AxesSimplex,
     "residuals",
-    {"limit": 200, "coarse": TOLERANCE, "tolerance": TOLERANCE, "starts": 2},
+    {"limit": 200, "coarse": SOLVING.tolerance, "tolerance": SOLVING.tolerance, "starts": 2},
 )
 LEVENBERG = Driver(LevenbergMarquardt, "residuals", {**_USUAL, "difference": 1.0})
-NEWTON = Driver(Newton, "borders", {"tolerance": TOLERANCE})
+NEWTON = Driver(Newton, "borders", {"tolerance": SOLVING.tolerance})
 NEWTON_QUICK = Driver(Newton, "borders", {**NEWTON.settings, "polished": 0, "reaches": (8, 4, 2)})
 """Half the evaluations and no simplex: for a frame that is gone when the next one is there."""
 FORCES = Driver(Forces, "forces")

@@ -11,9 +11,9 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
+from abs_engine.optimise.settings import SOLVING
 
 FloatArray = NDArray[np.float64]
-_DAMPING, _LEAST_DAMPING, _STIFFER = 1e-2, 1e-4, 8.0
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class LevenbergMarquardt:
 
     def descend(self, held: Held, x: FloatArray, limit: int, step: float = 1.0) -> Solution:
         """Minimise from `x` (n,) within so many evaluations; `information` is the last matrix."""
-        spec, damping, spent = held.spec, _DAMPING, 0
+        spec, damping, spent = held.spec, SOLVING.damping, 0
         value, matrix, trace = np.inf, None, list[float]()
         status, taken = LIMIT, 0
         for _ in range(self.steps):
@@ -74,12 +74,12 @@ class LevenbergMarquardt:
                 trace.append(new)
                 if new < value:
                     break
-                damping = _STIFFER * max(damping, 1e-3)
+                damping = SOLVING.stiffer * max(damping, 1e-3)
             if not new < value:
                 status = CONVERGED
                 break
             gain, x, value = value - new, y, new
-            damping = max(damping / _STIFFER, _LEAST_DAMPING)
+            damping = max(damping / SOLVING.stiffer, SOLVING.least_damping)
             if gain < self.tolerance * held.unit:
                 status = CONVERGED
                 break

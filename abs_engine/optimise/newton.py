@@ -18,11 +18,9 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.axes import along_axes
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import checked_start
+from abs_engine.optimise.settings import SOLVING
 
 FloatArray = NDArray[np.float64]
-_BACK, _TRIES = 0.4, 2  # how much shorter each try of a step is, after one that led up
-_DAMPED = 0.3  # share of the curvature that is added after one that led nowhere
-_EDGE = 0.25  # by how much an edge of the first simplex raises the value
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 
@@ -121,9 +119,9 @@ class Newton:
         while len(trace) < limit:
             last, reach = k >= end, self.reaches[min(k + 1, end)]
             before, (step, promised) = made[0], _step(made, damping)
-            tries = _TRIES if promised >= self.gain * unit else 0
+            tries = SOLVING.newton_tries if promised >= self.gain * unit else 0
             for again in range(min(tries, limit - len(trace))):
-                there = spec.clip(x + _BACK**again * step)
+                there = spec.clip(x + SOLVING.back**again * step)
                 tried = objective.newton(there, reach, last)
                 trace.append(tried[0])
                 if tried[0] < before:
@@ -135,7 +133,7 @@ class Newton:
             if gain < self.more * unit:
                 k += 1
             if gain == 0 and len(trace) < limit:
-                damping = max(4 * damping, _DAMPED) if tries else damping
+                damping = max(4 * damping, SOLVING.damped) if tries else damping
                 made = objective.newton(x, self.reaches[min(k, end)], k >= end)
                 trace.append(made[0])
         status = "evaluation limit" if len(trace) >= limit else "converged"
@@ -157,7 +155,7 @@ class Newton:
         It has so few evaluations that it seldom ends by itself; the status is the descent's.
         """
         most, tolerance = min(limit, self.polished), self.tolerance * unit_of(objective)
-        best = along_axes(objective.values, found, spec, tolerance, most, edge=_EDGE)
+        best = along_axes(objective.values, found, spec, tolerance, most, edge=SOLVING.polish_edge)
         return replace(best, status=found.status)
 
 

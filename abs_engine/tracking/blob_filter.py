@@ -8,16 +8,9 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import LipBlob, LipPrior, find_lips
+from abs_engine.tracking.settings.blobs import BLOB_START
 
 Image = NDArray[np.uint8]
-
-SURE = 0.5
-"""Posterior from which on a blob is taken for the mouth."""
-PATIENCE = 0.5
-"""Seconds without a sure blob after which the whole picture is looked at again."""
-
-_JERK = 4.0  # mouth widths per s^2, standard deviation: how a head's motion changes
-_NOISE = 0.06  # mouth widths: how far the blob's centre is off, speech included
 
 
 class LipFollower:
@@ -48,14 +41,14 @@ class LipFollower:
     def step(self, image: Image) -> LipBlob | None:
         """The lips in the next frame (H, W, 3) RGB; None where none are sure.
 
-        Without sure lips for `PATIENCE` the whole picture is looked at.
+        Without sure lips for some time the whole picture is looked at.
         """
         if self._filter is not None:
             self._predict(self._filter)
         blob = find_lips(self._classes, image, self.expected)
-        if blob is None or blob.posterior < SURE:
+        if blob is None or blob.posterior < BLOB_START.sure:
             self._missed += 1
-            if self._missed * self._step >= PATIENCE:
+            if self._missed * self._step >= BLOB_START.patience:
                 self._filter = None
             return None
         self._missed = 0
@@ -67,7 +60,7 @@ class LipFollower:
         if self._filter is None:
             self._filter = self._started(blob)
             return
-        self._filter.measurementNoiseCov = np.eye(2) * (_NOISE * self._width) ** 2
+        self._filter.measurementNoiseCov = np.eye(2) * (BLOB_START.noise * self._width) ** 2
         self._filter.correct(blob.centre.reshape(2, 1))
 
     def _started(self, blob: LipBlob) -> cv2.KalmanFilter:
@@ -76,12 +69,12 @@ class LipFollower:
         move[:2, 2:] = np.eye(2) * self._step
         new.transitionMatrix, new.measurementMatrix = move, np.eye(2, 4)
         new.statePost = np.r_[blob.centre, 0.0, 0.0].reshape(4, 1)
-        place, speed = (_NOISE * self._width) ** 2, self._width**2
+        place, speed = (BLOB_START.noise * self._width) ** 2, self._width**2
         new.errorCovPost = np.diag([place, place, speed, speed])
         return new
 
     def _predict(self, known: cv2.KalmanFilter) -> None:
-        t, change = self._step, (_JERK * self._width) ** 2
+        t, change = self._step, (BLOB_START.jerk * self._width) ** 2
         one = np.array([[t**4 / 4, t**3 / 2], [t**3 / 2, t**2]]) * change
         known.processNoiseCov = np.kron(one, np.eye(2))
         known.predict()  # into the posterior state too, until it is corrected

@@ -18,13 +18,12 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.tracking.blobs import LipPrior, find_lips
+from abs_engine.tracking.settings.blobs import BLOB_START
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 COVERED, OUTSIDE = "mouth covered", "mouth outside of the picture"
-_REACH = 0.25  # mouth widths: how far the lips' blob lies from where the head's pose puts the mouth
-_AREA = 0.25  # usual area of lips, in squares of the mouth's width
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ def mouth_evidence(
     if not (0 <= centre[0] < width and 0 <= centre[1] < height):
         return None
     across = mouth_window(model, pose, camera, person).width / 1.6
-    prior = LipPrior(centre, np.full(2, _REACH * across), _AREA * across**2)
+    prior = LipPrior(centre, np.full(2, BLOB_START.reach * across), BLOB_START.area * across**2)
     blob = find_lips(classes, image, prior)
     return (
         MouthEvidence(0.0, 0.0)
@@ -91,10 +90,6 @@ class UsualMouth:
     def covered(self, now: MouthEvidence) -> bool:
         """Whether lips as in `now` are hidden: too few of their colour, too faint, or too many."""
         return not (
-            LEAST_AREA * self.area < now.area < MOST_AREA * self.area
-            and now.posterior > LEAST_POSTERIOR * self.posterior
+            BLOB_START.least_area * self.area < now.area < BLOB_START.most_area * self.area
+            and now.posterior > BLOB_START.least_posterior * self.posterior
         )
-
-
-LEAST_AREA, MOST_AREA, LEAST_POSTERIOR = 0.4, 2.5, 0.6
-"""Bounds of what is seen in an uncovered mouth, as shares of the clip's median."""

@@ -16,20 +16,11 @@ from numpy.typing import NDArray
 from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.tracking.settings.blobs import BLOB_START
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-LEAST_FACE = 0.01  # share of the picture that the face's blob covers
-MOST_BLOBS = 8  # of lips, the largest
-EM_STEPS = 4
-_WORK = 240  # px, longer side of the picture in which blobs are looked for
-_MOUTH = 0.035  # usual area of the lips in that of a face as wide as the skin blob
-_CLUTTER = 0.15  # of that area: so much is expected to look like lips by chance
-_PARTED = 1.0  # widest gap between the lips of one mouth, in square roots of their usual area
-_CLEAR = 20.0  # odds from which on it makes no difference how probable lips are
-_STRAY = 0.01  # of a blob's peak density, below which a pixel is part of none
-_COLOUR_SPREAD = 0.03  # chromaticity that counts as much as a mouth's width does in place
 
 _EDGE = np.ones((3, 3), np.uint8)  # px: between lips and teeth colours mix, and are of no class
 
@@ -82,7 +73,7 @@ class LipPrior:
         """Prior of the lips in a skin blob."""
         origin = np.array([face.centre[0], face.top])
         centre = origin + _EXPECTED * face.width
-        return cls(centre, _DEVIATION * face.width, _MOUTH * face.width**2)
+        return cls(centre, _DEVIATION * face.width, BLOB_START.mouth * face.width**2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +112,7 @@ def find_face_blob(classes: ColourClasses, image: Image) -> FaceBlob | None:
         return None
     best = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
     blob = label == best
-    if blob.sum() < LEAST_FACE * mask.size:
+    if blob.sum() < BLOB_START.least_face * mask.size:
         return None
     y, x = np.nonzero(blob)
     inside = cv2.resize(_filled(blob), image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
@@ -163,7 +154,7 @@ def find_lips(
     if inside is not None:
         part = inside[y:bottom, x:right].astype(np.uint8)
         maps = maps * cv2.resize(part, small.shape[1::-1], interpolation=cv2.INTER_NEAREST)
-    found = _clusters(maps, small, _PARTED * np.sqrt(prior.area) * scale)
+    found = _clusters(maps, small, BLOB_START.parted * np.sqrt(prior.area) * scale)
     if found is None:
         return None
     pixels, weight, share = found
@@ -173,16 +164,16 @@ def find_lips(
     best = int(strength.argmax())
     mass = float(share[:, best] @ (weight * near)) / scale**2
     alone = float(strength[best] / max(strength.sum(), 1e-300))  # 0 far from where lips may be
-    posterior = alone * mass / (mass + _CLUTTER * prior.area)
+    posterior = alone * mass / (mass + BLOB_START.clutter * prior.area)
     return _blob(places, weight * share[:, best], 1 / scale**2, posterior)
 
 
 def _shrunk(image: Image) -> tuple[NDArray[np.float32], float]:
-    """The image's colours, at most `_WORK` pixels long, and its scale.
+    """The image's colours, at most `BLOB_START.work` pixels long, and its scale.
 
     `matched`, unless it is shrunk to half: chroma is as fine as luminance there.
     """
-    scale = min(1.0, _WORK / max(image.shape[:2]))
+    scale = min(1.0, BLOB_START.work / max(image.shape[:2]))
     if scale == 1.0:
         return matched(image), 1.0
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -239,30 +230,30 @@ def _clusters(
     count, label = cv2.connectedComponents(joined.astype(np.uint8), connectivity=8)
     sizes = np.bincount(label[seeds], minlength=count)
     sizes[0] = 0
-    kept = [k for k in np.argsort(-sizes)[:MOST_BLOBS] if sizes[k] >= 4]
+    kept = [k for k in np.argsort(-sizes)[: BLOB_START.most_blobs] if sizes[k] >= 4]
     y, x = np.nonzero(lips > 0.2)
     if not kept or not len(x):
         return None
     pixels, weight = np.stack([x, y], axis=1).astype(np.float64), lips[y, x]
     colour = image[y, x].astype(np.float64)
     chroma = (colour[:, :2] + 1) / (colour.sum(axis=1, keepdims=True) + 3)
-    features = np.hstack([pixels / lips.shape[1], chroma / _COLOUR_SPREAD])
+    features = np.hstack([pixels / lips.shape[1], chroma / BLOB_START.colour_spread])
     member = np.stack([(label[y, x] == k) & (weight > 0.5) for k in kept], axis=1)
     mixture = _gaussians(features, member * weight[:, None])
-    for _ in range(EM_STEPS):
+    for _ in range(BLOB_START.em_steps):
         mixture = mixture.updated(features, _evidence(weight))
     parts = mixture.densities(features)
-    stray = _STRAY * parts.max(axis=0).min()  # far from every blob
+    stray = BLOB_START.stray * parts.max(axis=0).min()  # far from every blob
     return pixels, weight, parts / (parts.sum(axis=1, keepdims=True) + stray)
 
 
 def _evidence(weight: FloatArray) -> FloatArray:
-    """Strength of the evidence P(lips) for lips, 0 to 1: by its odds, to the limit of `_CLEAR`.
+    """Strength of the evidence P(lips) for lips, 0 to 1: by its odds, to a limit.
 
     Shade may be lips by a little, over an area larger than a mouth's.
     """
     odds = weight / np.maximum(1 - weight, 1e-12)
-    return np.asarray(np.log(np.clip(odds, 1.0, _CLEAR)) / np.log(_CLEAR))
+    return np.asarray(np.log(np.clip(odds, 1.0, BLOB_START.clear)) / np.log(BLOB_START.clear))
 
 
 def _gaussians(features: FloatArray, member: FloatArray) -> Mixture:

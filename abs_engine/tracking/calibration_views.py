@@ -21,15 +21,9 @@ from abs_engine.face.appearance.colour_learning import PLACES, learn_classes, ty
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window, seam_of
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
-ROUNDS = ((0.16, 0.6), (0.08, 0.55), (0.05, 0.5), (0.04, 0.45))
-"""How unsure the place is in each round, in halves of a window's width, and of where lips are
-drawn, how much may be the mouth's inside: the posture may be wrong, and what is drawn closed would
-stay so; less and less so. Teeth in the shade of lips that rest parted need much of it in all rounds
-(with 0.35 in the last, what such a clip came to hung on where it was begun), the shade of full lips
-little in the last (with 0.65 one closure in ten was missed). In the first, only a known head's
-colours are learned by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +73,7 @@ class Stand:
         vectors : (N, 6 + P) float64
             Pose and posture of each frame.
         turn : int
-            Which of `ROUNDS`.
+            Which of `PREPARATION.view_rounds`.
         """
         model, pivot = self.model, self.model.pivot
         places = [
@@ -129,7 +123,7 @@ def _places(
             np.repeat(candidate.translations, n, axis=0),
         )
     drawn = renderer.draw(model.scene, candidate, camera, window)
-    blur, share = ROUNDS[turn]
+    blur, share = PREPARATION.view_rounds[turn]
     sigma = blur * window.drawn[0] / 2.0
     planes = []
     for name in PLACES:

@@ -12,19 +12,9 @@ from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.tracking.face_detection import Face, faces_about, find_faces
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
+from abs_engine.tracking.settings.detection import DETECTION
 
 Image = NDArray[np.uint8]
-
-_APART, _SIZE = 0.75, 1.5  # face heights, and times the size: farther off, a face is another one
-_WIDENING, _MOST_SIZE = 0.03, 3.0  # by how much more with each frame that it is lost; at most
-_OF_BOX = 1.35  # height of a face's landmarks, in sides of the detector's square
-_DOUBTFUL, _WRONG = 0.03, 0.05
-"""`Landmarks.unlike` from which on the detector is asked where the face is, and from which on there
-is none. The network is as sure of points beside a face that has moved fast; but in the mirror image
-it puts these elsewhere. On faces it is at most 0.030 (p01 to p08 of the strangers' clips, one
-frame; 0.034 in a near profile, p11), on points beside one up to 0.11."""
-_KEPT = 500  # frames whose landmarks are remembered
-_PATIENCE = 50  # frames without the face that is followed, after which any face is taken
 
 
 @dataclass(frozen=True)
@@ -85,7 +75,7 @@ def face_lines(faces: Sequence[Face], chosen: int) -> str:
 
 def _believed(seen: Landmarks | None) -> Landmarks | None:
     """The landmarks, unless the mirror image shows that they are no face's."""
-    return seen if seen is not None and seen.unlike < _WRONG else None
+    return seen if seen is not None and seen.unlike < DETECTION.wrong else None
 
 
 class FaceFollower:
@@ -117,7 +107,7 @@ class FaceFollower:
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)
         self._count += 1
-        if len(self.found) < _KEPT:
+        if len(self.found) < DETECTION.faces_kept:
             self.found.append(found)
         self._lost = 0 if found is not None else self._lost + 1
         self._last = found or self._last
@@ -130,7 +120,7 @@ class FaceFollower:
             self.faces = faces or self.faces
             return found
         found = landmarks_again(image, last) if self._lost == 0 else None
-        if found is not None and found.unlike < _DOUBTFUL:
+        if found is not None and found.unlike < DETECTION.doubtful:
             return found
         caught = self._again(image, last)
         seen = [m for m in (_believed(found), caught) if m is not None]
@@ -140,16 +130,19 @@ class FaceFollower:
         """The face near where it was; after a while without it, the largest one."""
         faces = by_size(find_faces(image))
         centre, size = last.pixels.mean(axis=0), last.size
-        slack = 1 + _WIDENING * min(self._lost, _PATIENCE)
-        reach, ratio = _APART * size * slack, min(_SIZE**slack, _MOST_SIZE)
+        slack = 1 + DETECTION.widening * min(self._lost, DETECTION.patience)
+        reach, ratio = (
+            DETECTION.apart * size * slack,
+            min(DETECTION.size_ratio**slack, DETECTION.most_size_ratio),
+        )
         near = [
             f
             for f in faces
             if np.linalg.norm(f.centre - centre) < reach
-            and size / ratio < _OF_BOX * f.size < size * ratio
+            and size / ratio < DETECTION.of_box * f.size < size * ratio
         ]
         near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
-        for face in near or (faces if self._lost > _PATIENCE else []):
+        for face in near or (faces if self._lost > DETECTION.patience else []):
             found = _believed(landmarks_of(image, face))
             if found is not None:
                 return found

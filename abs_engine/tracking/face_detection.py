@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.tracking.network import Network
+from abs_engine.tracking.settings.detection import DETECTION
 
 FloatArray = NDArray[np.float64]
 _NETWORK = Network("face_detection_short_range.tflite", "classificators", "regressors")
@@ -24,14 +25,7 @@ MARKS = ("right_eye", "left_eye", "nose_tip", "mouth", "right_ear", "left_ear")
 
 _SIDE = 128  # pixels, of the picture that the network looks at
 _GRIDS = ((16, 2), (8, 6))  # cells a side, and guesses for each cell
-_SURE = 0.6  # least probability of a face in the whole picture; faces that were tried have 0.66
-# and more, most of them 0.9, and what is none up to 0.6 (but for a cat's)
-_SURER = 0.75  # the same in parts of it, of which more are looked at
-_SAME = 0.3  # overlap of two guesses, over their union, from which they are of one face
-_AGAIN = 1.6  # sides of the face's box: what is looked at once more, to place its points better
 _NARROWEST, _LONGEST = 16, 8  # pixels, and times that: what is narrower holds no face
-_LEAST_APART = 0.05  # sides of its square, how far a face's eyes are apart
-_SMALLER = (1.0, 0.5)  # of the picture's shorter side: parts that are looked at if there is no face
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +80,12 @@ def find_faces(image: NDArray[np.uint8]) -> list[Face]:
     least, most = sorted((height, width))
     if least < _NARROWEST or most > _LONGEST * least:
         return []
-    found = _looked_at(image, np.array([width, height]) / 2.0, most, _SURE)
-    for share in _SMALLER:
+    found = _looked_at(image, np.array([width, height]) / 2.0, most, DETECTION.sure)
+    for share in DETECTION.smaller:
         if found:
             break
         squares = _centres(width, height, share * least)
-        found = [f for at in squares for f in _looked_at(image, at, share * least, _SURER)]
+        found = [f for at in squares for f in _looked_at(image, at, share * least, DETECTION.surer)]
     return _in_pixels(image, _distinct(found))
 
 
@@ -106,7 +100,9 @@ def faces_about(image: NDArray[np.uint8], centre: FloatArray, size: float) -> li
     size : float
         How large about its square is.
     """
-    return _in_pixels(image, _looked_at(image, np.asarray(centre) + 0.5, _AGAIN * size, _SURE))
+    return _in_pixels(
+        image, _looked_at(image, np.asarray(centre) + 0.5, DETECTION.again * size, DETECTION.sure)
+    )
 
 
 def _in_pixels(image: NDArray[np.uint8], faces: list[Face]) -> list[Face]:
@@ -127,7 +123,7 @@ def _centres(width: int, height: int, side: float) -> Iterator[FloatArray]:
 
 def _nearer(image: NDArray[np.uint8], face: Face) -> Face:
     """The face by a second look at it alone; as it was where that shows none."""
-    again = _looked_at(image, face.centre, _AGAIN * face.size, _SURE)
+    again = _looked_at(image, face.centre, DETECTION.again * face.size, DETECTION.sure)
     near = [f for f in again if np.abs(f.centre - face.centre).max() < 0.5 * face.size]
     return near[0] if near else face
 
@@ -169,7 +165,7 @@ def _guesses(picture: NDArray[np.uint8], least: float) -> list[Face]:
     anchor = _anchors()[kept]
     centre, points = raw[:, 0] + anchor, raw[:, 2:] + anchor[:, None]
     size, apart = raw[:, 1].max(axis=1), np.linalg.norm(points[:, 0] - points[:, 1], axis=1)
-    sound = np.flatnonzero((size > 0) & (apart > _LEAST_APART * size))
+    sound = np.flatnonzero((size > 0) & (apart > DETECTION.least_apart * size))
     return _distinct(
         [Face(centre[k], float(size[k]), points[k], float(score[kept][k])) for k in sound]
     )
@@ -179,7 +175,7 @@ def _distinct(faces: list[Face]) -> list[Face]:
     """Each face once, the surest first: the mean, by score, of guesses that overlap the surest."""
     left, distinct = sorted(faces, key=lambda f: -f.score), []
     while left:
-        same = [f for f in left if _overlap(f, left[0]) > _SAME]
+        same = [f for f in left if _overlap(f, left[0]) > DETECTION.same]
         weight = np.array([f.score for f in same])
         weight = weight / weight.sum()
         distinct.append(
@@ -190,7 +186,7 @@ def _distinct(faces: list[Face]) -> list[Face]:
                 left[0].score,
             )
         )
-        left = [f for f in left if _overlap(f, left[0]) <= _SAME]
+        left = [f for f in left if _overlap(f, left[0]) <= DETECTION.same]
     return distinct
 
 

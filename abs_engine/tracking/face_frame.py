@@ -23,11 +23,9 @@ from abs_engine.tracking.clip_setting import UNEXPLAINED, Work
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_frame import explained, mobility_of, step_deviation
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
-LEAST = 0.35
-"""Share that a fit explains at least. Of its own face it is 0.9 in film (0.65 in a blink) and 0.56
-in plain drawings, of a bare wall 0.1 to 0.2. Another face, 0.7 to 0.9, is not told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,4 +73,4 @@ class FaceBinder:
         return Work(problem, starts, partial(explained, terms), doubt=self._doubt)
 
     def _doubt(self, _x: FloatArray, score: float) -> str:
-        return UNEXPLAINED if score < LEAST else ""
+        return UNEXPLAINED if score < FRAME_LOOP.least_explained else ""

@@ -15,18 +15,10 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.tracking.settings.registration import REGISTRATION
 
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.float32]
-PATCH = 0.055  # half the side of a patch, face widths
-APART = 1 / 30  # least distance of patches, face widths
-MOST_PATCHES = 150
-LEAST_MATCHES = 12
-LEAST_LIKE = 0.5  # correlation of a match
-SHARE_DRAWN = 0.9  # of a patch
-_BEST_NOISE = 0.02  # 1 - correlation that the best of matches are taken to have
-_TRUST = 0.1  # independent pixels of a patch; few, as what is wrong about a drawing is smooth
-_SMALL = 1 / 3  # residual, standard deviations, beyond which a match counts less
 _PULL = 1 / np.array([0.5, 0.5, 0.5, 60.0, 60.0, 200.0])  # rad^-1, mm^-1: hardly any
 
 
@@ -75,7 +67,7 @@ class Drawn:
     @property
     def half(self) -> int:
         """Half the side of a patch, drawn pixels."""
-        return max(3, round(PATCH * self.width))
+        return max(3, round(REGISTRATION.patch * self.width))
 
     @property
     def near(self) -> NDArray[np.bool_]:
@@ -86,14 +78,14 @@ class Drawn:
     def corners(self, edge: int) -> NDArray[np.int64]:
         """Middles (N, 2), column and row, of patches with structure, `edge` pixels inside."""
         side = 2 * self.half + 1
-        whole = cv2.blur(self.covered.astype(np.float32), (side, side)) >= SHARE_DRAWN
+        whole = cv2.blur(self.covered.astype(np.float32), (side, side)) >= REGISTRATION.share_drawn
         wanted = cv2.erode(self.wanted.astype(np.uint8), np.ones((3, 3), np.uint8))
         usable = np.zeros(wanted.shape, np.uint8)
         inside = slice(edge, -edge), slice(edge, -edge)
         usable[inside] = wanted[inside] * whole[inside]
         found = cv2.goodFeaturesToTrack(
-            self.gray, MOST_PATCHES, 0.003, max(2.0, APART * self.width), mask=usable,
-            blockSize=self.half,
+            self.gray, REGISTRATION.most_patches, 0.003,
+            max(2.0, REGISTRATION.patches_apart * self.width), mask=usable, blockSize=self.half,
         )  # fmt: skip
         nothing = np.zeros((0, 2), np.int64)
         return nothing if found is None else found.reshape(-1, 2).astype(np.int64)
@@ -136,7 +128,7 @@ def _peak(like: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     y, x = np.unravel_index(int(like.argmax()), like.shape)
     highest = float(like[y, x])
     inside = 0 < y < like.shape[0] - 1 and 0 < x < like.shape[1] - 1
-    if highest < LEAST_LIKE or not inside:
+    if highest < REGISTRATION.least_like or not inside:
         return None
     near = like[y - 1 : y + 2, x - 1 : x + 2]
     slope = 0.5 * np.array([near[1, 2] - near[1, 0], near[2, 1] - near[0, 1]])
@@ -150,7 +142,7 @@ def _peak(like: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     shift = -np.linalg.solve(bend, slope)
     if np.abs(shift).max() > 1:
         return None
-    information = -bend * _TRUST / max(1 - highest, _BEST_NOISE)
+    information = -bend * REGISTRATION.trust / max(1 - highest, REGISTRATION.best_noise)
     root = np.asarray(np.linalg.cholesky(information).T, np.float64)
     return np.array([x, y]) + shift, root
 
@@ -197,6 +189,11 @@ def pose_of_matches(
     scale = np.r_[0.02, 0.02, 0.02, 2.0, 2.0, 10.0, np.full(len(weights), 0.5)]
     first = np.r_[np.zeros(6), weights]
     fit = least_squares(
-        residuals, first, loss="soft_l1", f_scale=_SMALL, x_scale=scale, max_nfev=30
+        residuals,
+        first,
+        loss="soft_l1",
+        f_scale=REGISTRATION.small_residual,
+        x_scale=scale,
+        max_nfev=30,
     )
     return pose_at(fit.x), np.asarray(fit.x[6:], np.float64)

@@ -11,16 +11,14 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.mouth_search import CalibrationFrame
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 Image = NDArray[np.uint8]
 Seen = TypeVar("Seen")
-LEARN_FROM = 8  # frames
-LOOK_AT = 250  # frames, from the first one with a face, that they are chosen from
-LEAST_FOUND = 0.1  # of the frames looked at; with fewer there is nothing to learn from
 
 
 def choose_frames(
-    posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = LEAST_FOUND
+    posed: Iterable[tuple[Image, Pose | None]], name: str, least: float = PREPARATION.least_found
 ) -> list[CalibrationFrame]:
     """Frames to fit the person on; see `spread_frames`.
 
@@ -33,7 +31,7 @@ def choose_frames(
 
 
 def spread_frames(
-    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = LEAST_FOUND
+    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = PREPARATION.least_found
 ) -> list[tuple[Image, Seen]]:
     """Frames with what was seen in them, spread evenly over the time; see `candidate_frames`."""
     kept = candidate_frames(found, name, least)
@@ -41,19 +39,19 @@ def spread_frames(
 
 
 def spread_over(values: NDArray[np.floating] | NDArray[np.integer]) -> list[int]:
-    """Indices of `LEARN_FROM` values (N,) or fewer, from the least to the largest by rank."""
-    picked = np.unique(np.linspace(0, len(values) - 1, LEARN_FROM).round().astype(int))
+    """Indices of a few values (N,), from the least to the largest by rank."""
+    picked = np.unique(np.linspace(0, len(values) - 1, PREPARATION.learn_from).round().astype(int))
     return [int(k) for k in np.sort(np.argsort(values, kind="stable")[picked])]
 
 
 def candidate_frames(
-    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = LEAST_FOUND
+    found: Iterable[tuple[Image, Seen | None]], name: str, least: float = PREPARATION.least_found
 ) -> list[tuple[Image, Seen]]:
-    """Frames with what was seen in them, of the first `LOOK_AT` from the first face on.
+    """Frames with what was seen in them, of the first ones from the first face on.
 
     Memory does not grow with the clip: they are thinned out as they come. More than a share
-    `least` of the frames must show a face, those before the first one, up to `LOOK_AT`, among them:
-    a few faces in a clip of something else are none.
+    `least` of the frames must show a face, those before the first one, up to
+    `PREPARATION.look_at`, among them: a few faces in a clip of something else are none.
 
     Raises
     ------
@@ -71,11 +69,11 @@ def candidate_frames(
             if seen % stride == 0:
                 kept.append((image, there))
             seen += 1
-        if len(kept) >= 4 * LEARN_FROM:
+        if len(kept) >= 4 * PREPARATION.learn_from:
             kept, stride = kept[::2], 2 * stride
-        if looked == LOOK_AT:
+        if looked == PREPARATION.look_at:
             break
-    if seen <= least * (looked + min(empty, LOOK_AT)):
+    if seen <= least * (looked + min(empty, PREPARATION.look_at)):
         raise FaceNotFoundError(
             f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
             "give a video with a frontal face; where one is there but not found, give its mouth in "

@@ -12,11 +12,10 @@ from abs_engine.core.geometry import Pose
 from abs_engine.tracking.blobs import LipBlob
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-RECENT = 25
-"""Frames whose value says what is usual."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +99,11 @@ class Memory:
     def after(self, pose: Pose, vector: FloatArray, move: FloatArray, value: float) -> Memory:
         """State after a frame that was fitted."""
         return replace(
-            self, vector=vector, pose=pose, move=move, values=(*self.values, value)[-RECENT:]
+            self,
+            vector=vector,
+            pose=pose,
+            move=move,
+            values=(*self.values, value)[-FRAME_LOOP.recent :],
         )
 
     def lost(self) -> Memory:

@@ -14,21 +14,17 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import pose_moves
-from abs_engine.tracking.landmark_fit import STRAY, shown
+from abs_engine.tracking.landmark_fit import shown
 from abs_engine.tracking.landmark_jacobian import weighed_motion
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
+from abs_engine.tracking.settings.head import HEAD_POSE
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FloatArray = NDArray[np.float64]
 
-_GAZE = np.array([3.0, 2.0])
-"""How far eyes that look elsewhere take both pupils along, mm, across and down the face."""
-_PUPIL, _PIXEL = 0.6, 0.5  # mm and px, what each pupil is off by itself
-ALIKE = 8.0
-"""Landmarks that err together where a frame is compared with others of the person: so many count as
-one. Their factors were learned on drawn heads, whose faces move less; a jaw that opens wide pulls
-all landmarks down with it. By films of eight other heads; 32 does no better."""
+_GAZE = np.array(HEAD_POSE.gaze)
 
 
 class Equations(NamedTuple):
@@ -116,7 +112,7 @@ def _weights(
     shape: LandmarkShape, noise: LandmarkNoise, pose: Pose, there: FloatArray, off: FloatArray
 ) -> FloatArray:
     """Inverse variances (468, 3): less where a landmark is hidden, or far off (Cauchy)."""
-    away = (off[:, :2] ** 2 / noise.whole[:, :2]).sum(axis=1) / STRAY**2
+    away = (off[:, :2] ** 2 / noise.whole[:, :2]).sum(axis=1) / LANDMARK_EVIDENCE.stray**2
     return np.asarray((shown(shape, pose, there) / (1 + away))[:, None] / noise.variance)
 
 
@@ -158,5 +154,7 @@ def pupil_equations(
     across = (moved[..., :2] - there[:, :2] / depth * moved[..., 2:]) * scale
     slope = (across @ axes.T).reshape(-1, 4)
     common = np.tile(np.diag(_GAZE**2), (2, 2))
-    precision = np.linalg.inv(common + (_PUPIL**2 + (_PIXEL * pixel) ** 2) * np.eye(4))
+    precision = np.linalg.inv(
+        common + (HEAD_POSE.pupil_noise**2 + (HEAD_POSE.pixel_noise * pixel) ** 2) * np.eye(4)
+    )
     return Equations(slope @ precision @ slope.T, -slope @ precision @ off)

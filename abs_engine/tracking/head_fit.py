@@ -12,7 +12,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
-from abs_engine.face.head import N_EXPRESSION
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
@@ -68,7 +68,7 @@ def fit_head(
     scale: Scale,
     renderer: Renderer,
     expression: LinearShape | None = None,
-    modes: int = N_EXPRESSION,
+    modes: int = SHAPE.expression_modes,
 ) -> FittedHead:
     """Identity over the whole head, by several frames, at a scale.
 
@@ -130,7 +130,7 @@ class AverageHead:
         correspondence: Correspondence,
         scale: Scale,
         expression: LinearShape | None = None,
-        modes: int = N_EXPRESSION,
+        modes: int = SHAPE.expression_modes,
         known: bool = False,
     ) -> AverageHead:
         """Of a speaker at a scale; see `fit_head`. A `known` one is the person's own head."""

@@ -31,13 +31,9 @@ from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
 from abs_engine.tracking.mouth_place import mouth_place
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
-SEEN_WIDTH = 0.5
-"""How far postures lie about those that were seen of a person, standard deviations."""
-STEP_DEVIATION = 0.8
-"""How far a posture moves in 40 ms, in standard deviations of a mode: in speech by 0.3 (RMS of
-authored and of tracked motion), but in one step of a hundred by 1.1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +122,13 @@ class HeadBinder:
     ) -> tuple[Prior, ...]:
         p = self.model.n_expression
         any_of = GaussianPrior(at_base(np.zeros(p)), np.r_[POSE_DEVIATION, np.ones(p)])
-        likely = any_of if self.seen is None else MixturePrior(any_of, self.seen, SEEN_WIDTH)
+        likely = (
+            any_of if self.seen is None else MixturePrior(any_of, self.seen, FRAME_LOOP.seen_width)
+        )
         contact = self._contact[thick]
         if last is None:
             return likely, contact
-        usual = np.full(p, STEP_DEVIATION) if self.steps is None else self.steps
+        usual = np.full(p, FRAME_LOOP.step_deviation) if self.steps is None else self.steps
         step = usual * np.sqrt(25.0 * gap / self.rate)
         near = GaussianPrior(last, np.r_[POSE_DEVIATION, step])
         return likely, contact, near
@@ -148,7 +146,7 @@ class HeadBinder:
 
 def step_deviation(rate: float) -> float:
     """Deviation of a posture's parameter from frame to frame, in standard deviations."""
-    return float(STEP_DEVIATION * np.sqrt(25.0 / rate))
+    return float(FRAME_LOOP.step_deviation * np.sqrt(25.0 / rate))
 
 
 def mobility_of(modes: int) -> FloatArray:

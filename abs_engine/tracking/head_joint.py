@@ -25,32 +25,31 @@ from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, JointHe
 from abs_engine.tracking.head_texture import HeadView, Matches, linearised, match
 from abs_engine.tracking.landmark_fit import looking_ahead, turned
 from abs_engine.tracking.landmark_rays import SeenRays
+from abs_engine.tracking.settings.head import HEAD_POSE
 
 FloatArray = NDArray[np.float64]
 
-ROUNDS = 3
-_FIRST, _STEPS = 8, 3  # Gauss-Newton steps by landmarks and pupils alone, and in each round
-_NEAR = 3  # frames that each is compared with, those that face most alike
-_TURN = 0.4  # rad, most in a step
 _SETTLED = 1e-3
 _DAMPING = 1e-6
-_SCALE_MM = 0.5  # how sharply the pupils' distance is held; in a clip nothing else tells the size
 
 
 def fit_jointly(
-    problem: HeadProblem, frames: Sequence[HeadFrameSeen], renderer: Renderer, rounds: int = ROUNDS
+    problem: HeadProblem,
+    frames: Sequence[HeadFrameSeen],
+    renderer: Renderer,
+    rounds: int = HEAD_POSE.rounds,
 ) -> JointHead:
     """The most probable head; with no `rounds` its texture is not looked at."""
     k, q, m = problem.sizes
     seen = [SeenRays.of(f.landmarks, problem.camera) for f in frames]
     poses = tuple(looking_ahead(problem.shape, s) for s in seen)
     head = JointHead(np.zeros(k), np.zeros(q), poses, np.zeros((len(frames), m)))
-    head = _settled(problem, frames, seen, head, {}, {}, _FIRST)
+    head = _settled(problem, frames, seen, head, {}, {}, HEAD_POSE.first_steps)
     for _ in range(rounds):
         views = views_of(problem.body, frames, head)
         pairs = _pairs(problem, views, renderer)
         outlines = _outlines(problem, frames, views, renderer)
-        head = _settled(problem, frames, seen, head, pairs, outlines, _STEPS)
+        head = _settled(problem, frames, seen, head, pairs, outlines, HEAD_POSE.steps)
     return head
 
 
@@ -81,7 +80,7 @@ def _pairs(problem: HeadProblem, views: Sequence[HeadView], renderer: Renderer) 
     for second, view in enumerate(views):
         away = np.array([v.pose.angle_to(view.pose) for v in views])
         away[second] = np.inf
-        pairs += [(int(k), second) for k in np.argsort(away)[: min(_NEAR, len(views) - 1)]]
+        pairs += [(int(k), second) for k in np.argsort(away)[: min(HEAD_POSE.near, len(views) - 1)]]
 
     def matched(pair: tuple[int, int]) -> Matches | None:
         first, second = pair
@@ -143,8 +142,8 @@ class _System:
         across = pupils[1] - pupils[0]
         apart = float(np.linalg.norm(across))
         slope = (modes[:, 1] - modes[:, 0]) @ across / apart
-        information[:k, :k] += np.outer(slope, slope) / _SCALE_MM**2
-        gradient[:k] += slope * (apart - problem.apart) / _SCALE_MM**2
+        information[:k, :k] += np.outer(slope, slope) / HEAD_POSE.scale_held**2
+        gradient[:k] += slope * (apart - problem.apart) / HEAD_POSE.scale_held**2
         return cls(problem, head, information, gradient)
 
     def _at(self, frame: int) -> NDArray[np.int_]:
@@ -205,7 +204,7 @@ class _System:
         held = self.information + _DAMPING * np.diag(np.diag(self.information))
         step = -np.linalg.solve(held, self.gradient)
         each = np.stack([step[self._at(n)] for n in range(len(head.poses))])
-        each[:, :3] = np.clip(each[:, :3], -_TURN, _TURN)
+        each[:, :3] = np.clip(each[:, :3], -HEAD_POSE.most_turn, HEAD_POSE.most_turn)
         poses = tuple(
             turned(self.problem.shape, p, s[:6]) for p, s in zip(head.poses, each, strict=True)
         )

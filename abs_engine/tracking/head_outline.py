@@ -20,28 +20,13 @@ from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.tracking.head_equations import Equations
 from abs_engine.tracking.head_texture import HeadBody, HeadView, between, picture_motion
+from abs_engine.tracking.settings.outline import OUTLINE
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-_SIDE = 220  # drawn pixels, most of the longer side
-_LEAST = 8  # places
-_APART_MM = 4.0  # along the outline
-_REACH, _FAR, _STEP = 10.0, 18.0, 0.5  # mm along the normal, to both sides; outward of an ear
-_BESIDE = (-14.0, -6.0)  # mm, where the skin beside a place is seen
-_SPREAD = np.array([14.0, 5.0, 5.0])
-"""Standard deviation of skin beside a place, Lab of 8 bits: of its shade, and of its colour."""
-_OTHER = 9.0  # squared deviations from which on a colour is rather something else
-_FACE = 16.0  # squared deviations, of the whole face's skin, of what may be skin beside a place
-_EDGE = 20.0  # mm times squared deviations, by which colours beyond an edge must speak against skin
-_GROWS, _SHRINKS = 2.0, 3.0
-"""Standard deviations, mm. With 6, 3 and 2 for an outline that shrinks, heads of eight films come
-out 1.5, 0.8 and 0.4 mm too wide; the less it is believed, the less hair over cheeks narrows a
-head."""
-_ALIKE = 4.0  # places that err together: so many count as one
-_ABOVE_MM, _BELOW_MM = 5.0, 3.0  # of brows and chin, between which the outline is looked at
-_EAR = 15.0  # mm times squared deviations, of a stretch that is taken for an ear's skin
-_PLACES = np.arange(_BESIDE[0], _FAR + _STEP / 2, _STEP)
+_PLACES = np.arange(OUTLINE.beside[0], OUTLINE.ear_reach + OUTLINE.step / 2, OUTLINE.step)
+_SPREAD = np.array(OUTLINE.spread)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +69,22 @@ def outline(
     window, scene = _window(body, view, camera), body.scene.at(view.vertices.astype(np.float32))
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), view.pose), camera, window)[0]
     scale = _pixels_a_mm(view, camera)
-    at, normal = _rim(drawn, max(1, round(_APART_MM * window.scale * scale)))
+    at, normal = _rim(drawn, max(1, round(OUTLINE.apart * window.scale * scale)))
     weights = drawn.barycentrics[at[:, 1], at[:, 0]].astype(np.float64)
     corners = body.speaker.faces[drawn.facet_id[at[:, 1], at[:, 0]] - 1]
     points = between(corners, weights, view.vertices)
     seen = camera.project(view.pose.apply(points))
     lab = _lab(image, window.scale)
     profile, skin = _profiles(lab, seen, normal, scale), _skin(lab, body, view, camera)
-    beside = np.median(profile[:, _BESIDE[1] >= _PLACES], axis=1)
+    beside = np.median(profile[:, OUTLINE.beside[1] >= _PLACES], axis=1)
     off, found = _edges(profile, beside)
-    found &= _away(beside, *skin) < _FACE
+    found &= _away(beside, *skin) < OUTLINE.bare
     further, ear = _ear_edges(profile, skin)
     ear &= points[:, 2] < _before_ears(body, view)
     off, found = np.where(ear, further, off), found | ear
     low, high = _heights(body, view)
     found &= (points[:, 1] > low) & (points[:, 1] < high)
-    if found.sum() < _LEAST:
+    if found.sum() < OUTLINE.least:
         return None
     where = corners[found], weights[found]
     return Outline(
@@ -127,15 +112,16 @@ def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Ca
     )
     moved = ((camera.project(there) - found.begun) * found.normal).sum(axis=1) / scale
     residual = found.off - moved
-    sigma = np.where(residual > 0, _GROWS, _SHRINKS)
-    weight = 1 / (_ALIKE * sigma**2 * (1 + (residual / (2 * sigma)) ** 2))
+    sigma = np.where(residual > 0, OUTLINE.grows, OUTLINE.shrinks)
+    weight = 1 / (OUTLINE.alike * sigma**2 * (1 + (residual / (2 * sigma)) ** 2))
     return Equations((slope * weight) @ slope.T, -(slope * weight) @ residual)
 
 
 def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:
     """Between which heights of the head, mm, its outline is that of skin."""
     marks = view.vertices[body.speaker.points["landmark_68"]]
-    return float(marks[8, 1]) + _BELOW_MM, float(marks[17:27, 1].max()) + _ABOVE_MM
+    chin, brows = marks[8, 1], marks[17:27, 1].max()
+    return float(chin) + OUTLINE.above_chin, float(brows) + OUTLINE.above_brows
 
 
 def _before_ears(body: HeadBody, view: HeadView) -> float:
@@ -155,7 +141,7 @@ def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
     pixels = camera.project(view.pose.apply(part))
     corner, end = pixels.min(axis=0) - 4, pixels.max(axis=0) + 4
     size = np.clip(end - corner, 8.0, 4.0 * max(camera.size))
-    scale = min(1.0, _SIDE / float(size.max()))
+    scale = min(1.0, OUTLINE.side / float(size.max()))
     return Window(float(corner[0]), float(corner[1]), float(size[0]), float(size[1]), scale)
 
 
@@ -216,6 +202,12 @@ def _away(colours: FloatArray, middle: FloatArray, spread: FloatArray) -> FloatA
     return np.asarray((((colours - middle) / spread) ** 2).sum(axis=-1))
 
 
+def _for_skin(away: FloatArray) -> FloatArray:
+    """By how much samples at squared deviations (N, S) speak for skin rather than anything else."""
+    told = np.clip(OUTLINE.other - away, -OUTLINE.other, OUTLINE.other) * OUTLINE.step
+    return np.nan_to_num(told)
+
+
 def _edges(profile: FloatArray, beside: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Where skin as it is beside each place (N, 3) ends (N,), mm outward, and whether it does.
 
@@ -223,14 +215,13 @@ def _edges(profile: FloatArray, beside: FloatArray) -> tuple[FloatArray, NDArray
     any.
     """
     away = _away(profile, beside[:, None], _SPREAD)
-    searched = np.abs(_PLACES) <= _REACH
-    told = np.clip(_OTHER - away[:, searched], -_OTHER, _OTHER) * _STEP
-    sums = np.cumsum(np.nan_to_num(told), axis=1)
+    searched = np.abs(_PLACES) <= OUTLINE.reach
+    sums = np.cumsum(_for_skin(away[:, searched]), axis=1)
     best = sums.argmax(axis=1)
     drop = sums[np.arange(len(sums)), best] - sums[:, -1]
     off = _PLACES[searched][best]
-    found = np.isfinite(away[:, _PLACES <= _REACH]).all(axis=1)
-    return off, found & (drop > _EDGE) & (np.abs(off) < _REACH - 2 * _STEP)
+    found = np.isfinite(away[:, OUTLINE.reach >= _PLACES]).all(axis=1)
+    return off, found & (drop > OUTLINE.edge) & (np.abs(off) < OUTLINE.reach - 2 * OUTLINE.step)
 
 
 def _ear_edges(
@@ -238,7 +229,7 @@ def _ear_edges(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The same of an ear that hair parts from the cheek: where a stretch of facial skin ends."""
     away = _away(profile, *skin)
-    told = np.nan_to_num(np.clip(_OTHER - away, -_OTHER, _OTHER)) * _STEP
+    told = _for_skin(away)
     run, runs = np.zeros(len(profile)), np.zeros(told.shape)
     for k, gain in enumerate(told.T):
         run = np.maximum(run, 0.0) + gain
@@ -248,5 +239,5 @@ def _ear_edges(
     at = np.arange(len(profile))
     drop = (sums[at, best] - sums[:, -1]) if len(profile) else np.zeros(0)
     off = _PLACES[best]
-    found = np.isfinite(away).all(axis=1) & (runs[at, best] > _EAR) & (drop > _EDGE)
-    return off, found & (off > -_REACH) & (off < _FAR - 2 * _STEP)
+    found = np.isfinite(away).all(axis=1) & (runs[at, best] > OUTLINE.ear) & (drop > OUTLINE.edge)
+    return off, found & (off > -OUTLINE.reach) & (off < OUTLINE.ear_reach - 2 * OUTLINE.step)

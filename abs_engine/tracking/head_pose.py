@@ -15,7 +15,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
-from abs_engine.tracking.head_equations import ALIKE, Equations, HeadGuess, landmark_equations
+from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_equations
 from abs_engine.tracking.head_texture import (
     Gray,
     HeadBody,
@@ -37,13 +37,13 @@ from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.mouth_search import shifted
+from abs_engine.tracking.settings.head import HEAD_POSE
 
 FloatArray = NDArray[np.float64]
 
 _STEPS, _SETTLED = 5, 1e-3
 _DAMPING = 1e-6
-_FLOOR = np.array([0.006, 0.006, 0.006, 0.3, 0.3, 2.0])
-"""How far a pose is off at best, radians and mm: the head's shape is not quite the person's."""
+_FLOOR = np.array(HEAD_POSE.pose_floor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,9 @@ class TexturedHead:
     def _landmarks(self, seen: SeenRays, pose: Pose, posture: FloatArray) -> Equations:
         """Of pose (6) and posture (M) by landmarks, with the posture's prior."""
         guess = HeadGuess(pose, np.zeros(0), np.zeros(0), posture)
-        information, gradient = landmark_equations(self.shape, self.noise, seen, guess, ALIKE)
+        information, gradient = landmark_equations(
+            self.shape, self.noise, seen, guess, HEAD_POSE.landmarks_alike
+        )
         own = np.r_[_DAMPING * np.diag(information)[:6], np.ones(len(posture))]
         return Equations(information + np.diag(own), gradient + np.r_[np.zeros(6), posture])
 

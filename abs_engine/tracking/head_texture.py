@@ -22,19 +22,11 @@ from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.interpolation import at_pixels
 from abs_engine.tracking.rigid_motion import flow
+from abs_engine.tracking.settings.head import HEAD_POSE
 
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 
-_SIDE = 220  # pixels, most of the longer side of what is compared
-_MOST, _LEAST = 120, 8  # points
-_FACING = 0.25  # least cosine between the surface and the line of sight
-_LEVELS = 2  # of the pyramid that flow is sought in
-_RETURNS, _REACH = 0.7, 12.0  # drawn pixels: flow there and back, and farthest that it leads
-_STILL_MM, _ABOVE_MM, _FRONT_MM = 1.0, 12.0, 20.0  # of skin that moves with the skull
-_SLIDE_MM, _GRAZING = 8.0, -0.15
-_PIXEL, _ALIKE = 0.7, 4.0
-"""Standard deviation of a match, drawn pixels; matches that err together: so many count as one."""
 _TINY = np.zeros((4, 4, 3), np.uint8)
 
 
@@ -75,8 +67,8 @@ class HeadBody:
         middle = speaker.vertices[speaker.faces].astype(np.float64).mean(axis=1)
         names = speaker.class_names
         skin = speaker.facet_class == (names.index("skin") if "skin" in names else -1)
-        above = middle[:, 1] > lips[:, 1].mean() + _ABOVE_MM
-        skull = skin & (moved < _STILL_MM) & above & (middle[:, 2] > _FRONT_MM)
+        above = middle[:, 1] > lips[:, 1].mean() + HEAD_POSE.above
+        skull = skin & (moved < HEAD_POSE.still) & above & (middle[:, 2] > HEAD_POSE.front)
         posture = np.concatenate([mouth, upper]).astype(np.float64)
         pivot = lips.astype(np.float64).mean(axis=0)
         return cls(speaker, whole, identity.astype(np.float64), posture, pivot, skull)
@@ -200,20 +192,20 @@ def match(
     # Facets are so small that what is straight in space is straight in the picture, too
     own = first.camera or camera
     carried_to = at_pixels(drawn.facet_id, drawn.barycentrics, one.faces, first.shown(own))
-    there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > _FACING)
+    there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > HEAD_POSE.facing)
     seen = _sampled(second.gray, _pixels(window), window.scale)
     finer = _pixels_a_mm(second.pose, camera) / _pixels_a_mm(first.pose, own)
     coarse = window.scale * (1.0 if first.camera is None else finer)
     carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
     still = shown & body.skull[np.maximum(drawn.facet_id - 1, 0)]
     pixels, found = _matched(carried, seen, still)
-    if len(pixels) < _LEAST:
+    if len(pixels) < HEAD_POSE.least_points:
         return None
     column, row = pixels.T
     facet, weights = drawn.facet_id[row, column] - 1, drawn.barycentrics[row, column]
     where = one.faces[facet], weights.astype(np.float64)
     return Matches(
-        *where, there[row, column], window.to_image(found), _PIXEL / window.scale,
+        *where, there[row, column], window.to_image(found), HEAD_POSE.match_noise / window.scale,
         between(*where, body.identity), between(*where, body.posture),
     )  # fmt: skip
 
@@ -236,7 +228,7 @@ def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
     pixels = camera.project(view.pose.apply(view.vertices[body.skin]))
     low, high = pixels.min(axis=0) - 4, pixels.max(axis=0) + 4
     size = np.clip(high - low, 8.0, 4.0 * max(camera.size))
-    scale = min(1.0, _SIDE / float(size.max()))
+    scale = min(1.0, HEAD_POSE.side / float(size.max()))
     return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 
 
@@ -257,15 +249,15 @@ def _matched(
     # None where there is no corner, which OpenCV's types do not say
     found = cast(
         "NDArray[np.float32] | None",
-        cv2.goodFeaturesToTrack(before, _MOST, 0.005, apart, mask=mask),
+        cv2.goodFeaturesToTrack(before, HEAD_POSE.most_points, 0.005, apart, mask=mask),
     )
     if found is None:
         return np.zeros((0, 2), np.int_), np.zeros((0, 2))
     start = found.reshape(-1, 2)
-    there, ok = flow(before, after, start, start, _LEVELS)
-    back, ok_back = flow(after, before, there, there, _LEVELS)
-    good = ok & ok_back & (np.linalg.norm(back - start, axis=1) < _RETURNS)
-    good &= np.linalg.norm(there - start, axis=1) < _REACH
+    there, ok = flow(before, after, start, start, HEAD_POSE.levels)
+    back, ok_back = flow(after, before, there, there, HEAD_POSE.levels)
+    good = ok & ok_back & (np.linalg.norm(back - start, axis=1) < HEAD_POSE.returns)
+    good &= np.linalg.norm(there - start, axis=1) < HEAD_POSE.flow_reach
     whole = np.rint(start[good]).astype(np.int_)
     return whole, np.asarray(there[good] - start[good] + whole, np.float64)
 
@@ -318,10 +310,10 @@ def linearised_at(
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation
     ray = _rays(found.first, first.camera or camera) @ first.pose.rotation
-    steep = np.minimum((ray * normal).sum(axis=1, keepdims=True), _GRAZING)
+    steep = np.minimum((ray * normal).sum(axis=1, keepdims=True), HEAD_POSE.grazing)
     slide = eye + ray * ((here - eye) * normal).sum(axis=1, keepdims=True) / steep - here
     far = np.maximum(np.linalg.norm(slide, axis=1, keepdims=True), 1e-9)
-    slide *= np.minimum(1.0, _SLIDE_MM / far)
+    slide *= np.minimum(1.0, HEAD_POSE.most_slide / far)
 
     point = points + slide
     there = pose.apply(point)
@@ -339,7 +331,7 @@ def linearised_at(
         identity = (found.identity * normal).sum(axis=-1)[..., None] * sunk
     residual = found.second - camera.project(there)
     away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
-    weight = 1 / (_ALIKE * found.sigma**2 * (1 + away))
+    weight = 1 / (HEAD_POSE.matches_alike * found.sigma**2 * (1 + away))
     return MatchEquations(residual, before, np.concatenate([moves, posture]), identity, weight)
 
 

@@ -25,21 +25,13 @@ from abs_engine.tracking.initial_pose import (
     pose_of_face,
     with_mouth_at,
 )
-from abs_engine.tracking.keyframes import LEAST_SEEN, Keyframes
-from abs_engine.tracking.rigid_motion import (
-    LEAST_POINTS,
-    RigidReference,
-    RigidState,
-    follow,
-    rigid_reference,
-)
+from abs_engine.tracking.keyframes import Keyframes
+from abs_engine.tracking.rigid_motion import RigidReference, RigidState, follow, rigid_reference
+from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.template_tracking import carried
 from abs_engine.tracking.texture_registration import KnownHead, face_motions
 
 Image = NDArray[np.uint8]
-WORSE = 3.0  # times the texture's error at first; beyond, a turned head is not taken for seen
-ALIKE = 1.5  # times it; an image no worse than that shows the head at any rate
-PLAIN = 0.87  # of an even picture's error; what explains less may be anything of one colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +82,7 @@ class HeadMotion:
         pixels = reference.pixels + move.astype(np.float32)
         guess = RigidState(pose, pixels, 0.0, 1.0)
         new = follow(reference, image, self.camera, guess)
-        return new if new is not None and new.seen >= LEAST_SEEN else None
+        return new if new is not None and new.seen >= REGISTRATION.least_seen else None
 
     @cached_property
     def _known(self) -> KnownHead | None:
@@ -112,7 +104,7 @@ class HeadMotion:
         if not self.explains(image, pose, error):
             return None
         found = self.taken(image, pose)
-        return found if len(found.points) >= LEAST_POINTS else None
+        return found if len(found.points) >= REGISTRATION.least_points else None
 
     def explains(self, image: Image, pose: Pose, error: float) -> bool:
         """Whether a known head that was found again looks about as it did at first.
@@ -121,8 +113,10 @@ class HeadMotion:
         """
         if error == 0:
             return True
-        plain = PLAIN * self.error(np.full_like(image, 128), pose)
-        return self.error(image, pose) < min(WORSE * error, max(plain, ALIKE * error))
+        plain = REGISTRATION.plain * self.error(np.full_like(image, 128), pose)
+        return self.error(image, pose) < min(
+            REGISTRATION.worse * error, max(plain, REGISTRATION.alike * error)
+        )
 
     def error(self, image: Image, pose: Pose) -> float:
         """Error with which a known head's texture explains the image."""
@@ -137,7 +131,7 @@ class HeadMotion:
         """
         pose = self._seen(image, box)
         reference = None if pose is None else self._reference(image, pose, before)
-        if reference is None or len(reference.points) < LEAST_POINTS:
+        if reference is None or len(reference.points) < REGISTRATION.least_points:
             return None
         return reference
 

@@ -23,23 +23,16 @@ from abs_engine.fit.shared import SharedProblem, shared_blocks
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.newton import Newton
 from abs_engine.optimise.simplex import Simplex
-from abs_engine.tracking.calibration_views import ROUNDS, Stand
-from abs_engine.tracking.mouth_search import SEARCHED, CalibrationFrame, place_mouth, shifted
+from abs_engine.tracking.calibration_views import Stand
+from abs_engine.tracking.mouth_search import CalibrationFrame, place_mouth, shifted
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
 
-# what the faces found in several frames leave open: radians, mm, and the share of the depth by
-# which the distances of people's eyes differ
-SEEN_DEVIATION = np.array([0.05, 0.03, 0.02, 2.0, 3.0, 0.06])
-# the same of a place that somebody told, or where no face was found again
-TOLD_DEVIATION = np.array([0.06, 0.05, 0.04, 4.0, 5.0, 0.08])
-# what is left where the head's texture was aligned
-ALIGNED_DEVIATION = np.array([0.03, 0.02, 0.01, 1.0, 1.0, 10.0])
-# shares of the depth, tried about the one before, in the first rounds
-DEPTHS = ((-0.07, -0.035, 0.0, 0.035, 0.07), (-0.03, 0.0, 0.03), (-0.015, 0.0, 0.015))
-LOOKED_AT = 4  # frames, evenly spread, at each
-# what the rigid motion of the upper face leaves open in a frame
-POSE_DEVIATION = np.array([0.015, 0.015, 0.015, 0.5, 0.5, 4.0])
+SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
+TOLD_DEVIATION = np.array(PREPARATION.given_deviation)
+ALIGNED_DEVIATION = np.array(PREPARATION.aligned_deviation)
+POSE_DEVIATION = np.array(PREPARATION.pose_deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,17 +102,17 @@ def calibrate(
     vectors = np.tile(at_base(model.prototypes[2]), (len(frames), 1))
     person, shift = np.zeros(model.n_person) if begin is None else begin, no_correction()
     deviation = shift_deviation(model, frames, seen)
-    for turn in range(len(ROUNDS)):
+    for turn in range(len(PREPARATION.view_rounds)):
         stand = Stand(model, frames, camera, renderer, shift, person)
         if turn == 0 and not model.known:
-            classes = known or replace(stand, more=SEARCHED).learned(vectors, 0)
+            classes = known or replace(stand, more=PREPARATION.searched_more).learned(vectors, 0)
             shift = place_mouth(model, frames, classes, camera, renderer, deviation, person)
             stand = replace(stand, shift=shift)
         classes = known or stand.learned(vectors, turn)
         terms = stand.terms(classes)
-        if turn < len(DEPTHS) and not model.known:
+        if turn < len(PREPARATION.depths) and not model.known:
             shift = _choose_depth(
-                model, frames, terms, shift, person, vectors, deviation, DEPTHS[turn]
+                model, frames, terms, shift, person, vectors, deviation, PREPARATION.depths[turn]
             )
         bases = [PoseFrame(pose, model.pivot) for pose in replace(stand, shift=shift).poses]
         fits = zip(terms, bases, vectors, strict=True)
@@ -147,7 +140,7 @@ def _choose_depth(
     and fitting the postures at each does not.
     """
     prior = GaussianPrior(no_correction(), deviation)
-    some = np.unique(np.linspace(0, len(frames) - 1, LOOKED_AT).round().astype(int))
+    some = np.unique(np.linspace(0, len(frames) - 1, PREPARATION.depth_frames).round().astype(int))
 
     def cost(candidate: FloatArray) -> float:
         total = prior.negative_log(candidate)

@@ -13,24 +13,15 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.face.head import MouthModel
 from abs_engine.tracking.face_detection import Face
+from abs_engine.tracking.settings.detection import DETECTION
 
 FloatArray = NDArray[np.float64]
 
-# A square around a face, by which a box around its mouth is enlarged: its width, the height of the
-# mouth's centre below its top and the mouth's width, both as shares of it.
-BOX_WIDTH_MM = 175.0
-MOUTH_HEIGHT = 0.805
-MOUTH_WIDTH = 0.27
 
-# Between the middles of the eyes of somebody: 63 in people (Dodgson 2004), 65 in the ICT face
-# model's mean, but 60 in the bundled average person, whose mouth is as much too narrow: between.
-EYES_APART_MM = 62.0
 MOUTH = 3  # of the points that tell the pose: eyes, tip of the nose, mouth
-# mm, where the detector sees them, less the landmarks
-_SEEN_AT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3.0, 0.0], [0.0, -0.9, 0.0]])
-# mm across and down a face, how far people's marks differ from the average head's
-_MARK_DEVIATION = np.array([[1.8, 3.0], [1.8, 3.0], [1.5, 6.0], [1.5, 6.0]])
-_TURN_DEVIATION = np.array([0.1, 0.4, 0.1])  # radians: pitch, yaw, and roll beyond the eyes'
+_SEEN_AT = np.array(DETECTION.seen_at)
+_MARK_DEVIATION = np.array(DETECTION.mark_deviation)
+_TURN_DEVIATION = np.array(DETECTION.turn_deviation)
 
 
 @dataclass(frozen=True)
@@ -44,7 +35,7 @@ class FaceBox:
     @property
     def mouth(self) -> tuple[float, float]:
         """Expected centre of the mouth, pixels."""
-        return self.x + 0.5 * self.size, self.y + MOUTH_HEIGHT * self.size
+        return self.x + 0.5 * self.size, self.y + DETECTION.mouth_height * self.size
 
     @property
     def centre(self) -> FloatArray:
@@ -54,13 +45,13 @@ class FaceBox:
     @classmethod
     def around_mouth(cls, x: float, y: float, width: float, height: float) -> FaceBox:
         """The face box that a mouth box (left, top, width, height) belongs to."""
-        size = width / MOUTH_WIDTH
-        return cls(x + width / 2 - size / 2, y + height / 2 - MOUTH_HEIGHT * size, size)
+        size = width / DETECTION.mouth_width
+        return cls(x + width / 2 - size / 2, y + height / 2 - DETECTION.mouth_height * size, size)
 
     def shown(self, faces: Sequence[Face]) -> Face | None:
         """The face whose mouth is where this box expects it; None if there is none."""
         away = [np.abs(face.mouth - self.mouth).max() for face in faces]
-        near = [k for k, far in enumerate(away) if far < 0.5 * MOUTH_WIDTH * self.size]
+        near = [k for k, far in enumerate(away) if far < 0.5 * DETECTION.mouth_width * self.size]
         return faces[min(near, key=away.__getitem__)] if near else None
 
 
@@ -78,7 +69,7 @@ def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose
     -------
     Pose
     """
-    depth = camera.matrix[0, 0] * BOX_WIDTH_MM / box.size
+    depth = camera.matrix[0, 0] * DETECTION.box_width / box.size
     ahead = Pose(FACING, np.array([0.0, 0.0, depth]) - FACING @ mouth)
     return with_mouth_at(ahead, np.array(box.mouth), camera, mouth)
 
@@ -94,7 +85,7 @@ def face_marks(model: MouthModel) -> FloatArray:
     lips = at[marks["inner_lip_8"][[2, 6]]].mean(axis=0)
     seen = np.stack([right.mean(axis=0), left.mean(axis=0), nose, lips]) + _SEEN_AT
     if not model.known:
-        seen[:2, 0] *= EYES_APART_MM / np.ptp(seen[:2, 0])
+        seen[:2, 0] *= DETECTION.eyes_apart / np.ptp(seen[:2, 0])
     return np.asarray(seen)
 
 

@@ -13,16 +13,10 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.rigid_motion import LEAST_POINTS, RigidReference, RigidState, follow
+from abs_engine.tracking.rigid_motion import RigidReference, RigidState, follow
+from abs_engine.tracking.settings.registration import REGISTRATION
 
 Image = NDArray[np.uint8]
-LEAST_SEEN = 0.35  # of a reference's points; below, the face counts as lost by it
-SEEN_WELL = 0.7  # of them; below, another reference is taken
-SEEN_BADLY = 0.55  # of them; below, the head may be lost before it has turned by `APART`
-APART = 0.2  # rad between the ways two references face
-NEARER = 0.1  # rad by which another reference must be nearer to be gone over to
-MOST = 12
-_TRIED = 2  # references in one frame
 
 
 class Keyframes:
@@ -52,7 +46,7 @@ class Keyframes:
 
     def add(self, reference: RigidReference) -> None:
         """Go on with one more reference of the same head."""
-        self.references = [*self.references[-MOST + 1 :], reference]
+        self.references = [*self.references[-REGISTRATION.most_references + 1 :], reference]
         self._current = len(self.references) - 1
         self._state = RigidState(reference.pose, reference.pixels, 0.0, 1.0)
 
@@ -71,9 +65,9 @@ class Keyframes:
         """The head in the next frame; None where no reference is seen well enough."""
         if not self.references:
             return None
-        for index in self._order()[:_TRIED]:
+        for index in self._order()[: REGISTRATION.references_tried]:
             new = follow(self.references[index], image, self._camera, self._guess(index))
-            if new is not None and new.seen >= LEAST_SEEN:
+            if new is not None and new.seen >= REGISTRATION.least_seen:
                 self._current, self._state = index, new
                 self._extend(image, new)
                 return self._state
@@ -84,7 +78,7 @@ class Keyframes:
         if self._state is None:
             return [self._current]
         away = np.array([r.pose.angle_to(self._state.pose) for r in self.references])
-        away[self._current] -= NEARER
+        away[self._current] -= REGISTRATION.nearer
         return [int(k) for k in np.argsort(away, kind="stable")]
 
     def _guess(self, index: int) -> RigidState | None:
@@ -96,10 +90,18 @@ class Keyframes:
     def _extend(self, image: Image, state: RigidState) -> None:
         """Take this frame as a reference, too, if the head faces where none does."""
         apart = min(r.pose.angle_to(state.pose) for r in self.references)
-        least = APART if state.seen >= SEEN_BADLY else 0.5 * APART
-        if state.seen >= SEEN_WELL or apart < least or len(self.references) >= MOST:
+        least = (
+            REGISTRATION.apart
+            if state.seen >= REGISTRATION.seen_badly
+            else 0.5 * REGISTRATION.apart
+        )
+        if (
+            state.seen >= REGISTRATION.seen_well
+            or apart < least
+            or len(self.references) >= REGISTRATION.most_references
+        ):
             return
         new = self._make(image, state.pose)
-        if len(new.points) < 2 * LEAST_POINTS:
+        if len(new.points) < 2 * REGISTRATION.least_points:
             return
         self.add(new)

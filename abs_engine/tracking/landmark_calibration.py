@@ -28,23 +28,19 @@ from abs_engine.tracking.frame_state import SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
 from abs_engine.tracking.identity_fit import Calibration, person_problem
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.landmark_fit import INNER_TOGETHER, FrameLandmarks
+from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import LIPS, Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.lip_landmarks import LipLandmarks, LipOutline
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.placed_mouths import PlacedFrame, PlacedMouths
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-SHIFT_DEVIATION = np.array([0.002, 0.002, 0.002, 0.8, 1.0, 0.003])
-"""How far the landmarks put a whole clip's poses off: radians, mm, and a share of the depth."""
-ROUNDS = (3.0, 2.0)
-"""How unsure a class's place is in each round, mm: the landmarks' noise, then that of fits."""
-LEAST_MOTION = 0.7  # mm, standard deviation of apertures from which on colours are judged by them
-_PERSON_LIMIT = 80  # evaluations of the person's fit
+SHIFT_DEVIATION = np.array(LANDMARK_EVIDENCE.shift_deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +132,7 @@ def calibrate_placed(
         If the mouth lies outside of the picture in all of them.
     """
     person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
-    for blur in ROUNDS:
+    for blur in LANDMARK_EVIDENCE.place_rounds:
         placed = head.frames(shape, seen)
         if not placed:
             raise FaceNotFoundError(
@@ -160,7 +156,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     starts = np.stack([f.start(model.n_expression) for f in placed])
     classes = replace(found.classes, agreement=1.0, separability={})
     told = _apertures(model, found.person, starts)
-    if told.std() < LEAST_MOTION:
+    if told.std() < LANDMARK_EVIDENCE.least_motion:
         return 1.0
     terms = stand.terms(classes, starts)
     alone = stand.postures(terms, starts, landmarks=False)
@@ -185,14 +181,20 @@ def _round(
     terms = stand.terms(classes, vectors)
     vectors = stand.postures(terms, vectors)
 
-    share = len(LIPS) / INNER_TOGETHER / len(placed)  # all frames say as much as one
+    share = (
+        len(LIPS) / LANDMARK_EVIDENCE.inner_together / len(placed)
+    )  # all frames say as much as one
     seen = [LipOutline(head.lips, f.face.landmarks, share) for f in placed]
     both = zip(terms, seen, strict=True)
     evidence: list[dict[str, Term]] = [{COLOUR: c, "landmarks": o} for c, o in both]
     frames, threads = [f.calibration for f in placed], workers(head.renderer)
     joint = person_problem(model, frames, evidence, vectors, deviation, threads)
     start = joint.blocks.vector({IDENTITY: person})
-    found = Newton(limit=_PERSON_LIMIT, polished=40).minimise(joint, start, joint.spec).x
+    found = (
+        Newton(limit=LANDMARK_EVIDENCE.person_limit, polished=40)
+        .minimise(joint, start, joint.spec)
+        .x
+    )
     shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
     stand = replace(stand, shift=shift, person=person)
     vectors = stand.postures(terms, vectors)

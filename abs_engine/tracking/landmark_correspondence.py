@@ -26,6 +26,7 @@ from abs_engine.tracking.landmark_noise import LAYOUT as NOISE
 from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise, seen_off
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, Landmarks
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FloatArray = NDArray[np.float64]
 
@@ -33,10 +34,7 @@ FILE = "landmarks.npz"
 FORMAT, VERSION = "abs_engine.landmarks", 2
 _LOWER, _UPPER = INNER_RING[1:10], INNER_RING[11:20]
 _TRIED = 96  # points of the surface about the triangulated one
-_STRAY_MM = 6.0  # a sighting that is farther off counts as this far
-_TURNED = 0.15  # least cosine between the surface and the line of sight; beyond, it is hidden
 _SEEN = ("skin", "upper_lip", "lower_lip", "eyes")  # facet classes that landmarks lie on
-LEAST_SIGHTINGS = 3
 _LAYOUT: Layout = {
     "corners": index("V", COUNT, 3),
     "weights": real(COUNT, 3),
@@ -44,10 +42,7 @@ _LAYOUT: Layout = {
     **NOISE,
 }
 _AGAIN = "make it again with assets/make_landmarks.py"
-USUAL_DEVIATION = np.array([1.7, 1.6, 4.4])
-"""Median deviations, mm, over the six bundled people in five postures: one head alone, whose own
-points are chosen to fit, seems surer."""
-LEAST_DEVIATION = 1.0  # mm: a landmark that hardly any side shows may agree by chance
+USUAL_DEVIATION = np.array(LANDMARK_EVIDENCE.usual_deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +134,9 @@ def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Cor
     Raises
     ------
     FaceNotFoundError
-        If there are fewer than `LEAST_SIGHTINGS`.
+        If there are fewer than `LANDMARK_EVIDENCE.least_sightings`.
     """
-    if len(sightings) < LEAST_SIGHTINGS:
+    if len(sightings) < LANDMARK_EVIDENCE.least_sightings:
         raise FaceNotFoundError(
             "the landmark network sees no face in drawings of this head",
             "give a head with a texture, or start from colours with --start blobs",
@@ -161,7 +156,9 @@ def learn_correspondence(speaker: Speaker, sightings: Sequence[Sighting]) -> Cor
     off = np.stack([off_of(corners, weights, s) for s in sightings])
     people = [id(s.vertices) for s in sightings]
     noise = learn_noise(off, np.array(people))
-    return Correspondence(corners, weights, np.maximum(deviation, LEAST_DEVIATION), noise)
+    return Correspondence(
+        corners, weights, np.maximum(deviation, LANDMARK_EVIDENCE.least_deviation), noise
+    )
 
 
 def off_of(corners: NDArray[np.int32], weights: FloatArray, sighting: Sighting) -> FloatArray:
@@ -257,7 +254,7 @@ class _View:
         off = (s.landmarks.pixels[landmark] - s.camera.project(there)) @ self.axes.T * self.scale
         depth = s.landmarks.points[landmark, 2] * self.scale - (there[:, 2] - self.zero)
         shown = np.einsum("ck,ck->c", weights, self.facing[corners])
-        return np.column_stack([off, depth]), np.clip(shown - _TURNED, 0.0, None)
+        return np.column_stack([off, depth]), np.clip(shown - LANDMARK_EVIDENCE.hidden, 0.0, None)
 
 
 def _best(
@@ -266,7 +263,7 @@ def _best(
     """Point that explains a landmark best, and the standard deviation (3,), mm, that it leaves."""
     seen = [view.away(corners, weights, landmark) for view in views]
     off, shown = np.stack([s[0] for s in seen]), np.stack([s[1] for s in seen])
-    squared = np.minimum((off[..., :2] ** 2).sum(axis=2), _STRAY_MM**2)
+    squared = np.minimum((off[..., :2] ** 2).sum(axis=2), LANDMARK_EVIDENCE.stray_sighting**2)
     mass = shown.sum(axis=0)
     cost = np.where(mass > 0, (shown * squared).sum(axis=0) / np.maximum(mass, 1e-9), np.inf)
     best = int(np.argmin(cost)) if np.isfinite(cost).any() else 0

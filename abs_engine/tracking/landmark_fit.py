@@ -20,24 +20,11 @@ from abs_engine.tracking.landmark_jacobian import weighed_residuals
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import COUNT, EYES, INNER_RING, LIPS, OUTER_RING, Landmarks
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FloatArray = NDArray[np.float64]
 
-INNER_TOGETHER, OUTER_TOGETHER, OTHERS_TOGETHER = 2.0, 8.0, 100.0
-"""Landmarks that err together: so many count as one. Of what the network is off by within a person,
-the 936 numbers of all landmarks move like 9 independent ones; of the lips, most of what they have
-in common moves with the head's pose. The outer line of the lips is less sharp than the inner one,
-and where a person's lips thicken as no mode does, it holds the inner lips apart: of 2 and 8 the
-latter is better in p02 and the closed lips of p15 of the strangers' clips, and as good in GRID's
-closures (precision 0.99, recall 1.00)."""
-MOST_MISFIT, NEAREST = 10.0, 50.0
-"""Misfit from which on landmarks are no face's, and least distance from the camera, mm. Of faces it
-is about 1 to 4, in a shout 7; of points strewn over a picture, 25."""
-STRAY, STRAY_LIPS = 3.0, 8.0
-"""Standard deviations, from where on a landmark counts less and less. Of the lips that is 4 mm: the
-ends of how they move are where a fit errs most, and where landmarks are needed."""
-_HIDDEN = 0.15  # cosine between surface and line of sight, below which a landmark is guessed
-_GUESSED = 0.05  # weight of such a landmark
+NEAREST = 50.0  # mm from the camera at least
 _STEPS, _SETTLED = 12, 1e-3  # of Gauss-Newton; radians or standard deviations
 _DAMPING = 1e-6
 
@@ -70,7 +57,9 @@ class FrameLandmarks:
     def sound(self, shape: LandmarkShape) -> bool:
         """Whether the landmarks are a face's that lies before the camera."""
         near = float(self.pose.apply(shape.pivot)[2]) < NEAREST
-        return bool(np.isfinite(self.misfit) and self.misfit < MOST_MISFIT and not near)
+        return bool(
+            np.isfinite(self.misfit) and self.misfit < LANDMARK_EVIDENCE.most_misfit and not near
+        )
 
     def evidence(self, modes: int) -> InformationPrior:
         """Evidence of landmarks alone on the pose (about `pose`) and the first `modes` of posture.
@@ -118,10 +107,13 @@ class _Normal:
     misfit: float
 
 
-_TOGETHER = np.full(COUNT, OTHERS_TOGETHER)
-_TOGETHER[INNER_RING], _TOGETHER[OUTER_RING] = INNER_TOGETHER, OUTER_TOGETHER
-_STRAY = np.full(COUNT, STRAY)
-_STRAY[LIPS] = STRAY_LIPS
+_TOGETHER = np.full(COUNT, LANDMARK_EVIDENCE.others_together)
+_TOGETHER[INNER_RING], _TOGETHER[OUTER_RING] = (
+    LANDMARK_EVIDENCE.inner_together,
+    LANDMARK_EVIDENCE.outer_together,
+)
+_STRAY = np.full(COUNT, LANDMARK_EVIDENCE.stray)
+_STRAY[LIPS] = LANDMARK_EVIDENCE.stray_lips
 _FLAT = np.zeros(COUNT, bool)
 _FLAT[LIPS] = True  # depths of lips say nothing of their opening
 
@@ -217,8 +209,8 @@ def _normal(shape: LandmarkShape, seen: SeenRays, pose: Pose, posture: FloatArra
     misfit = weighed_residuals(
         shape.mean, shape.posture, shape.normals, posture,
         np.column_stack([pose.rotation, pose.translation]), pose.apply(shape.pivot), seen.rays,
-        seen.depth, seen.axes, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT, _HIDDEN,
-        _GUESSED, residual, flat,
+        seen.depth, seen.axes, shape.bias, shape.deviation, _TOGETHER, _STRAY, _FLAT,
+        LANDMARK_EVIDENCE.hidden, LANDMARK_EVIDENCE.guessed, residual, flat,
     )  # fmt: skip
     return _Normal(flat @ flat.T, flat @ residual.ravel(), float(misfit))
 
@@ -227,4 +219,10 @@ def shown(shape: LandmarkShape, pose: Pose, there: FloatArray) -> FloatArray:
     """Visibility of each landmark (468,), by which way its surface faces; `there` (468, 3)."""
     sight = there / np.linalg.norm(there, axis=1, keepdims=True)
     facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
-    return np.asarray(np.clip((facing - _HIDDEN) / (1 - _HIDDEN), _GUESSED, 1.0))
+    return np.asarray(
+        np.clip(
+            (facing - LANDMARK_EVIDENCE.hidden) / (1 - LANDMARK_EVIDENCE.hidden),
+            LANDMARK_EVIDENCE.guessed,
+            1.0,
+        )
+    )

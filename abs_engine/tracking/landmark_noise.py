@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from abs_engine.io.arrays import Layout, real
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FloatArray = NDArray[np.float64]
 
-BETWEEN, WITHIN = 25, 40  # factors
 LAYOUT: Layout = {
     "noise_bias": real(COUNT, 3),
     "noise_between": real("Q*", COUNT, 3),
@@ -30,14 +30,6 @@ LAYOUT: Layout = {
     "noise_person_deviation": real(COUNT, 3, low=0.0),
 }
 """Its arrays in a file."""
-_LEAST = 1.5
-"""mm, of what no factor explains, of a frame and of a person: the drawn people are too few to know
-in which directions the network hardly errs, and a fit would trust these most."""
-_POSTURE_SHARE = 2.0
-"""Of how far the mouth's modes move a landmark, what its place in a person's frames is off by.
-Chosen on eight films of other heads: rotation off by 3.7 degrees with 0, 3.2 with 1, 3.0 with 2,
-2.9 with 4; the least that gives nearly all of it. On eight others the error in the person's own
-frame falls from 1.8 to 1.6."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +71,7 @@ class LandmarkNoise:
 
         A jaw that opens wider than the postures' prior allows would nod the head.
         """
-        far = _POSTURE_SHARE * np.sqrt((moves**2).sum(axis=(0, 2)))[:, None]
+        far = LANDMARK_EVIDENCE.posture_share * np.sqrt((moves**2).sum(axis=(0, 2)))[:, None]
         return replace(self, deviation=np.hypot(self.deviation, far))
 
     def person(self, weights: FloatArray) -> LandmarkNoise:
@@ -119,14 +111,14 @@ def learn_noise(off: FloatArray, people: NDArray[np.int_]) -> LandmarkNoise:
     count = int(person.max()) + 1
     means = np.stack([(flat[person == k] - bias).mean(axis=0) for k in range(count)])
     left = flat - bias - means[person]
-    within, deviation = _factors(left, WITHIN, len(left) - count)
-    between, own = _factors(means, BETWEEN, count)
+    within, deviation = _factors(left, LANDMARK_EVIDENCE.factors_within, len(left) - count)
+    between, own = _factors(means, LANDMARK_EVIDENCE.factors_between, count)
     return LandmarkNoise(
         bias.reshape(COUNT, 3),
         between,
         within,
-        np.maximum(deviation, _LEAST),
-        np.maximum(own, _LEAST),
+        np.maximum(deviation, LANDMARK_EVIDENCE.least_noise),
+        np.maximum(own, LANDMARK_EVIDENCE.least_noise),
     )
 
 

@@ -13,16 +13,9 @@ from abs_engine.core.geometry import Pose
 from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import INNER_RING, Landmarks
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 FloatArray = NDArray[np.float64]
-
-BIAS_SHARE, WITHIN = 0.95, 0.5
-"""How much of what several frames of a person are off by is the person's own bias, and how much of
-the deviation is left between postures of a person: of the drawings that the deviations were
-measured on, 0.5 to 0.8 of 1.7 to 2.0 mm; the rest moves with the view, as a pose does."""
-CLOSEST = 3
-"""Frames, the least open ones, that say by how much the network sees inner lips apart that meet:
-there other evidence is surest, and an error of it, teeth taken for lips, the smallest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +93,9 @@ class LandmarkShape:
         off : sequence of (468, 2) float64, mm
             See `off`; of each frame, the one with the mouth least open first.
         """
-        share = BIAS_SHARE * min(1.0, len(off) / CLOSEST)
+        share = LANDMARK_EVIDENCE.bias_share * min(1.0, len(off) / LANDMARK_EVIDENCE.closest)
         bias = share * np.median(off, axis=0)
-        bias[INNER_RING] = share * np.median(off[:CLOSEST], axis=0)[INNER_RING]
-        within = WITHIN if len(off) >= CLOSEST else 1.0
+        bias[INNER_RING] = share * np.median(off[: LANDMARK_EVIDENCE.closest], axis=0)[INNER_RING]
+        within = LANDMARK_EVIDENCE.within if len(off) >= LANDMARK_EVIDENCE.closest else 1.0
         deviation = self.deviation * np.array([within, within, 1.0])
         return replace(self, mean=self.mean + moved, bias=bias, deviation=deviation)

@@ -18,6 +18,7 @@ from abs_engine.core.threads import in_threads
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
 from abs_engine.tracking.face_detection import MARKS, Face
+from abs_engine.tracking.settings.detection import DETECTION
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -35,8 +36,6 @@ LIPS = np.concatenate([OUTER_RING, INNER_RING])
 EYES = (np.array([33, 133]), np.array([263, 362]))
 """Corners of the subject's right and left eye, the outer one first."""
 _AROUND = 1.5  # times a face's size: what it looks at (as MediaPipe does)
-_LEAST = 8.0  # pixels, of a face: of a smaller one a picture shows nothing
-_PRESENT = 0.8  # least probability of a face: 0.94 and more of faces, at most 0.74 beside one
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +105,7 @@ def landmarks_of(image: Image, face: Face, both: bool = True) -> Landmarks | Non
 def landmarks_at(image: Image, centre: FloatArray, size: float) -> Landmarks | None:
     """The points of an upright face of this size (px) about a place (2,), seen there or not.
 
-    None where place or size are no numbers, or the size is at most `_LEAST`.
+    None where place or size are no numbers, or the size is at most `DETECTION.least_face`.
     """
     level = np.array([1.0, 0.0])
     right, left = centre - level, centre + level
@@ -134,14 +133,14 @@ def _looked_at(
     right: FloatArray,
     left: FloatArray,
     both: bool,
-    least: float = _PRESENT,
+    least: float = DETECTION.present,
 ) -> Landmarks | None:
     """The network's upright square about a face; black lies around the picture.
 
     In `both` the square and its mirror image it errs in different ways: the mean errs less.
     """
     along, across = _axes(right, left)
-    if not (np.isfinite(centre).all() and size > _LEAST):
+    if not (np.isfinite(centre).all() and size > DETECTION.least_face):
         return None
     step = _AROUND * size / SIDE  # image pixels for one of the network's
     matrix = np.column_stack([step * along, step * across, np.zeros(2)])

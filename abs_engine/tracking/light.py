@@ -15,18 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 CHEEKS = (50, 280, 205, 425, 187, 411, 36, 266, 101, 330, 118, 347, 123, 352, 116, 345, 147, 376)
 """Landmarks of both cheeks, off the eyes, the mouth and the outline of the face."""
-NONE, FULL = 0.06, 0.12
-"""Logarithm of a change up to which nothing is done, and from which on all of it is undone: of
-GRID's clips the largest change is 0.03, of p01 to p08 of the strangers' clips 0.01 to 0.10, and
-0.43 where the light does change."""
 _MOST = np.log(4.0)  # a larger change is no light
-_PATCH = 0.02  # of the face's size: half the side of what is looked at about a landmark
 _BLACK = 2.0  # levels that are added, so that black has a logarithm
 
 
@@ -56,7 +52,12 @@ class SkinLight:
     def balanced(self, image: Image, landmarks: Landmarks) -> Image:
         """A frame (H, W, 3) RGB in the usual light; itself where that has hardly changed."""
         change = self.change(image, landmarks)
-        share = np.clip((np.abs(change).max() - NONE) / (FULL - NONE), 0.0, 1.0)
+        share = np.clip(
+            (np.abs(change).max() - FRAME_LOOP.light_none)
+            / (FRAME_LOOP.light_full - FRAME_LOOP.light_none),
+            0.0,
+            1.0,
+        )
         if share == 0:
             return image
         levels = np.arange(256)[:, None] * np.exp(-share * change)
@@ -66,7 +67,7 @@ class SkinLight:
 
 def _cheeks(image: Image, landmarks: Landmarks) -> FloatArray:
     """Logarithms of RGB about each of `CHEEKS`, (N, 3); NaN where that lies outside."""
-    reach = max(1, int(np.ceil(_PATCH * landmarks.size)))
+    reach = max(1, int(np.ceil(FRAME_LOOP.light_patch * landmarks.size)))
     found = np.full((len(CHEEKS), 3), np.nan)
     for k, (x, y) in enumerate(np.rint(landmarks.pixels[list(CHEEKS)]).astype(int)):
         left, top = max(x - reach, 0), max(y - reach, 0)

@@ -22,6 +22,7 @@ from abs_engine.tracking.blob_visibility import OUTSIDE
 from abs_engine.tracking.clip_setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
 from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Shot
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -32,9 +33,6 @@ BELIEVING = "measures, belief"
 HELD, AGAIN = "held to the landmarks", "started again"
 """Status of a frame whose evidence led off the landmarks, twice: these alone are reported; and of
 one that was begun again from postures that are known."""
-MOST_OFF, ASTRAY = 2.6, 12.0
-"""Standard deviations (RMS over the lips) that an accepted fit may lie off the landmarks, about
-1.5 mm of a person who is known, and from which on the landmarks are taken to be wrong."""
 
 
 def track(
@@ -172,14 +170,19 @@ def _accepted(setting: ClipSetting, work: Work) -> Found | None:
     if marks is not None and marks.only:
         return _minimised(setting, work, marks.told, alone=True)
     found = _searched(setting, work)
-    if marks is None or not marks.decide or marks.apart is None or _off(work, found) <= MOST_OFF:
+    if (
+        marks is None
+        or not marks.decide
+        or marks.apart is None
+        or _off(work, found) <= FRAME_LOOP.most_off
+    ):
         return found
     second = _minimised(setting, work, marks.told)
     count = found.best.n_evaluations + second.best.n_evaluations
-    if _off(work, second) <= MOST_OFF:
+    if _off(work, second) <= FRAME_LOOP.most_off:
         return replace(second, best=replace(second.best, n_evaluations=count))
     third = _minimised(setting, work, marks.told, alone=True)
-    if _off(work, third) > ASTRAY:
+    if _off(work, third) > FRAME_LOOP.astray:
         return None
     count += third.best.n_evaluations
     return replace(third, best=replace(third.best, n_evaluations=count, status=HELD))

@@ -14,14 +14,13 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
 from abs_engine.face.head import MouthModel
-from abs_engine.fit.head_frame import DRAWN_MOUTH, mouth_window
+from abs_engine.fit.head_frame import mouth_window
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.tracking.identity_fit import Calibration
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
-
-STRANGE = 0.02
-"""Share of the pixels that show none of the classes, as hair or a collar: any colour alike."""
 
 
 def log_evidence(
@@ -81,7 +80,7 @@ def _of_frame(
         posture = base.candidates(found.expressions[number][None])
         drawn = renderer.draw(model.held(found.person), posture, camera, window)[0]
         density = _density(model, found.classes, drawn, patch)
-        values.append(np.log((1 - STRANGE) * density + STRANGE).mean())
+        values.append(np.log((1 - PREPARATION.strange) * density + PREPARATION.strange).mean())
     return np.array(values, np.float64)
 
 
@@ -89,7 +88,7 @@ def _around(windows: Sequence[Window]) -> Window:
     """The window that holds all of these, a mouth drawn about as large as in the first."""
     low = np.min([(w.x, w.y) for w in windows], axis=0)
     high = np.max([(w.x + w.width, w.y + w.height) for w in windows], axis=0)
-    scale = min(2.0, 1.6 * DRAWN_MOUTH / windows[0].width)
+    scale = min(2.0, 1.6 * HEAD_FIT.drawn_mouth / windows[0].width)
     size = np.ceil((high - low) * scale) / scale
     return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 

@@ -10,15 +10,10 @@ from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame, parted
 from abs_engine.face.appearance.colour import MouthPlace
 from abs_engine.face.head import MouthModel
-from abs_engine.fit.head_frame import DRAWN_MOUTH
+from abs_engine.fit.settings import HEAD_FIT
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
-
-_BETWEEN_LIPS = 0.02  # mouth widths, over which one lip's colours go over into the other's
-_MARGIN, _SOFT = 2.0, 0.7  # mm from the outline, where a side is sure, and how softly it begins
-_SURE_WITHIN, _SURE_BEYOND = 0.998, 0.95
-"""Most that a place alone says. Within the lips no skin is seen, but teeth in shade may look so;
-beyond them, lips may still be where landmarks are wrong, and colours twenty times likelier win."""
 
 
 def mouth_place(
@@ -47,8 +42,18 @@ def mouth_place(
     depth = float(pose.apply(model.pivot)[2])
     mm = float(camera.matrix[0, 0]) / depth * window.scale
     within, beyond = (
-        sure / (1 + np.exp(np.clip((_MARGIN - side * away / mm) / _SOFT, -30, 30)))
-        for side, sure in ((-1.0, _SURE_WITHIN), (1.0, _SURE_BEYOND))
+        sure
+        / (
+            1
+            + np.exp(
+                np.clip(
+                    (PREPARATION.place_margin - side * away / mm) / PREPARATION.place_softness,
+                    -30,
+                    30,
+                )
+            )
+        )
+        for side, sure in ((-1.0, PREPARATION.sure_within), (1.0, PREPARATION.sure_beyond))
     )
     return MouthPlace(_upper_share(window, line), within, beyond)
 
@@ -93,5 +98,5 @@ def _upper_share(window: Window, line: FloatArray) -> FloatArray:
     width, height = window.drawn
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
     level = np.interp(grid @ along, (drawn @ along)[order], (drawn @ down)[order])
-    below = (grid @ down - level) / (_BETWEEN_LIPS * DRAWN_MOUTH)
+    below = (grid @ down - level) / (PREPARATION.between_lips * HEAD_FIT.drawn_mouth)
     return np.asarray(1 / (1 + np.exp(np.clip(below, -30.0, 30.0))))

@@ -18,17 +18,10 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.initial_pose import face_marks, pose_of_face
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-
-SEARCHED_DEVIATIONS = 4.0  # to either side, how far the mouth is looked for
-# a face that is farther off than this, mm and share of the depth, is another face's, or none's
-ELSEWHERE_MM, ELSEWHERE_DEPTH = 60.0, 0.35
-SEARCHED = (0.8, 1.6)
-"""Mouth widths that the searched window is wider and higher by than the one that is fitted."""
-TOGETHER = 2.0
-"""As many frames all of them count as: a place that is wrong is wrong in each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +78,10 @@ def shift_of_faces(
             continue
         pose, mouth = pose_of_face(face, camera, marks), frame.pose.apply(model.pivot)
         move = pose.apply(model.pivot) - mouth
-        if np.abs(move[:2]).max() < ELSEWHERE_MM and abs(move[2]) < ELSEWHERE_DEPTH * mouth[2]:
+        if (
+            np.abs(move[:2]).max() < PREPARATION.elsewhere
+            and abs(move[2]) < PREPARATION.elsewhere_depth * mouth[2]
+        ):
             turn = Pose(pose.rotation @ frame.pose.rotation.T, np.zeros(3)).rotation_vector
             shifts.append(np.concatenate([turn, move]))
     return np.median(shifts, axis=0) if 2 * len(shifts) >= len(frames) else None
@@ -122,7 +118,7 @@ def place_mouth(
     (6,) float64
         Constant correction of the poses, radians and mm.
     """
-    across, down = SEARCHED_DEVIATIONS * deviation[3:5]
+    across, down = PREPARATION.searched * deviation[3:5]
     grid = np.array(
         [
             [0, 0, 0, dx, dy, dz * deviation[5]]
@@ -136,7 +132,7 @@ def place_mouth(
     total = np.zeros(len(grid))
     for frame in frames:
         base = PoseFrame(frame.pose, model.pivot)
-        window = mouth_window(model, frame.pose, camera, person, SEARCHED)
+        window = mouth_window(model, frame.pose, camera, person, PREPARATION.searched_more)
         maps = class_maps(classes, model.colour_classes, window, frame.image)
         skin = maps.maps[model.colour_classes.index("skin")]
         term = replace(likelihood_of(renderer, model.scene, camera, window, maps), outside=skin)
@@ -146,7 +142,9 @@ def place_mouth(
         ]
         total += np.min(values, axis=0)
     prior = GaussianPrior(no_correction(), deviation)
-    total = total * TOGETHER / len(frames) + np.array([prior.negative_log(g) for g in grid])
+    total = total * PREPARATION.frames_together / len(frames) + np.array(
+        [prior.negative_log(g) for g in grid]
+    )
     return np.asarray(grid[int(np.argmin(total))])
 
 

@@ -18,14 +18,10 @@ from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-
-_ACROSS = 48.0  # pixels that the mouth is looked at in
-_NEAR, _FAR = 1.25, 1.75  # times the lips' outline: what lies around it
-_LEAST_INSIDE, _LEAST_AROUND, _LEAST_LIPS = 0.45, 0.45, 0.2  # of what is usual in the clip
-_LEAST_SEEN = 0.7  # of a mouth's outline that lies in the picture
 
 
 @dataclass(frozen=True)
@@ -52,17 +48,20 @@ class MouthLook:
         ring = seen.pixels[OUTER_RING]
         height, width = image.shape[:2]
         shown = (ring > -0.5).all(axis=1) & (ring < [width - 0.5, height - 0.5]).all(axis=1)
-        if shown.mean() < _LEAST_SEEN:
+        if shown.mean() < FRAME_LOOP.least_in_picture:
             return None
         centre = ring.mean(axis=0)
         across = max(float(np.ptp(ring[:, 0])), float(np.ptp(ring[:, 1])), 2.0)
-        side, scale = 2 * across, min(2.0, _ACROSS / across)
+        side, scale = 2 * across, min(2.0, FRAME_LOOP.look_across / across)
         low = centre - side / 2
         window = Window(float(low[0]), float(low[1]), side, side, scale)
         maps = classes.probabilities(sampled(window, image), 3.0)
         skin = maps[CLASSES.index("skin")]
         mouth = maps.sum(axis=0) - skin
-        within, near, far = (_filled(window, ring, centre, k) for k in (1.0, _NEAR, _FAR))
+        within, near, far = (
+            _filled(window, ring, centre, k)
+            for k in (1.0, FRAME_LOOP.look_near, FRAME_LOOP.look_far)
+        )
         ring_around = far & ~near
         if not (within.any() and ring_around.any()):
             return None
@@ -101,5 +100,8 @@ class UsualLook:
 
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth."""
-        within = now.inside < _LEAST_INSIDE * self.inside or now.lips < _LEAST_LIPS * self.lips
-        return within or now.around < _LEAST_AROUND * self.around
+        within = (
+            now.inside < FRAME_LOOP.least_like * self.inside
+            or now.lips < FRAME_LOOP.least_lips * self.lips
+        )
+        return within or now.around < FRAME_LOOP.least_like * self.around

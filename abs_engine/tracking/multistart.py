@@ -18,23 +18,14 @@ from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
 from abs_engine.tracking.identity_fit import Calibration, calibrate
 from abs_engine.tracking.model_selection import log_evidence
 from abs_engine.tracking.mouth_search import CalibrationFrame, moved, shift_of_faces, shifted
+from abs_engine.tracking.settings.preparation import PREPARATION
 
-GOOD_SCORE, POOR_SCORE = 0.85, 0.8
-"""Share of the mouth's window that a calibration explains. Measured on clips that were followed:
-0.86 and more; with the upper lip missed in a smile: 0.8; with the mouth missed: 0.64."""
-
-HIGHER = (-12.0, 0.0)
-"""Where else to begin in any case: mm down, and share of the depth. The shade below a lower lip is
-taken for lip, and so are teeth in shade behind parted lips: the mouth that is fitted drifts down to
-where both are explained. Begun higher it does less often."""
-
-FULLER = {"upper lip height": 1.0, "lower lip height": 1.5}
+FULLER = {
+    "upper lip height": PREPARATION.fuller_upper_lip,
+    "lower lip height": PREPARATION.fuller_lower_lip,
+}
 """With what lips, too, if it is not good, standard deviations: the lower one of full lips that
 catches the light is else taken for skin, and learned so."""
-LOWER = (12.0, 0.0)
-"""And where."""
-NEARER_AND_FARTHER = ((0.0, -0.15), (0.0, 0.15))
-"""And if it is poor."""
 
 
 def calibrate_well(
@@ -76,11 +67,11 @@ def calibrate_well(
     if model.known:
         return replace(first, shift=first.shift + begin)
     score = explained(model, frames, camera, renderer, first)
-    starts: list[tuple[float, float, NDArray[np.float64] | None]] = [(*HIGHER, None)]
-    if score < GOOD_SCORE:
-        starts += [(0.0, 0.0, model.person(FULLER)), (*LOWER, None)]
-    if score < POOR_SCORE:
-        starts += [(*move, None) for move in NEARER_AND_FARTHER]
+    starts: list[tuple[float, float, NDArray[np.float64] | None]] = [(*PREPARATION.higher, None)]
+    if score < PREPARATION.good_score:
+        starts += [(0.0, 0.0, model.person(FULLER)), (*PREPARATION.lower, None)]
+    if score < PREPARATION.poor_score:
+        starts += [(*move, None) for move in PREPARATION.nearer_and_farther]
     tried = [first]
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
     for down, away, person in starts:

@@ -26,16 +26,11 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Sighted = tuple[Image, Landmarks]
-
-LEAST_SHOWN = 3
-"""Frames with a mouth to be seen, from which on those in which it is hidden are left out."""
-PERSON_SPREAD = 0.35
-"""How far a mouth may differ from that of a head fitted to landmarks, as a share of how far people
-differ from the average."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +128,9 @@ def fit_person(
     shown = [frame for frame in chosen if fitted.shows(*frame)]
     facing = [frame for frame in turned or () if fitted.shows(*frame)]
     hidden = len(chosen) + len(turned or ()) - len(shown) - len(facing)
-    if not hidden or len(shown) < LEAST_SHOWN:
+    if not hidden or len(shown) < PREPARATION.least_shown:
         return fitted
-    several = facing if len(facing) >= LEAST_SHOWN else shown
+    several = facing if len(facing) >= PREPARATION.least_shown else shown
     return _fitted(average, shown, several, camera, renderer, colours, tell)
 
 
@@ -154,7 +149,8 @@ def _fitted(
     head = average.fitted(seen, camera, renderer)
     model = build_mouth_model(
         head.speaker, head.neutral, speaker.texture(next(iter(speaker.people))),
-        free_person=not average.known, expression=head.expression, person_spread=PERSON_SPREAD,
+        free_person=not average.known, expression=head.expression,
+        person_spread=PREPARATION.person_spread,
     )  # fmt: skip
     chromatic = in_colour([(image, landmarks.pixels) for image, landmarks in chosen])
     known = usable(colours, chromatic)

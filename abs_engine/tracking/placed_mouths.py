@@ -24,13 +24,10 @@ from abs_engine.tracking.frame_state import SeenFace
 from abs_engine.tracking.identity_fit import fit_posture
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-
-OPENING = 2.5  # mm from where lips meet, how far a mouth may be open that is drawn closed
-INSIDE = 0.6  # of where lips are drawn: how much may be the mouth's inside, as the posture may err
-_POSTURE_LIMIT = 60  # evaluations of a posture's fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +117,10 @@ class PlacedMouths:
             plane = np.isin(drawn.class_id, ids).astype(np.float64)
             planes.append(cv2.GaussianBlur(plane, (0, 0), sigma))
         places = np.stack(planes)
-        opening = _opening(drawn.class_id, names, sigma * OPENING / blur)
-        places[3] = np.maximum(places[3], INSIDE * opening * places[1:].sum(axis=0))
+        opening = _opening(drawn.class_id, names, sigma * PREPARATION.placed_opening / blur)
+        places[3] = np.maximum(
+            places[3], PREPARATION.placed_inside * opening * places[1:].sum(axis=0)
+        )
         inside = in_picture(window, self.placed[k].image.shape)
         return np.asarray(0.95 * places / np.maximum(places.sum(axis=0), 1.0) * inside)
 
@@ -158,7 +157,7 @@ class PlacedMouths:
         told = self.placed[k].face.fit.evidence(self.model.n_expression)
         more = (told,) if landmarks else ()
         return fit_posture(
-            self.model, term, self.base(k), self.person, last, _POSTURE_LIMIT, more
+            self.model, term, self.base(k), self.person, last, PREPARATION.posture_limit, more
         ).x
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.network import Network
+from abs_engine.tracking.settings.detection import DETECTION
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -22,8 +23,6 @@ _EYES = ((33, 133, 159, 145), (362, 263, 386, 374))
 """Left and right end in an upright picture, upper and lower lid, of the right and the left eye."""
 _SIDE = 64  # pixels that the network looks at
 _AROUND = 2.3  # times an eye's width (as MediaPipe does)
-_TURNED = 0.5  # width of an eye over the other's, below which the head is turned too far
-_SHUT = 0.12  # height of an eye over its width, below which its iris is guessed
 
 
 def pupils_of(image: Image, landmarks: Landmarks) -> FloatArray | None:
@@ -39,13 +38,13 @@ def pupils_of(image: Image, landmarks: Landmarks) -> FloatArray | None:
     found: list[FloatArray] = []
     size = np.array(image.shape[1::-1])
     widths = [float(np.linalg.norm(np.subtract(*landmarks.pixels[list(e[:2])]))) for e in _EYES]
-    if min(widths) < _TURNED * max(widths):
+    if min(widths) < DETECTION.turned_eyes * max(widths):
         return None
     for mirrored, marks in zip((False, True), _EYES, strict=True):
         start, end, upper, lower = landmarks.pixels[list(marks)]
         width = float(np.linalg.norm(end - start))
         outside = (np.minimum(start, end) < 0).any() or (np.maximum(start, end) > size - 1).any()
-        if width < 2.0 or outside or np.linalg.norm(upper - lower) < _SHUT * width:
+        if width < 2.0 or outside or np.linalg.norm(upper - lower) < DETECTION.shut_eye * width:
             return None
         found.append(_pupil(image, start, end, mirrored))
     return np.stack(found)

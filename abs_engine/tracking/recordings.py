@@ -20,20 +20,13 @@ from abs_engine.core.errors import (
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import parse_json
+from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.record import SUMMARY, Recorder, load_run
 from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 FloatArray = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
-
-LEFT_OUT = 0.2
-"""Share of each recording, its end, that nothing is learned from: faces are compared on it."""
-OPEN, CLOSED = 5.0, 1.5
-"""mm: a mouth that is open, or closed, in some frame at least of what is learned from."""
-SAME = 2.2
-"""mm, RMS over the face, from which on a head is another person's: see `check_same`. Of 40 clips of
-one person they lie up to 1.4 mm from their median, and up to 2.1 mm from each other; those of other
-people lie 3.1 mm and more from that median."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +63,7 @@ class Recording:
     @property
     def first_left_out(self) -> int:
         """Number of the first frame that is not learned from."""
-        return max(1, round((1 - LEFT_OUT) * self.count))
+        return max(1, round((1 - LEARNING.left_out) * self.count))
 
     @property
     def usable(self) -> NDArray[np.bool_]:
@@ -127,8 +120,8 @@ def check_variety(recordings: Sequence[Recording]) -> None:
     lacks = [
         what
         for what, shown in (
-            ("open mouth", (aperture > OPEN).any()),
-            ("closed mouth", (aperture < CLOSED).any()),
+            ("open mouth", (aperture > FRAME_LOOP.speaker_open).any()),
+            ("closed mouth", (aperture < FRAME_LOOP.speaker_closed).any()),
         )
         if not shown
     ]
@@ -150,7 +143,7 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     if len(heads) < 3:
         away = 2 * away  # both lie half-way from the median
     worst = int(np.argmax(away))
-    if away[worst] <= SAME:
+    if away[worst] <= FRAME_LOOP.same_speaker:
         return
     names = [one.video.name for one in recordings]
     who = f"{names[worst]} does not show the same person as the others"

@@ -12,13 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.tracking.settings.registration import REGISTRATION
+
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.float32]
-LOBES = 70  # over half of the sphere
 LOBE_WIDTH = np.radians(12.0)  # a forehead bends less behind a brow, so gloss cannot draw one
-_ROUNDS = 3
-_MOST = 3000  # pixels that the light is found from
-_WEAK = 1e-4, 3e-3  # ridge of what multiplies and of what is added: undetermined terms stay small
 
 
 def gray(picture: NDArray[np.generic]) -> Gray:
@@ -57,13 +55,16 @@ def relit(
         ``drawn`` itself where too few pixels are compared.
     """
     chosen = np.flatnonzero(compared)
-    chosen = chosen[:: 1 + len(chosen) // _MOST]
+    chosen = chosen[:: 1 + len(chosen) // REGISTRATION.light_pixels]
     matt = np.asarray(drawn, np.float64)[:, None] / 255 * _harmonics(normals)
     gloss = _lobes(normals)
     terms = np.hstack([matt, np.ones((len(matt), 1)), gloss])
     if len(chosen) < terms.shape[1]:
         return np.asarray(drawn, np.float64)
-    weak = np.r_[np.full(matt.shape[1], _WEAK[0]), np.full(1 + gloss.shape[1], _WEAK[1])]
+    weak = np.r_[
+        np.full(matt.shape[1], REGISTRATION.light_ridge[0]),
+        np.full(1 + gloss.shape[1], REGISTRATION.light_ridge[1]),
+    ]
     light = _robust(terms[chosen], np.asarray(seen, np.float64)[chosen], weak)
     return np.clip(terms @ light, 0, 255)
 
@@ -77,8 +78,10 @@ def _harmonics(normals: FloatArray) -> FloatArray:
 
 def _lobes(normals: FloatArray) -> FloatArray:
     """Nearness of each normal (N, 3) to directions spread over what faces the camera, (N, L)."""
-    k = np.arange(2 * LOBES) + 0.5  # a spiral of golden angles (Vogel 1979) round the sphere
-    away, turn = k / LOBES - 1, np.pi * (1 + np.sqrt(5)) * k
+    k = (
+        np.arange(2 * REGISTRATION.lobes) + 0.5
+    )  # a spiral of golden angles (Vogel 1979) round the sphere
+    away, turn = k / REGISTRATION.lobes - 1, np.pi * (1 + np.sqrt(5)) * k
     radius = np.sqrt(1 - away**2)
     centres = np.stack([radius * np.cos(turn), radius * np.sin(turn), away], axis=1)
     facing = centres[away < 0.25]  # z points away from the camera
@@ -90,7 +93,7 @@ def _robust(terms: FloatArray, values: FloatArray, weak: FloatArray) -> FloatArr
     """Ridge regression in which outliers count less (Cauchy weights)."""
     weights = np.ones(len(values))
     ridge = np.diag(len(values) * weak)
-    for _ in range(_ROUNDS):
+    for _ in range(REGISTRATION.light_rounds):
         weighted = terms * weights[:, None]
         found = np.linalg.solve(weighted.T @ terms + ridge, weighted.T @ values)
         away = values - terms @ found

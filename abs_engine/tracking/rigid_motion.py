@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
+from abs_engine.tracking.settings.registration import REGISTRATION
 
 FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
-LEAST_POINTS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ def follow(
 
     Points are always followed from the reference frame, so errors do not add up.
     """
-    if len(reference.points) < LEAST_POINTS:
+    if len(reference.points) < REGISTRATION.least_points:
         return None
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
     guess = reference.pixels if last is None else last.pixels
@@ -120,12 +120,12 @@ def follow(
     back, ok_back = flow(gray, reference.gray, there, reference.pixels)
     returns = np.linalg.norm(back - reference.pixels, axis=1) < 0.7
     good = ok & ok_back & returns
-    if good.sum() < LEAST_POINTS:
+    if good.sum() < REGISTRATION.least_points:
         return None
     start = reference.pose if last is None else last.pose
     pose, distance = _resect(reference.points[good], there[good], camera, start)
     near = distance < max(1.5, 2.5 * float(np.median(distance)))
-    if near.sum() < LEAST_POINTS:
+    if near.sum() < REGISTRATION.least_points:
         return None
     projected = camera.project(pose.apply(reference.points)).astype(np.float32)
     pixels = np.where(good[:, None], there, projected)

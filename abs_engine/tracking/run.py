@@ -40,6 +40,7 @@ from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.scale import pupil_scale
+from abs_engine.tracking.settings.stages import SETTINGS
 from abs_engine.tracking.smoothing import Smoothing
 
 DEFAULTS = TrackOptions()
@@ -296,7 +297,7 @@ def _check_taken(model: Model, options: TrackOptions, name: str) -> None:
 
 
 def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
-    """Requested options, as JSON values."""
+    """Requested options, and the numbers that steer results, as JSON values."""
     return {
         "video": tracker.video.name,
         "video_sha256": digest(tracker.video),
@@ -314,5 +315,6 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "scale": asdict(tracker.scale),
         "smoothing": None if options.smooth is None else Smoothing.named(options.smooth).told(),
         "plugins": [{"file": path.name, "sha256": digest(path)} for path in PLUGINS],
+        "tuning": SETTINGS.values(),
         **tracker.facts,
     }

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
+from abs_engine.tracking.settings.detection import DETECTION
 
 USUAL_PUPILS, PUPILS_SPREAD = 63.4, 3.8
 """Distance of adults' pupils, mm, and its standard deviation (Dodgson 2004, 3,976 people)."""
-_GIVEN_SPREAD = 0.5  # mm, of a distance that somebody measured
-_POLE = 0.03  # of an eye's depth: what lies so near to its foremost point is its pupil
 _LEAST_PUPILS, _MOST_PUPILS = 30.0, 90.0  # mm; no human's lie outside
 
 
@@ -58,7 +57,7 @@ def pupil_scale(given: float | None) -> Scale:
             f"{given:g} mm is not a plausible pupil distance",
             f"give millimetres, {_LEAST_PUPILS:g} to {_MOST_PUPILS:g}",
         )
-    return Scale("pupil distance", given, _GIVEN_SPREAD / given)
+    return Scale("pupil distance", given, DETECTION.given_spread / given)
 
 
 def known_scale(pupils: float, person: bool, poses: bool) -> Scale:
@@ -90,7 +89,7 @@ def pupil_vertices(speaker: Speaker) -> tuple[NDArray[np.intp], NDArray[np.intp]
     found = []
     for own in sides:
         front = speaker.vertices[own, 2]
-        found.append(own[front >= front.max() - _POLE * np.ptp(front)])
+        found.append(own[front >= front.max() - DETECTION.pole * np.ptp(front)])
     return found[0], found[1]
 
 

@@ -28,10 +28,9 @@ from abs_engine.tracking.clip_setting import UNEXPLAINED, UNLIKE, Work
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_frame import explained
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
+from abs_engine.tracking.settings.blobs import BLOB_START
 
 FloatArray = NDArray[np.float64]
-EXPLAINED, LIPS_SHOWN = 0.5, 0.3
-"""Least share explained, over all and over the lips; below it, no mouth is accepted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,13 +109,13 @@ class ShellBinder:
         window = shell_window(self.setting, problem.frame.base)
         if _share_inside(window, self.setting.camera.size) < 0.5:
             return OUTSIDE
-        if score < EXPLAINED:
+        if score < BLOB_START.explained:
             return UNEXPLAINED
         colours = problem.terms.get(COLOUR)
         if not isinstance(colours, FacetLikelihood):
             return ""
         shown = lips_shown(colours, problem.frame.candidates(x[None]))
-        return "" if shown >= LIPS_SHOWN else UNLIKE
+        return "" if shown >= BLOB_START.lips_shown else UNLIKE
 
 
 def lips_shown(like: FacetLikelihood, candidate: Candidates) -> float:

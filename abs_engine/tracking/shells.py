@@ -21,11 +21,8 @@ from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics, load_physics
 from abs_engine.face.shape.physics_head import physics_shape
 from abs_engine.fit.head_frame import contact_of
-from abs_engine.fit.shell import (
-    MODE_LIMIT,
-    ShellSetting,
-    shell_colours,
-)
+from abs_engine.fit.settings import SHELL_FIT
+from abs_engine.fit.shell import ShellSetting, shell_colours
 from abs_engine.fit.view import View
 from abs_engine.io.assets import Speaker, load_speaker, shipped
 from abs_engine.learn.training import check_speaker
@@ -41,14 +38,11 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
+from abs_engine.tracking.settings.blobs import BLOB_START
 from abs_engine.tracking.shell_frame import ShellBinder
 
 FloatArray = NDArray[np.float64]
-BY_BLOB = np.array([1e-3, 1e-3, 1e-3, 3.0, 3.0, 0.1])
-"""Standard deviations, rad and mm, of a pose that is the blob's across the line of sight."""
-STARTS = (-1.5, 1.5)
-"""Standard deviations of the first modes that are tried where nothing is known of the posture."""
-_STARTED_MODES = 3
+BY_BLOB = np.array(BLOB_START.by_blob)
 NO_LIPS = "lips not found"
 BUNDLED = "lips/lips.npz"
 
@@ -167,7 +161,8 @@ def shell_face(
         return shell_colours(setting, view.image, view.frame.base)
 
     return Face(
-        "shell", scene, mode_block(lips.n_modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
+        "shell", scene, mode_block(lips.n_modes, SHELL_FIT.mode_limit),
+        setting.border.mean(axis=0), rings,
         setting.border, _starts(lips.n_modes), COLOUR_OF, body, person,
         own_terms={"colour": colours},
     )  # fmt: skip
@@ -215,5 +210,9 @@ def _nearest(nodes: FloatArray, pool: NDArray[np.int64], places: FloatArray) -> 
 
 def _starts(modes: int) -> FloatArray:
     """Postures (K, P) to start from where nothing is known: the mean, and off it in some modes."""
-    moves = [s * np.eye(modes)[k] for k in range(min(_STARTED_MODES, modes)) for s in STARTS]
+    moves = [
+        s * np.eye(modes)[k]
+        for k in range(min(BLOB_START.started_modes, modes))
+        for s in BLOB_START.starts
+    ]
     return np.vstack([np.zeros(modes), *moves])

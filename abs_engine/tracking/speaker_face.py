@@ -23,9 +23,9 @@ from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.arrays import Layout, real, text, whole
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
-from abs_engine.learn.posture_space import STEP, PostureSpace
+from abs_engine.learn.posture_space import PostureSpace
+from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.head_fit import landmark_shape, scaled
-from abs_engine.tracking.head_frame import STEP_DEVIATION
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView
 from abs_engine.tracking.landmark_correspondence import Correspondence
@@ -36,11 +36,11 @@ from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import UsualLook
 from abs_engine.tracking.person_fit import FittedPerson
 from abs_engine.tracking.scale import Scale, pupil_distance
+from abs_engine.tracking.settings.frames import FRAME_LOOP
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.speaker_face", 1
-MOST_VIEWS = 12
-"""Frames that are kept to place the head by, those that face most differently."""
 _SHAPE = ("mean", "modes", "mixing", "offset", "variance")
 _LAYOUT: Layout = {
     "head": text(),
@@ -137,7 +137,7 @@ class SpeakerFace:
         return cls(
             head, scale, np.asarray(model.head.mean + moved, np.float32),
             replace(model.expression, mean=mean),
-            mode_block(model.n_expression), np.full(model.n_expression, STEP_DEVIATION),
+            mode_block(model.n_expression), np.full(model.n_expression, FRAME_LOOP.step_deviation),
             np.zeros((0, model.n_expression)),
             shape.bias, shape.deviation, textured.noise, _spread_views(textured.views),
             np.zeros(6) if textured.shift is None else textured.shift, textured.camera,
@@ -263,7 +263,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     )
     own = {key.removeprefix("colours_"): v for key, v in data.items() if key.startswith("colours_")}
     look = UsualLook(*map(float, data["look"])) if len(data["look"]) else None
-    first = np.full(len(names), STEP)
+    first = np.full(len(names), LEARNING.first_step)
     spec = ParamSpec(names, ("sd",) * len(names), first, data["lower"], data["upper"])
     return SpeakerFace(
         str(data["head"]), scale, data["neutral"], expression,
@@ -277,7 +277,7 @@ def _spread_views(views: tuple[HeadView, ...]) -> tuple[HeadView, ...]:
     """The first view, and then again and again the one that faces most differently."""
     chosen = [0]
     away = np.full(len(views), np.inf)
-    while len(chosen) < min(MOST_VIEWS, len(views)):
+    while len(chosen) < min(PREPARATION.speaker_views, len(views)):
         last = views[chosen[-1]].pose
         away = np.minimum(away, [view.pose.angle_to(last) for view in views])
         chosen.append(int(np.argmax(away)))

@@ -35,6 +35,7 @@ from abs_engine.tracking.recordings import (
 )
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
+from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace
 from abs_engine.tracking.speakers import track_speaker
 
@@ -42,9 +43,6 @@ FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Tell = Callable[[str], None]
 
-LEAST_EACH, MOST = 2, 32
-"""Frames that the head is fitted to: so many of each recording at least, and of all at most unless
-that makes them more."""
 _OWN = TrackOptions(terms=("colour",), driver="newton")
 
 
@@ -110,7 +108,7 @@ class Learner:
 
     def head(self, recordings: Sequence[Recording]) -> SpeakerFace:
         """One head and one set of colours, fitted to frames of all recordings together."""
-        each = max(LEAST_EACH, MOST // len(recordings))
+        each = max(PREPARATION.speaker_least_each, PREPARATION.speaker_most // len(recordings))
         chosen = [
             found for one in recordings for found in pictures(one.video, list(one.spread(each)))
         ]

@@ -10,7 +10,6 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
-from abs_engine.tracking.frame_choice import LOOK_AT
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.light import SkinLight
@@ -23,6 +22,7 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
+from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace, load_speaker_face
 
 
@@ -73,7 +73,7 @@ def track_speaker(
     tell("finding the face")
     follower = FaceFollower(choice)
     seen = None
-    for image in islice(clip.frames(), first, first + LOOK_AT):
+    for image in islice(clip.frames(), first, first + PREPARATION.look_at):
         found = follower.step(image)
         if found is not None:
             seen = image, found

@@ -8,14 +8,9 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
+from abs_engine.tracking.settings.detection import DETECTION
 
 Image = NDArray[np.uint8]
-REACH_MM = 60.0  # across the line of sight: farther a head does not get from frame to frame
-ALIKE = 0.7
-"""Least normalised correlation of a face with itself a frame later: 0.9 and more where that was
-measured, 0.8 in a blink; 0.3 with another person, or nearer by a quarter."""
-_LEAST = 12  # pixels across; less shows nothing
-_MOST = 96  # pixels across, at which it is compared
 
 
 def carried(
@@ -49,10 +44,10 @@ def carried(
     limits = np.array(before.shape[1::-1]) - 1
     low, high = (np.clip(np.rint(f(pixels, axis=0)), 0, limits) for f in (np.min, np.max))
     size = high - low
-    if size.min() < _LEAST:
+    if size.min() < DETECTION.least_template:
         return None
-    scale = min(1.0, _MOST / size.max())
-    reach = REACH_MM * focal / depth
+    scale = min(1.0, DETECTION.most_template / size.max())
+    reach = DETECTION.reach * focal / depth
     first = np.maximum(low - reach, 0).astype(int)
     last = np.minimum(high + reach, limits).astype(int)
     face = _small(before, low.astype(int), high.astype(int), scale)
@@ -61,7 +56,7 @@ def carried(
         return None
     match = cv2.matchTemplate(around, face, cv2.TM_CCOEFF_NORMED)
     _, best, _, at = cv2.minMaxLoc(match)
-    if best < ALIKE:
+    if best < DETECTION.alike:
         return None
     move = (np.array(at) / scale + first - low) * depth / focal
     return Pose(pose.rotation, pose.translation + np.r_[move, 0.0])

@@ -23,34 +23,16 @@ from abs_engine.core.geometry import Pose, rotations, vertex_normals
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.face.appearance.region import part
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.assets import Speaker
-from abs_engine.tracking.feature_matching import LEAST_MATCHES, Drawn, match, pose_of_matches
+from abs_engine.tracking.feature_matching import Drawn, match, pose_of_matches
 from abs_engine.tracking.relighting import Gray, gray, relit, smooth
+from abs_engine.tracking.settings.registration import REGISTRATION
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Level = tuple[float, float]
-DRAWN_FACE = 112.0  # drawn pixels across the rigid face, where its texture is compared
-FINE_FACE = 200.0  # where its details are looked for
-CHROMA_NOISE = 0.01  # standard deviation of normalised colour, per pixel
-OBSERVATIONS = 500.0  # independent pixels of the face
-LEVELS: tuple[Level, ...] = (
-    (0.35, 0.20), (0.35, 0.12), (0.5, 0.08), (0.5, 0.06), (1.0, 0.04), (1.0, 0.03),
-)  # fmt: skip
-"""How finely a head is drawn, of `FINE_FACE`, and how far its details are looked for, in widths of
-the face: one step after the other."""
-SETTLING, SETTLED = 3, 1.5  # steps at most, and mm by which the last one moves a followed head
-ASTRAY = 0.15  # rad that a followed head is off by at most
-TRIED = 3  # steps from each of several starts; the others from the best only
-NEARLY = 2  # step from which a head is gone on with whose pose is nearly known
-SURE = 0.7  # agreement of the head itself is higher, of anything else lower
-FAR_PITCH, FAR_YAW = (0.0, -0.2, 0.2), (0.0, -0.4, 0.4)  # rad
-FAR_DEPTH = 1.0, 0.8, 0.65  # times the guessed distance
-NEAR_YAW = -0.45, -0.15, 0.15, 0.45  # rad, about where a head was a moment ago
-NEAR_SWING = 0.0, 1.0  # the face turns about its own middle, or is swung about the head's
 NEAREST = 50.0  # mm from the camera; no part of a face is looked for nearer to it
-MOTIONS = 20  # of a face whose skull keeps still
-USUAL = 0.3  # standard deviation of the weight of a face unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +94,9 @@ class KnownHead:
         frame, sight = PoseFrame(pose, self._centre), pose.apply(self._centre)
         starts = [
             frame.pose(np.r_[pitch, yaw, 0, (depth - 1) * sight])
-            for pitch, depth, yaw in product(FAR_PITCH, FAR_DEPTH, FAR_YAW)
+            for pitch, depth, yaw in product(
+                REGISTRATION.far_pitch, REGISTRATION.far_depth, REGISTRATION.far_yaw
+            )
         ]
         return self._best(image, starts)
 
@@ -120,7 +104,7 @@ class KnownHead:
         """The pose of a head that was at `pose` a moment ago and may have turned since."""
         frame, arm = PoseFrame(pose, self._centre), pose.rotation @ self._centre
         starts = [pose]
-        for yaw, swing in product(NEAR_YAW, NEAR_SWING):
+        for yaw, swing in product(REGISTRATION.near_yaw, REGISTRATION.near_swing):
             turn = np.array([[0.0, yaw, 0.0]])
             moved = swing * (rotations(turn)[0] @ arm - arm)
             starts.append(frame.pose(np.r_[turn[0], moved]))
@@ -128,17 +112,27 @@ class KnownHead:
 
     def refine(self, image: Image, pose: Pose) -> Pose:
         """The pose of a head that is known to a few degrees and percent."""
-        return self._steps(image, self._guess(pose), LEVELS[NEARLY:]).pose
+        return self._steps(
+            image, self._guess(pose), REGISTRATION.alignment_levels[REGISTRATION.nearly :]
+        ).pose
 
     def settle(self, image: Image, pose: Pose) -> Pose:
         """The pose of a head that was followed to `pose`; that itself where too little agrees."""
         found = self._guess(pose)
-        for _ in range(SETTLING):
-            last, found = found, self._step(image, found, LEVELS[-1][0] * FINE_FACE, LEVELS[-1][1])
-            if self._apart(last.pose, found.pose) < SETTLED:
+        for _ in range(REGISTRATION.settling):
+            last, found = (
+                found,
+                self._step(
+                    image,
+                    found,
+                    REGISTRATION.alignment_levels[-1][0] * REGISTRATION.fine_face,
+                    REGISTRATION.alignment_levels[-1][1],
+                ),
+            )
+            if self._apart(last.pose, found.pose) < REGISTRATION.settled:
                 break
-        near = found.pose.angle_to(pose) < ASTRAY
-        return found.pose if near and found.agreement >= SURE else pose
+        near = found.pose.angle_to(pose) < REGISTRATION.astray
+        return found.pose if near and found.agreement >= REGISTRATION.sure else pose
 
     def _apart(self, one: Pose, other: Pose) -> float:
         """RMS distance, mm, of the face at two poses."""
@@ -154,14 +148,14 @@ class KnownHead:
         """Error with which the head at `pose` explains an image: in units of the colour's noise."""
         if not self._before(pose):
             return 1e9
-        window = _face_window(self.face, pose, self.camera, DRAWN_FACE, 1.0)
+        window = _face_window(self.face, pose, self.camera, REGISTRATION.drawn_face, 1.0)
         term = ColourError(_balanced(np.asarray(window.sample(image), np.float32), self.face))
         one = Candidates.one(np.zeros(self.face.n_modes), pose)
         sums = pixel_sums(self.renderer, self.face, one, self.camera, window, term)
         if sums.pixels[0] < 0.2 * window.drawn[0] * window.drawn[1]:
             return 1e9
         mean = float(sums.total[0]) / int(sums.pixels[0])
-        return OBSERVATIONS * mean / (2 * CHROMA_NOISE**2)
+        return REGISTRATION.observations * mean / (2 * REGISTRATION.chroma_noise**2)
 
     def _guess(self, pose: Pose) -> _Guess:
         return _Guess(pose, np.zeros(self._moving.n_modes))
@@ -173,15 +167,19 @@ class KnownHead:
         """
         best = self._guess(starts[0])
         for pose in starts:
-            found = self._steps(image, self._guess(pose), LEVELS[:TRIED])
+            found = self._steps(
+                image, self._guess(pose), REGISTRATION.alignment_levels[: REGISTRATION.levels_tried]
+            )
             best = max(best, found, key=lambda guess: guess.agreement)
-            if best.agreement >= SURE:
+            if best.agreement >= REGISTRATION.sure:
                 break
-        return self._steps(image, best, LEVELS[TRIED:]).pose
+        return self._steps(
+            image, best, REGISTRATION.alignment_levels[REGISTRATION.levels_tried :]
+        ).pose
 
     def _steps(self, image: Image, guess: _Guess, levels: tuple[Level, ...]) -> _Guess:
         for share, reach in levels:
-            guess = self._step(image, guess, share * FINE_FACE, reach)
+            guess = self._step(image, guess, share * REGISTRATION.fine_face, reach)
         return guess
 
     def _step(self, image: Image, guess: _Guess, width: float, reach: float) -> _Guess:
@@ -194,7 +192,7 @@ class KnownHead:
         seen = gray(window.sample(image.astype(np.float32)))
         drawn = self._drawn(buffers, seen, guess.pose, window)
         found = match(drawn, smooth(seen), reach)
-        if len(found.at) < LEAST_MATCHES:
+        if len(found.at) < REGISTRATION.least_matches:
             return replace(guess, agreement=found.agreement)
         column, row = found.at.T
         corners = self.head.faces[buffers.facet_id[row, column] - 1]
@@ -237,9 +235,9 @@ def face_motions(speaker: Speaker, rigid: NDArray[np.bool_]) -> NDArray[np.float
     -------
     (K, V, 3) float32, mm per standard deviation
     """
-    units = USUAL * speaker.unit_matrix(speaker.unit_names).astype(np.float64)
+    units = SHAPE.usual_weight * speaker.unit_matrix(speaker.unit_names).astype(np.float64)
     there = units[:, np.unique(speaker.faces[rigid])].reshape(len(units), -1)
-    mixed = np.linalg.svd(there, full_matrices=False)[0][:, :MOTIONS]
+    mixed = np.linalg.svd(there, full_matrices=False)[0][:, : REGISTRATION.motions]
     return np.asarray(np.tensordot(mixed.T, units, 1), np.float32)
 
 

@@ -40,6 +40,7 @@ from abs_engine.tracking.options import (
     TrackOptions,
 )
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
+from abs_engine.tracking.settings.worn import CLOSE_UP
 from abs_engine.tracking.worn_fit import WornHead
 from abs_engine.tracking.worn_place import find_mouth
 
@@ -56,10 +57,6 @@ _LAYOUT: Layout = {
     },
     **{f"offsets{k}": real(f"width {k + 1}", dtype=np.float32) for k in range(_LAYERS)},
 }
-_FITTED = 12
-"""Frames of a clip, spread evenly, that its mouth is fitted to,"""
-_SEEN = 1200
-"""of so many at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,14 +162,14 @@ def _spread(clip: Clip) -> list[Image]:
     """Frames of a clip, spread evenly."""
     kept: list[Image] = []
     stride = 1
-    for number, image in enumerate(islice(read_frames(clip.video), _SEEN)):
+    for number, image in enumerate(islice(read_frames(clip.video), CLOSE_UP.seen)):
         if number % stride == 0:
             kept.append(image)
-        if len(kept) == 4 * _FITTED:
+        if len(kept) == 4 * CLOSE_UP.fitted:
             kept, stride = kept[::2], 2 * stride
     if not kept:
         raise FaceNotFoundError(f"{clip.video} has no frames", "give another video")
-    places = np.linspace(0, len(kept) - 1, min(_FITTED, len(kept))).round().astype(int)
+    places = np.linspace(0, len(kept) - 1, min(CLOSE_UP.fitted, len(kept))).round().astype(int)
     return [kept[k] for k in np.unique(places)]
 
 

@@ -26,12 +26,10 @@ from abs_engine.tracking.identity_fit import (
 )
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
+from abs_engine.tracking.settings.worn import CLOSE_UP
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
-_ROUNDS = 4
-_WIDER = (0.4, 0.4)
-"""Mouth widths by which the first window is wider and higher: the mouth is about there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +78,12 @@ class WornHead:
         pose = self._ahead(opening.spot)
         person = np.zeros(model.n_person)
         vectors = np.tile(at_base(model.prototypes[0]), (len(images), 1))
-        for turn in range(_ROUNDS):
-            if turn == _ROUNDS // 2:  # the mouth is now known to lie where it is drawn
+        for turn in range(CLOSE_UP.rounds):
+            if turn == CLOSE_UP.rounds // 2:  # the mouth is now known to lie where it is drawn
                 opening = replace(opening, spot=self.spot(pose, person, vectors))
-            terms = self._terms(images, opening, pose, person, _WIDER if turn == 0 else (0.0, 0.0))
+            terms = self._terms(
+                images, opening, pose, person, CLOSE_UP.wider if turn == 0 else (0.0, 0.0)
+            )
             base = PoseFrame(pose, model.pivot)
             pairs = zip(terms, vectors, strict=True)
             vectors = np.stack([fit_posture(model, t, base, person, v).x for t, v in pairs])

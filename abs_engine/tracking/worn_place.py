@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.opening import MouthSpot
 from abs_engine.tracking.landmarks import landmarks_at
+from abs_engine.tracking.settings.worn import CLOSE_UP
 
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.uint8]
 INNER = np.array([61, 291, 81, 178, 13, 14, 311, 402])
 """Landmarks of the corners and of the inner lips, in the order of `learn.opening.POINTS`."""
-_FACE = 2.9  # mouth widths that a face is wide
-_BELOW = 0.27  # faces, by which the mouth lies below the middle of one
-_FIRST = 0.43  # of the picture's width, that the mouth is at first taken to have
-_LOOKS = 3
 
 
 def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
@@ -36,11 +33,11 @@ def mouth_points(image: Image, spot: MouthSpot | None = None) -> FloatArray:
     margin = max(height, width)
     wide = cv2.copyMakeBorder(image, margin, margin, margin, margin, cv2.BORDER_REPLICATE)
     if spot is None:
-        spot = MouthSpot((width - 1) / 2, (height - 1) / 2, _FIRST * width)
+        spot = MouthSpot((width - 1) / 2, (height - 1) / 2, CLOSE_UP.first_width * width)
     points = np.full((len(INNER), 2), np.nan)
-    for _ in range(_LOOKS):
-        size = _FACE * spot.width
-        centre = np.array([spot.x, spot.y - _BELOW * size]) + margin
+    for _ in range(CLOSE_UP.looks):
+        size = CLOSE_UP.face * spot.width
+        centre = np.array([spot.x, spot.y - CLOSE_UP.below * size]) + margin
         seen = landmarks_at(np.asarray(wide, np.uint8), centre, size)
         if seen is None:
             break

@@ -16,7 +16,8 @@ from abs_engine.face.appearance.local import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.talking import TalkingFace
-from abs_engine.fit.talking import PENALTY_SHARE, WHITENED, talking_problem
+from abs_engine.fit.settings import TALKING_FIT
+from abs_engine.fit.talking import talking_problem
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.papers.odisio2004 import sentences_parts, sentences_work, sequence
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
@@ -77,7 +78,7 @@ def test_printed_is_raw_descriptors_and_all_of_the_penalty(ball, printed):
         face.la_lin, face.shape.outer, other.image, ball.camera, whole, RENDERER, whiten=how
     )
     x = at_base(8 * other.parameters)
-    share = PENALTY_SHARE * (1.0 if printed else WHITENED)
+    share = TALKING_FIT.penalty_share * (1.0 if printed else TALKING_FIT.whitened)
     walls = float(face.shape.penalty(x[None, 6:])[0])
     differ, shown = error.differences(asked.candidates(x[None]))
     rows = differ.ravel() if printed else error.mixed(differ)[0]

@@ -26,7 +26,7 @@ from abs_engine.face.appearance.region import part
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.talking import PENALTY_SHARE
+from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.render.cpu import CpuRenderer
 
@@ -74,7 +74,9 @@ def about(pose: Pose, error, penalty=None) -> Problem:
     """An error over vectors of a rotation, a translation and weights about a pose."""
     blocks, priors = pose_and(mode_block(N)), ()
     if penalty is not None:
-        priors = (PenaltyPrior(penalty, PENALTY_SHARE * error.unit, blocks.places[POSTURE]),)
+        priors = (
+            PenaltyPrior(penalty, TALKING_FIT.penalty_share * error.unit, blocks.places[POSTURE]),
+        )
     frame = PoseFrame(pose, np.zeros(3))
     return Problem(frame, blocks, {"epsilon": error}, priors, unit=error.unit)
 

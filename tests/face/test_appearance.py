@@ -13,16 +13,10 @@ from abs_engine.core.errors import (
     TooFewPixelsError,
 )
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, hamming
-from abs_engine.face.appearance.colour_learning import (
-    LEAST_PIXELS,
-    LIP_COMPONENTS,
-    PLACES,
-    SKIN_COMPONENTS,
-    learn_classes,
-    typical_classes,
-)
+from abs_engine.face.appearance.colour_learning import PLACES, learn_classes, typical_classes
 from abs_engine.face.appearance.labelled import train_classes
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture, single
+from abs_engine.face.settings.colour import COLOURS as LEARNED
 
 TRUE = Mixture(
     np.array([0.7, 0.3]),
@@ -191,8 +185,8 @@ def test_bic_chooses_the_components_of_each_class():
         learned = learn_classes([image], [expected(label, 4.0)])
         counts.append([len(learned.mixtures[c].weights) for c in ("skin", "lips")])
     assert counts == [[1, 1 + 1], [2, 1 + 1]]
-    assert SKIN_COMPONENTS == 3
-    assert LIP_COMPONENTS == 2
+    assert LEARNED.skin_components == 3
+    assert LEARNED.lip_components == 2
 
 
 def test_teeth_and_dark_share_one_prior(learned):
@@ -203,7 +197,7 @@ def test_teeth_and_dark_share_one_prior(learned):
 
 def test_too_few_pixels_of_a_class_are_an_error():
     picture, label = painted(1)
-    few = np.flatnonzero(label == 1)[: LEAST_PIXELS // 2]
+    few = np.flatnonzero(label == 1)[: LEARNED.least_pixels // 2]
     place = np.zeros((len(PLACES), label.size))
     place[0], place[1, few], place[0, few] = 0.95, 0.95, 0.0
     with pytest.raises(TooFewPixelsError, match="pixels show lips") as caught:
@@ -317,13 +311,15 @@ def test_many_labelled_pixels_are_thinned_out_alike():
 @pytest.mark.parametrize("name", CLASSES)
 def test_too_few_labelled_pixels_are_named(name):
     pixels = labelled(*painted(0))
-    few = {**pixels, name: pixels[name][: LEAST_PIXELS - 1]}
-    with pytest.raises(TooFewPixelsError, match=f"only {LEAST_PIXELS - 1} pixels show {name}"):
+    few = {**pixels, name: pixels[name][: LEARNED.least_pixels - 1]}
+    with pytest.raises(
+        TooFewPixelsError, match=f"only {LEARNED.least_pixels - 1} pixels show {name}"
+    ):
         train_classes(few)
     del few[name]
     with pytest.raises(TooFewPixelsError, match=f"only 0 pixels show {name}"):
         train_classes(few)
-    assert len(train_classes({**pixels, name: pixels[name][:LEAST_PIXELS]}).mixtures) == 4
+    assert len(train_classes({**pixels, name: pixels[name][: LEARNED.least_pixels]}).mixtures) == 4
 
 
 SMILE = {"skin": (196, 148, 122), "lips": (190, 112, 112), "teeth": (205, 178, 158)}
@@ -499,4 +495,5 @@ def test_lips_like_nobodys_are_learned_nevertheless(paint):
     lips = CLASSES.index("lips")
     assert maps[lips][label == lips].mean() > 0.7
     assert maps[lips][label == 0].mean() < 0.1
-    assert len(learned.mixtures["lips"].weights) <= LIP_COMPONENTS  # how paint looks in shade?
+    many = len(learned.mixtures["lips"].weights)
+    assert many <= LEARNED.lip_components  # how paint looks in shade?

@@ -12,8 +12,9 @@ from drawn import drawn, network_sees
 from test_colours_by_head import painted, places
 
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.face.appearance.colourless import LEAST_SPREAD, chroma_spread, in_colour
+from abs_engine.face.appearance.colourless import chroma_spread, in_colour
 from abs_engine.face.appearance.colours_by_head import learn_placed
+from abs_engine.face.settings.colour import COLOURS
 from abs_engine.tracking.run_warnings import NO_COLOUR, doubts
 
 LUMA = np.array([0.299, 0.587, 0.114])
@@ -47,7 +48,7 @@ def coded(image):
 def test_grey_and_tinted_pictures_have_no_colour(tint, noise):
     image, outline = face()
     grey = coded(toned(image, tint, noise))
-    assert chroma_spread(grey, outline) < LEAST_SPREAD
+    assert chroma_spread(grey, outline) < COLOURS.least_spread
     assert not in_colour([(grey, outline)] * 3)
 
 
@@ -55,7 +56,7 @@ def test_people_are_in_colour():
     for name in ("clara", "kofi", "mei"):
         image = drawn(name, jawOpen=0.15)
         outline = network_sees(image).pixels
-        assert chroma_spread(coded(image), outline) > LEAST_SPREAD
+        assert chroma_spread(coded(image), outline) > COLOURS.least_spread
         assert in_colour([(image, outline)])
 
 

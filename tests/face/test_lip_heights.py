@@ -8,7 +8,8 @@ from runs import toy_model
 
 from abs_engine.face.contact import lip_gaps, lip_heights, pinching
 from abs_engine.face.head import PROTOTYPES
-from abs_engine.fit.head_frame import LEAST_THICKNESS, contact_prior
+from abs_engine.fit.head_frame import contact_prior
+from abs_engine.fit.settings import HEAD_FIT
 
 MODEL = toy_model()
 NOBODY = np.zeros(MODEL.n_person)
@@ -76,7 +77,7 @@ def test_the_cost_begins_at_the_least_thickness():
     way = inside_out() - MODEL.prototypes[0]
     for share in np.linspace(0, 1, 21):
         x = MODEL.prototypes[0] + share * way
-        thin = (heights(x) < LEAST_THICKNESS * rest).any()
+        thin = (heights(x) < HEAD_FIT.least_thickness * rest).any()
         full = np.r_[np.zeros(6), x]
         more = THICK.negative_log(full) - THIN.negative_log(full)
         assert (more > 1e-9) == thin

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import principal_shapes
-from abs_engine.face.shape.mouth import JAW_LIMIT, mouth_shape, mouth_units, sample_postures
+from abs_engine.face.shape.mouth import mouth_shape, mouth_units, sample_postures
 from abs_engine.io.assets import load_speaker
 
 N, V = 6, 40
@@ -91,7 +92,7 @@ def test_postures_are_plausible():
     assert postures.min() >= 0
     assert postures.max() < 1.1
     jaw, close = postures[:, names.index("jawOpen")], postures[:, names.index("mouthClose")]
-    assert jaw.max() < JAW_LIMIT + 0.4
+    assert jaw.max() < SHAPE.widest_jaw + 0.4
     assert (close <= jaw + 1e-12).all()
     np.testing.assert_array_equal(postures, sample_postures(500, seed=3))
 

@@ -15,7 +15,7 @@ from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.atlas import lay_atlas
 from abs_engine.face.appearance.regression import Frames
 from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
-from abs_engine.face.appearance.visibility import FACING
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.render.cpu import CpuRenderer
 
 RENDERER = CpuRenderer()
@@ -170,7 +170,7 @@ def test_both_sides_of_a_step_between_drawn_surfaces_are_left_out():
 @pytest.mark.parametrize("share", [0.9, 1.1])
 def test_a_step_counts_from_the_flattest_surface_that_is_learned(share):
     camera, _ = shapes.view(64)
-    step = np.tan(np.arccos(FACING)) * 500 / float(camera.matrix[0, 0])
+    step = np.tan(np.arccos(APPEARANCE.facing)) * 500 / float(camera.matrix[0, 0])
     camera, drawn = walls(500.0, 500.0 + share * step)
     found = off_outlines(drawn, camera, camera.whole)[32]
     left = np.flatnonzero(drawn.depth[32] == drawn.depth[32, 20])[-1]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.fit.seal import RESOLUTION, USUAL, USUAL_GAP, Seal, sealed
+from abs_engine.fit.seal import Seal, sealed
 from abs_engine.fit.search import Found
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.optimise.base import Solution
 
 SLOPE = np.array([0.0, 2.0, 1.0])
@@ -37,13 +38,18 @@ def seal():
 
 
 def test_its_worth_is_how_much_oftener_lips_touch(seal):
-    assert seal.worth == pytest.approx(np.log(3 * 10.1 / RESOLUTION))
+    assert seal.worth == pytest.approx(np.log(3 * 10.1 / HEAD_FIT.resolution))
     assert Seal.of(0.1, SLOPE, SEEN[:3], 1.0) is None
     assert Seal.of(0.1, SLOPE, SEEN[3:], 1.0) is None
 
 
 def test_lips_of_anybody_touch_as_in_speech():
-    worth = np.log(USUAL / (1 - USUAL) * USUAL_GAP / RESOLUTION)
+    worth = np.log(
+        HEAD_FIT.usually_closed
+        / (1 - HEAD_FIT.usually_closed)
+        * HEAD_FIT.usual_gap
+        / HEAD_FIT.resolution
+    )
     usual = Seal.usual(0.1, SLOPE)
     assert usual.worth == pytest.approx(worth)
     for against, closes in ((0.9 * worth, True), (1.1 * worth, False)):

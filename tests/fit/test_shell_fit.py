@@ -29,21 +29,11 @@ from abs_engine.face.shape.lip_model import (
 )
 from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.fit.centroid import centred
-from abs_engine.fit.forces import FIRST_STRIDE
 from abs_engine.fit.head_frame import COLOUR, zone
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import mean_of
-from abs_engine.fit.shell import (
-    DRAWN_MOUTH,
-    POSE_FREE,
-    SIDE,
-    SIDE_OF_MOUTH,
-    WIDTH,
-    ShellSetting,
-    mouth_across,
-    shell_problem,
-    shell_window,
-)
+from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
+from abs_engine.fit.shell import POSE_FREE, ShellSetting, mouth_across, shell_problem, shell_window
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.training import train
 from abs_engine.optimise.base import Solution
@@ -211,9 +201,9 @@ def test_the_window_holds_the_lips_at_a_set_resolution(yaw, distance):
     drawn = window.to_drawn(lips)
     assert (drawn > 0).all()
     assert (drawn < window.drawn).all()
-    assert window.drawn[0] <= 1.6 * DRAWN_MOUTH + 3
+    assert window.drawn[0] <= 1.6 * SHELL_FIT.drawn_mouth + 3
     if window.scale < 2:
-        assert window.drawn[0] == pytest.approx(1.6 * DRAWN_MOUTH, abs=3)
+        assert window.drawn[0] == pytest.approx(1.6 * SHELL_FIT.drawn_mouth, abs=3)
     inside = zone(window)
     assert inside.shape == window.drawn[::-1]
     assert inside.mean() == pytest.approx(np.pi / 4, abs=0.01)
@@ -342,7 +332,7 @@ def test_forces_are_the_derivative_of_the_smoothed_score(frame):
 def test_the_first_push_moves_no_node_farther_than_a_stride():
     problem = shell_problem(setting(), picture(34), FRONT)
     moved = np.tensordot(problem.push(np.zeros(6)), setting().scene.modes, 1)
-    assert np.linalg.norm(moved, axis=1).max() == pytest.approx(FIRST_STRIDE, rel=1e-4)
+    assert np.linalg.norm(moved, axis=1).max() == pytest.approx(HEAD_FIT.first_stride, rel=1e-4)
 
 
 # ---- fits ----------------------------------------------------------------------------------------
@@ -547,7 +537,7 @@ def test_shapes_that_were_seen_make_the_prior():
     told = shell_problem(informed(), picture(12), FRONT)
     x = np.array([1.0, -0.5, 0.5, 0, 0, 1])
     assert told(x).terms[COLOUR] == plain(x).terms[COLOUR]
-    expected = MixturePrior(plain.priors[0], informed().seen, WIDTH).negative_log(
+    expected = MixturePrior(plain.priors[0], informed().seen, SHELL_FIT.width).negative_log(
         np.r_[np.zeros(6), x]
     )
     assert told(x).terms["prior"] == pytest.approx(expected)
@@ -579,6 +569,6 @@ def test_an_observation_is_no_smaller_than_a_share_of_the_mouth():
     counted = [likelihood_in(shell_problem(setting(), picture(0), pose)) for pose in (near, far)]
     width = [like.pixels / like.observations / like.window.scale**2 for like in counted]
     across = mouth_across(setting(), near)
-    assert width[0] == pytest.approx((SIDE_OF_MOUTH * across) ** 2)
-    assert width[0] > SIDE**2
-    assert width[1] == pytest.approx(SIDE**2)
+    assert width[0] == pytest.approx((SHELL_FIT.side_of_mouth * across) ** 2)
+    assert width[0] > SHELL_FIT.side**2
+    assert width[1] == pytest.approx(SHELL_FIT.side**2)

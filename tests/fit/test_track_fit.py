@@ -17,11 +17,6 @@ from abs_engine.face.appearance.colour import CLASSES, hamming
 from abs_engine.face.contact import lip_gaps
 from abs_engine.face.held_head import held_head
 from abs_engine.fit.head_frame import (
-    DRAWN_MOUTH,
-    IN_LINE,
-    IN_SHADE,
-    RED_INSIDE,
-    SMOOTHING,
     best_start,
     class_maps,
     contact_prior,
@@ -31,6 +26,7 @@ from abs_engine.fit.head_frame import (
     zone,
 )
 from abs_engine.fit.problem import Problem
+from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.optimise.simplex import Simplex
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
@@ -53,8 +49,8 @@ def maps_of(case: int) -> ClassMaps:
     drawn = CPU.draw(SCENE, BASE.candidates(truth(case)[None]), CAMERA, window)[0].class_id
     groups = (1,), (2, 3), (4, 5, 6, 7)
     planes = np.stack([np.isin(drawn, g).astype(float) for g in groups])
-    skin, lips, inside = hamming(planes, SMOOTHING * DRAWN_MOUTH) * zone(window)
-    lips += IN_SHADE * inside
+    skin, lips, inside = hamming(planes, HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth) * zone(window)
+    lips += HEAD_FIT.in_shade * inside
     zero = np.zeros_like(skin)
     return ClassMaps(np.stack([zero, skin, lips, lips, inside, inside, inside, inside, zero]))
 
@@ -234,7 +230,7 @@ def test_the_window_holds_the_mouth_at_a_set_resolution():
         assert (drawn > 0).all()
         assert (drawn < window.drawn).all()
         if window.scale < 2:
-            assert np.ptp(drawn[:, 0]) == pytest.approx(DRAWN_MOUTH, rel=0.01)
+            assert np.ptp(drawn[:, 0]) == pytest.approx(HEAD_FIT.drawn_mouth, rel=0.01)
 
 
 def test_the_window_follows_a_person_whose_mouth_is_lower_and_wider():
@@ -271,15 +267,15 @@ def test_class_maps_follow_the_facet_classes():
     class Even:
         def probabilities(self, image, smoothing, _place):
             assert image.shape == (height, width, 3)
-            assert smoothing == pytest.approx(SMOOTHING * DRAWN_MOUTH)
+            assert smoothing == pytest.approx(HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth)
             return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.1, 0.3)])
 
     maps = class_maps(
         Even(), MODEL.colour_classes, window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)
     ).maps
-    lips, inside = 0.3 + IN_SHADE * 0.4, 0.4  # what is inside is thick in the middle
+    lips, inside = 0.3 + HEAD_FIT.in_shade * 0.4, 0.4  # what is inside is thick in the middle
     middle = maps[:, height // 2, width // 2]
-    red = inside + RED_INSIDE * 0.3
+    red = inside + HEAD_FIT.red_inside * 0.3
     of_region = {"skin": 0.2, "lips": lips, "teeth": inside, "dark": red, None: 0.0}
     for k, name in enumerate(SPEAKER.class_names[1:], start=1):
         assert middle[k] == pytest.approx(of_region[MODEL.colour_classes[k]]), name
@@ -350,7 +346,8 @@ def test_a_thin_dark_line_may_be_closed_lips_but_a_thick_one_or_teeth_less_so():
     lip, inside = 1 + names.index("upper_lip"), 1 + names.index("inner_mouth")
     frame = np.zeros((*CAMERA.size[::-1], 3), np.uint8)
     for thick, name, share in (
-        (0, "dark", IN_LINE), (6, "dark", IN_SHADE), (0, "teeth", IN_SHADE), (6, "teeth", IN_SHADE)
+        (0, "dark", HEAD_FIT.in_line), (6, "dark", HEAD_FIT.in_shade),
+        (0, "teeth", HEAD_FIT.in_shade), (6, "teeth", HEAD_FIT.in_shade),
     ):  # fmt: skip
         maps = class_maps(Dark(thick, name), MODEL.colour_classes, window, frame).maps
         assert maps[lip, middle, width // 2] == pytest.approx(share)

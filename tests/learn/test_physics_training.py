@@ -27,8 +27,8 @@ from abs_engine.face.shape.modal import load_physics
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.believed_dots import believe
 from abs_engine.learn.correspondence import correspond, similarity
-from abs_engine.learn.training import MODES, Training, check_speaker, train
-from abs_engine.learn.training import TRAINED as FRAMES
+from abs_engine.learn.settings import LEARNING
+from abs_engine.learn.training import Training, check_speaker, train
 from abs_engine.papers.basu1998.motion import (
     HARVARD,
     RATE,
@@ -63,11 +63,11 @@ def most_varied(path: Path) -> int:
     dots = weights @ units.reshape(len(units), -1).astype(np.float64)
 
     def spread(start: int) -> float:
-        part = dots[start : start + FRAMES]
-        values = np.linalg.svd(part - part.mean(axis=0), compute_uv=False)[:MODES]
+        part = dots[start : start + LEARNING.trained]
+        values = np.linalg.svd(part - part.mean(axis=0), compute_uv=False)[: LEARNING.modes]
         return float(np.log(np.maximum(values, 1e-9)).sum())
 
-    return max(range(0, len(dots) - FRAMES + 1, 10), key=spread)
+    return max(range(0, len(dots) - LEARNING.trained + 1, 10), key=spread)
 
 
 def dots_of(done: Training, moved: np.ndarray) -> np.ndarray:

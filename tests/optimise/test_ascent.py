@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise import ascent
 from abs_engine.optimise.ascent import Forces, Gradient
+from abs_engine.optimise.settings import SOLVING
 
 SCALE = np.array([1.0, 0.1, 20.0])
 SPEC = ParamSpec(("a", "b", "c"), ("sd", "rad", "mm"), SCALE, -50 * SCALE, 50 * SCALE)
@@ -90,7 +93,7 @@ def test_the_step_before_helps_along_a_valley(monkeypatch):
         return [Forces(1e-6, 15).minimise(Valley(), s, SPEC).value for s in starts]
 
     remembering = np.median(ends())
-    monkeypatch.setattr(ascent, "_MEMORY", (0.0,))
+    monkeypatch.setattr(ascent, "SOLVING", replace(SOLVING, memory=(0.0,)))
     assert remembering < 0.1 * np.median(ends())
 
 

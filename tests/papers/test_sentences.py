@@ -25,7 +25,7 @@ from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.talking import PENALTY_SHARE
+from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.optimise.anchored import Held
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.papers.odisio2004.sentences_scores import Closures, closures
@@ -152,7 +152,7 @@ def ball_problem(ball, kind):
         model = every.only(choose_points(every, 40, scene.mean[front], 8.0))
         error = local_error(model, scene, other.image, camera, camera.whole, RENDERER, whiten="all")
     blocks = pose_and(mode_block(N))
-    prior = PenaltyPrior(penalty, PENALTY_SHARE * error.unit, blocks.places[POSTURE])
+    prior = PenaltyPrior(penalty, TALKING_FIT.penalty_share * error.unit, blocks.places[POSTURE])
     return Problem(frame, blocks, {kind: error}, (prior,), unit=error.unit)
 
 

@@ -9,8 +9,9 @@ from heads import SIZE, head_of, picture_of, seen_at
 import abs_engine.tracking.calibration_views
 from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.calibration_views import ROUNDS, Stand
+from abs_engine.tracking.calibration_views import Stand
 from abs_engine.tracking.mouth_search import CalibrationFrame
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 CAMERA = Camera.ideal(SIZE)
 
@@ -46,13 +47,13 @@ def inside_of(places: np.ndarray) -> float:
 
 def test_closed_lips_may_less_and_less_be_open(places):
     """At first much: else lips that rest parted are never found to be."""
-    shares = [inside_of(places(turn)) for turn in range(len(ROUNDS))]
+    shares = [inside_of(places(turn)) for turn in range(len(PREPARATION.view_rounds))]
     assert shares == sorted(shares, reverse=True)
     assert shares[1] > 1.2 * shares[-1] > 0
 
 
 def test_a_round_expects_what_its_share_says(places):
     """Where closed lips are drawn, hardly anything else is: the share alone makes them open."""
-    for turn, (_, share) in enumerate(ROUNDS):
+    for turn, (_, share) in enumerate(PREPARATION.view_rounds):
         if turn > 0:  # in the first, open postures are drawn, too
             assert inside_of(places(turn)) == pytest.approx(share, rel=0.15), turn

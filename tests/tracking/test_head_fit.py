@@ -17,7 +17,7 @@ from drawn import (
 )
 from heads import seen_at
 
-from abs_engine.face.head import N_EXPRESSION
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.identity import head_modes, identity_shape
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
@@ -110,7 +110,7 @@ def test_all_of_it_is_as_large_as_the_pupils_say():
     spans = [np.linalg.norm(f.expression.modes) for f in (small, large)]
     assert spans[1] / spans[0] == pytest.approx(1.2, rel=0.01)
     assert len(large.shape.identity) == 0
-    assert len(large.shape.posture) == N_EXPRESSION + len(upper_face_modes(speaker()))
+    assert len(large.shape.posture) == SHAPE.expression_modes + len(upper_face_modes(speaker()))
 
 
 def test_directions_of_people_are_targets_of_the_speaker_and_pairs_are_one():

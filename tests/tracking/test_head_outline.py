@@ -84,12 +84,14 @@ def test_a_head_too_wide_or_too_narrow_is_seen_as_such(mm):
 
 
 def test_steps_lay_the_head_on_its_outline():
-    start = view(pose=Pose(POSE.rotation, POSE.translation + [4.0, 0, 0]))
+    start = view(pose=Pose(POSE.rotation, POSE.translation + np.array([4.0, 0, 0])))
     found = looked_for(start)
     assert found is not None
     across, went = 3, 0.0
     for _ in range(8):
-        there = view(pose=Pose(start.pose.rotation, start.pose.translation + [went, 0, 0]))
+        there = view(
+            pose=Pose(start.pose.rotation, start.pose.translation + np.array([went, 0, 0]))
+        )
         told = outline_equations(body(), found, there, CAMERA)
         went -= told.gradient[across] / told.information[across, across]
     assert -4.8 < went < -2.6  # an ear in its own shade holds it back
@@ -145,5 +147,5 @@ def test_a_head_without_named_landmarks_has_no_outline():
 
 
 def test_a_head_out_of_the_picture_has_none():
-    away = Pose(POSE.rotation, POSE.translation + [4000.0, 0, 0])
+    away = Pose(POSE.rotation, POSE.translation + np.array([4000.0, 0, 0]))
     assert looked_for(view(pose=away)) is None

@@ -16,13 +16,15 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import head_tracking
 from abs_engine.tracking.blob_start import mouth_model
-from abs_engine.tracking.frame_choice import LEARN_FROM, LOOK_AT, choose_frames
+from abs_engine.tracking.frame_choice import choose_frames
 from abs_engine.tracking.head_tracking import (
     HeadMotion,
     followed,
 )
-from abs_engine.tracking.initial_pose import BOX_WIDTH_MM, FaceBox, face_marks, pose_of_face
+from abs_engine.tracking.initial_pose import FaceBox, face_marks, pose_of_face
 from abs_engine.tracking.keyframes import Keyframes
+from abs_engine.tracking.settings.detection import DETECTION
+from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.texture_registration import KnownHead
 
 CAMERA = Camera.ideal((320, 240))
@@ -33,20 +35,20 @@ SMALL = np.zeros((2, 2, 3), np.uint8)
 
 
 def test_a_face_that_comes_late_is_learned_from():
-    late = [(SMALL, None)] * (LOOK_AT + 50) + [(SMALL, START)] * 40
-    assert len(choose_frames(iter(late), "late.mp4")) == LEARN_FROM
+    late = [(SMALL, None)] * (PREPARATION.look_at + 50) + [(SMALL, START)] * 40
+    assert len(choose_frames(iter(late), "late.mp4")) == PREPARATION.learn_from
 
 
 def test_frames_after_the_first_ten_seconds_with_a_face_are_not_read():
     read = []
 
     def frames():
-        for k in range(3 * LOOK_AT):
+        for k in range(3 * PREPARATION.look_at):
             read.append(k)
             yield SMALL, START
 
-    assert len(choose_frames(frames(), "long.mp4")) == LEARN_FROM
-    assert len(read) == LOOK_AT
+    assert len(choose_frames(frames(), "long.mp4")) == PREPARATION.learn_from
+    assert len(read) == PREPARATION.look_at
 
 
 @pytest.mark.parametrize("seen", [0, 5])
@@ -73,7 +75,7 @@ def motion(clara, monkeypatch):
     monkeypatch.setattr(head_tracking, "find_face", lambda _image: None)
     monkeypatch.setattr(head_tracking, "faces_about", lambda *_: [])
     monkeypatch.setattr(KnownHead, "align", lambda _self, _image, _pose: START)
-    size = CAMERA.matrix[0, 0] * BOX_WIDTH_MM / 650
+    size = CAMERA.matrix[0, 0] * DETECTION.box_width / 650
     return HeadMotion(clara, CAMERA, CpuRenderer(), FaceBox(160 - size / 2, 120 - size / 2, size))
 
 

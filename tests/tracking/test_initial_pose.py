@@ -12,14 +12,13 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.face_detection import Face, find_face
 from abs_engine.tracking.initial_pose import (
-    EYES_APART_MM,
-    MOUTH_WIDTH,
     FaceBox,
     face_marks,
     first_pose,
     pose_of_face,
     with_mouth_at,
 )
+from abs_engine.tracking.settings.detection import DETECTION
 
 DISTORTED = Camera(Camera.ideal((640, 480)).matrix, (640, 480), np.array([-0.2, 0.05]))
 CAMERAS = pytest.mark.parametrize(
@@ -89,7 +88,7 @@ def test_the_pose_of_a_head_in_a_picture(person, turn):
 
 def test_the_eyes_of_somebody_are_as_far_apart_as_people_s():
     somebody, known = mouth_model(load_speaker(), None), head_of("mei")
-    assert np.ptp(face_marks(somebody)[:2, 0]) == pytest.approx(EYES_APART_MM)
+    assert np.ptp(face_marks(somebody)[:2, 0]) == pytest.approx(DETECTION.eyes_apart)
     eyes = known.head.mean[known.speaker.landmarks["eye_corners"], 0]
     assert np.ptp(face_marks(known)[:2, 0]) == pytest.approx(eyes[2:].mean() - eyes[:2].mean())
 
@@ -97,7 +96,7 @@ def test_the_eyes_of_somebody_are_as_far_apart_as_people_s():
 def test_the_box_around_a_mouth_comes_back():
     box = FaceBox(40.0, 30.0, 120.0)
     x, y = box.mouth
-    width, height = MOUTH_WIDTH * box.size, 20.0
+    width, height = DETECTION.mouth_width * box.size, 20.0
     again = FaceBox.around_mouth(x - width / 2, y - height / 2, width, height)
     np.testing.assert_allclose([again.x, again.y, again.size], [40, 30, 120])
 

@@ -13,9 +13,11 @@ from abs_engine.core.geometry import Pose
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import head_tracking, texture_registration
 from abs_engine.tracking.head_tracking import HeadMotion
-from abs_engine.tracking.initial_pose import BOX_WIDTH_MM, FaceBox, face_marks
-from abs_engine.tracking.keyframes import APART, MOST, SEEN_WELL, Keyframes
+from abs_engine.tracking.initial_pose import FaceBox, face_marks
+from abs_engine.tracking.keyframes import Keyframes
 from abs_engine.tracking.rigid_motion import RigidReference, rigid_reference
+from abs_engine.tracking.settings.detection import DETECTION
+from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.texture_registration import KnownHead
 
 CAMERA = Camera.ideal((480, 360))
@@ -72,7 +74,7 @@ def test_a_head_that_turns_away_and_back_is_followed(side):
     facing = [r.pose for r in known.references]
     assert 3 <= len(facing) <= 6
     apart = [angle(a, b) for k, a in enumerate(facing) for b in facing[:k]]
-    assert min(apart) > np.degrees(APART) / 2
+    assert min(apart) > np.degrees(REGISTRATION.apart) / 2
     assert angle(known.pose, turned(side * 45)) < 2
     assert max(followed(away[::-2], known)) < 2
     assert len(known.references) == len(facing)  # on the way back they are there already
@@ -102,10 +104,10 @@ def test_references_do_not_pile_up_and_the_last_is_in_use():
     known = started()
     reference = known.references[0]
     others = [RigidReference(reference.gray, reference.pixels, reference.points, turned(y))
-              for y in range(MOST + 3)]  # fmt: skip
+              for y in range(REGISTRATION.most_references + 3)]  # fmt: skip
     for other in others:
         known.add(other)
-    assert len(known.references) == MOST
+    assert len(known.references) == REGISTRATION.most_references
     assert known.first is others[-1]
     assert known.pose is others[-1].pose
     known.begin(reference)
@@ -120,7 +122,7 @@ def test_a_picture_without_the_head_is_not_followed_and_the_place_is_kept():
     assert known.step(rng.integers(0, 256, (360, 480, 3), np.uint8)) is None
     assert known.pose is last
     assert followed([6], known)[0] < 2
-    assert 0.5 < SEEN_WELL < 1
+    assert 0.5 < REGISTRATION.seen_well < 1
 
 
 # ---- found again ---------------------------------------------------------------------------------
@@ -147,7 +149,7 @@ def motion(monkeypatch) -> HeadMotion:
 
 
 def boxed() -> FaceBox:
-    size = SMALL.matrix[0, 0] * BOX_WIDTH_MM / 560
+    size = SMALL.matrix[0, 0] * DETECTION.box_width / 560
     return FaceBox(160 - size / 2, 120 - size / 2, size)
 
 

@@ -27,8 +27,8 @@ from abs_engine.tracking.head_fit import fit_head, seen_in
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
 from abs_engine.tracking.landmark_fit import fit_frame
-from abs_engine.tracking.person_fit import PERSON_SPREAD
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
+from abs_engine.tracking.settings.preparation import PREPARATION
 
 PERSON = "amara"
 CAMERA = Camera.ideal((240, 240))
@@ -77,7 +77,7 @@ def placed():
     )
     model = build_mouth_model(
         head.speaker, head.neutral, texture_of("clara"), expression=head.expression,
-        person_spread=PERSON_SPREAD,
+        person_spread=PREPARATION.person_spread,
     )  # fmt: skip
     return PlacedHead(model, head.shape, head.textured, correspondence(), CAMERA, CpuRenderer())
 

@@ -16,14 +16,13 @@ from abs_engine.core.geometry import vertex_normals
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.landmark_correspondence import (
     FILE,
-    LEAST_DEVIATION,
-    LEAST_SIGHTINGS,
     Sighting,
     learn_correspondence,
     load_correspondence,
 )
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS
 from abs_engine.tracking.rendered_landmarks import YAWS, sightings_of
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 NOISE = 1.5  # mm
 TURNS = [(p, y) for p in (-0.2, 0.15) for y in (-0.5, 0.0, 0.5)]
@@ -93,8 +92,8 @@ def test_the_deviation_is_the_noise_that_was_added():
 def test_no_deviation_is_less_than_the_least():
     """A landmark that hardly any side shows may agree by chance."""
     exact = learned(0.0).deviation
-    assert (exact >= LEAST_DEVIATION).all()
-    assert np.median(exact) == LEAST_DEVIATION
+    assert (exact >= LANDMARK_EVIDENCE.least_deviation).all()
+    assert np.median(exact) == LANDMARK_EVIDENCE.least_deviation
 
 
 def test_it_comes_back_from_its_file(tmp_path):
@@ -126,7 +125,7 @@ def test_another_mesh_is_refused(tmp_path, kind):
 
 
 def test_too_few_sightings_are_refused():
-    some = sightings()[: LEAST_SIGHTINGS - 1]
+    some = sightings()[: LANDMARK_EVIDENCE.least_sightings - 1]
     with pytest.raises(FaceNotFoundError, match=r"sees no face in drawings .*--start blobs"):
         learn_correspondence(speaker(), some)
 

@@ -13,19 +13,11 @@ from drawn import CAMERA, anybody, projected, turned_by
 from heads import seen_at
 
 from abs_engine.core.geometry import Pose, rotations
-from abs_engine.tracking.landmark_fit import (
-    INNER_TOGETHER,
-    OTHERS_TOGETHER,
-    OUTER_TOGETHER,
-    FrameLandmarks,
-    HeldPose,
-    fit_frame,
-    turned,
-)
+from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, turned
 from abs_engine.tracking.landmark_jacobian import weighed_motion
-from abs_engine.tracking.landmark_shape import BIAS_SHARE, CLOSEST, WITHIN
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, LIPS, OUTER_RING
 from abs_engine.tracking.lip_landmarks import LipLandmarks
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 MODES = 10
 
@@ -129,7 +121,7 @@ def test_what_a_person_is_seen_off_by_becomes_the_bias():
     for k in range(8):
         posture = 0.5 * posture_of(k)
         seen = projected(points_of(shape, posture), pose)
-        wrong = own + (0.0 if k < CLOSEST else 3.0)
+        wrong = own + (0.0 if k < LANDMARK_EVIDENCE.closest else 3.0)
         depth = float(pose.apply(shape.pivot)[2]) / CAMERA.matrix[0, 0]
         moved = np.column_stack([wrong @ np.stack(seen.axes) / depth, np.zeros(COUNT)])
         marks = replace(seen, points=seen.points + moved)
@@ -137,9 +129,15 @@ def test_what_a_person_is_seen_off_by_becomes_the_bias():
     known = shape.known(np.full((COUNT, 3), 0.5), off)
     np.testing.assert_allclose(known.mean, shape.mean + 0.5)
     inner = np.isin(np.arange(COUNT), INNER_RING)
-    np.testing.assert_allclose(known.bias[inner], BIAS_SHARE * own[inner], atol=0.1)
-    np.testing.assert_allclose(known.bias[~inner], BIAS_SHARE * (own[~inner] + 3.0), atol=0.1)
-    np.testing.assert_allclose(known.deviation[:, :2], WITHIN * shape.deviation[:, :2])
+    np.testing.assert_allclose(
+        known.bias[inner], LANDMARK_EVIDENCE.bias_share * own[inner], atol=0.1
+    )
+    np.testing.assert_allclose(
+        known.bias[~inner], LANDMARK_EVIDENCE.bias_share * (own[~inner] + 3.0), atol=0.1
+    )
+    np.testing.assert_allclose(
+        known.deviation[:, :2], LANDMARK_EVIDENCE.within * shape.deviation[:, :2]
+    )
     np.testing.assert_allclose(known.deviation[:, 2], shape.deviation[:, 2])
 
 
@@ -232,8 +230,11 @@ def test_information_is_the_curvature_of_the_landmarks_misfit():
     sight = there / np.linalg.norm(there, axis=1, keepdims=True)
     facing = -(shape.normals @ pose.rotation.T * sight).sum(axis=1)
     trust = np.clip((facing - 0.15) / 0.85, 0.05, 1.0)
-    together = np.full(COUNT, OTHERS_TOGETHER)
-    together[INNER_RING], together[OUTER_RING] = INNER_TOGETHER, OUTER_TOGETHER
+    together = np.full(COUNT, LANDMARK_EVIDENCE.others_together)
+    together[INNER_RING], together[OUTER_RING] = (
+        LANDMARK_EVIDENCE.inner_together,
+        LANDMARK_EVIDENCE.outer_together,
+    )
     trust /= together
     steps = np.diag(np.r_[np.full(3, 1e-4), np.full(3 + m, 1e-2)])
     slope = np.stack([(off(s) - off(-s)) / (2 * s.max()) for s in steps])

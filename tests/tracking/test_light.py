@@ -15,8 +15,9 @@ from runs import write_kind
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import loop
 from abs_engine.tracking.landmarks import OUTER_RING
-from abs_engine.tracking.light import FULL, SkinLight
+from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.run import prepare
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 POSTURES = ({}, {"jawOpen": 0.15}, {"jawOpen": 0.35})
 OPEN = (0.0, 0.15, 0.3, 0.0, 0.2, 0.35, 0.1, 0.0)
@@ -63,7 +64,7 @@ def test_what_is_before_the_mouth_is_no_light():
     hidden = image.copy()
     middle = tuple(np.rint(ring.mean(axis=0)).astype(int).tolist())
     cv2.circle(hidden, middle, round(0.6 * np.ptp(ring[:, 0])), (20, 20, 20), -1)
-    assert np.abs(light.change(hidden, seen)).max() < FULL
+    assert np.abs(light.change(hidden, seen)).max() < FRAME_LOOP.light_full
 
 
 def test_cheeks_outside_of_the_picture_change_nothing():

@@ -14,16 +14,10 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.tracking import multistart
 from abs_engine.tracking.identity_fit import Calibration, shift_deviation
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
-from abs_engine.tracking.multistart import (
-    GOOD_SCORE,
-    HIGHER,
-    LOWER,
-    NEARER_AND_FARTHER,
-    POOR_SCORE,
-    calibrate_well,
-)
+from abs_engine.tracking.multistart import calibrate_well
+from abs_engine.tracking.settings.preparation import PREPARATION
 
-STARTS = (HIGHER, "fuller", LOWER, *NEARER_AND_FARTHER)
+STARTS = (PREPARATION.higher, "fuller", PREPARATION.lower, *PREPARATION.nearer_and_farther)
 SETTING = toy_setting()
 MODEL = toy_model()
 POSE = Pose(FACING, [0.0, 30.0, 600.0])
@@ -49,17 +43,17 @@ def attempt(monkeypatch, scores, model=MODEL):
     return calibrate_well(model, FRAMES, SETTING.camera, SETTING.renderer), tried
 
 
-@pytest.mark.parametrize("scores", [[GOOD_SCORE, 0.0], [GOOD_SCORE, 1.0]])
+@pytest.mark.parametrize("scores", [[PREPARATION.good_score, 0.0], [PREPARATION.good_score, 1.0]])
 def test_beside_a_good_calibration_only_a_higher_place_is_tried(monkeypatch, scores):
     found, tried = attempt(monkeypatch, scores)
     assert len(tried) == 2
     assert found.person[0] == 1 + np.argmax(scores)
-    move = np.array([0.0, 0.0, 0.0, 0.0, HIGHER[0] * np.argmax(scores), 0.0])
+    move = np.array([0.0, 0.0, 0.0, 0.0, PREPARATION.higher[0] * np.argmax(scores), 0.0])
     np.testing.assert_array_equal(found.shift, OWN + move)
 
 
 def test_one_that_is_not_poor_is_tried_again_fuller_higher_and_lower_only(monkeypatch):
-    tried = attempt(monkeypatch, [POOR_SCORE, 0.1, 0.1, 0.1])[1]
+    tried = attempt(monkeypatch, [PREPARATION.poor_score, 0.1, 0.1, 0.1])[1]
     assert len(tried) == 4
     assert len({pose.translation[2] for pose in tried}) == 1
 
@@ -93,7 +87,7 @@ def test_a_place_that_was_told_stays_and_leaves_more_open(monkeypatch, placed):
 
     monkeypatch.setattr(multistart, "shift_of_faces", lambda *_: faces)
     monkeypatch.setattr(multistart, "calibrate", calibrate)
-    monkeypatch.setattr(multistart, "explained", lambda *_: GOOD_SCORE)
+    monkeypatch.setattr(multistart, "explained", lambda *_: PREPARATION.good_score)
     monkeypatch.setattr(multistart, "log_evidence", lambda _m, _f, given, *_: np.zeros(len(given)))
     calibrate_well(MODEL, FRAMES, SETTING.camera, SETTING.renderer, placed=placed)
     there = POSE if placed else shifted(POSE, faces, MODEL.pivot)

@@ -8,7 +8,8 @@ from heads import head_of, picture_of, seen_at
 
 from abs_engine.core.camera import Camera
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.rigid_motion import LEAST_POINTS, follow, rigid_reference
+from abs_engine.tracking.rigid_motion import follow, rigid_reference
+from abs_engine.tracking.settings.registration import REGISTRATION
 
 CAMERA = Camera.ideal((400, 300))
 START = seen_at([0, 0, 0], [5, 10, 650])
@@ -83,5 +84,5 @@ def test_a_face_that_is_gone(model, reference):
 def test_an_even_picture_has_no_points_to_follow(model):
     flat = np.full((300, 400, 3), 90, np.uint8)
     reference = reference_of(model, flat)
-    assert len(reference.points) < LEAST_POINTS
+    assert len(reference.points) < REGISTRATION.least_points
     assert follow(reference, flat, CAMERA, None) is None

@@ -5,12 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from abs_engine.tracking.run_warnings import (
-    LEAST_AGREEMENT,
-    LEAST_SEPARABILITY,
-    contradicted,
-    doubts,
-)
+from abs_engine.tracking.run_warnings import contradicted, doubts
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
 TALK = 6 + 5 * np.sin(np.arange(40) / 3)
@@ -32,13 +28,13 @@ def test_lips_of_the_skins_colour_are_told_each():
 
 @pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
 def test_where_they_begin_to_be_the_same(told, lines):
-    both = dict.fromkeys(GOOD, LEAST_SEPARABILITY + told)
+    both = dict.fromkeys(GOOD, FRAME_LOOP.least_separability + told)
     assert len(doubts(NONE, NONE, both)) == lines
 
 
 @pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
 def test_colours_that_open_the_mouth_less_than_landmarks(told, lines):
-    found = doubts(NONE, NONE, GOOD, LEAST_AGREEMENT + told)
+    found = doubts(NONE, NONE, GOOD, FRAME_LOOP.least_agreement + told)
     assert len(found) == lines
     assert all("opens 69% as far as by landmarks" in line for line in found)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,8 +16,10 @@ from abs_engine.cli import main
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn import posture_space
+from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking import speaker_learning
 from abs_engine.tracking.record import load_run
+from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import load_speaker_face
 
 FRAMES = 16
@@ -47,8 +50,8 @@ def learned(video):
     """The file of a face, learned from hardly a second, and what the command said."""
     path, said = video.with_name("me.face"), video.with_name("said.json")
     with pytest.MonkeyPatch.context() as patch, said.open("w") as file:
-        patch.setattr(posture_space, "LEAST_FRAMES", 6)
-        patch.setattr(speaker_learning, "MOST", 6)
+        patch.setattr(posture_space, "LEARNING", replace(LEARNING, least_frames=6))
+        patch.setattr(speaker_learning, "PREPARATION", replace(PREPARATION, speaker_most=6))
         with contextlib.redirect_stdout(file):
             words = "--renderer", "cpu", "--rounds", 1, "--quiet", "--json"
             assert run("speaker", video, "-o", path, *words) == 0

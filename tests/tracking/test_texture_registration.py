@@ -11,6 +11,7 @@ from heads import head_of, lit_picture_of, seen_at
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.scene import Scene
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking import texture_registration
@@ -18,6 +19,7 @@ from abs_engine.tracking.blob_start import mouth_model
 from abs_engine.tracking.head_tracking import HeadMotion, followed
 from abs_engine.tracking.keyframes import Keyframes
 from abs_engine.tracking.rigid_motion import RigidState
+from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.texture_registration import KnownHead, face_motions
 
 CAMERA = Camera.ideal((320, 240))
@@ -127,11 +129,9 @@ def test_units_that_move_the_face_most_come_first():
     motions = face_motions(model.speaker, model.rigid)
     there = np.unique(model.head.faces[model.rigid])
     size = np.sqrt((motions[:, there] ** 2).sum(axis=(1, 2)))
-    assert motions.shape == (texture_registration.MOTIONS, *model.head.mean.shape)
+    assert motions.shape == (REGISTRATION.motions, *model.head.mean.shape)
     assert (np.diff(size) <= 1e-3).all()
-    lifted = (
-        texture_registration.USUAL * model.speaker.unit_matrix(("browInnerUp",))[0][there].ravel()
-    )
+    lifted = SHAPE.usual_weight * model.speaker.unit_matrix(("browInnerUp",))[0][there].ravel()
     basis = motions[:, there].reshape(len(motions), -1)
     left = lifted - basis.T @ np.linalg.lstsq(basis.T, lifted, rcond=None)[0]
     assert np.linalg.norm(left) < 0.1 * np.linalg.norm(lifted)

@@ -8,8 +8,9 @@ import pytest
 
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
 from abs_engine.face.appearance.mixture import Mixture
-from abs_engine.tracking.blob_filter import PATIENCE, SURE, LipFollower
+from abs_engine.tracking.blob_filter import LipFollower
 from abs_engine.tracking.blobs import LipPrior, find_face_blob, find_lips
+from abs_engine.tracking.settings.blobs import BLOB_START
 
 SIZE = 320, 240
 COLOURS = {"skin": (200, 152, 126), "lips": (170, 86, 88), "teeth": (180, 165, 150)}
@@ -84,7 +85,7 @@ def test_pale_lips_are_no_less_sure_than_others_where_nothing_else_is_like_them(
     cv2.ellipse(picture, (160, 160), (25, 10), 0, 0, 360, pale, -1)
     blob = find_lips(CLASSES_OF_ALL, picture)
     assert blob is not None
-    assert blob.posterior > SURE
+    assert blob.posterior > BLOB_START.sure
 
 
 def test_lips_far_from_where_they_may_be_are_not_sure():
@@ -126,7 +127,7 @@ def test_the_lips_are_where_they_were_painted(parted, factor):
     picture = np.repeat(np.repeat(picture, factor, axis=0), factor, axis=1)
     lips = find_lips(CLASSES_OF_ALL, picture)
     assert lips is not None
-    assert lips.posterior > SURE
+    assert lips.posterior > BLOB_START.sure
     middle = factor * (np.array([170.0, 150.0]) + 0.5) - 0.5
     assert lips.centre == pytest.approx(middle, abs=1.5 * factor)
     assert lips.size[0] == pytest.approx(50 * factor, rel=0.25)
@@ -168,7 +169,7 @@ def test_lips_far_apart_are_one_mouth():
     assert lips is not None
     assert lips.centre == pytest.approx([160, 150], abs=2)
     assert lips.area > 0.65 * painted.sum()  # half of it is one lip
-    assert lips.posterior > SURE
+    assert lips.posterior > BLOB_START.sure
 
 
 def test_lips_without_a_mouth_are_not_sure():
@@ -213,7 +214,7 @@ def test_lips_are_followed_through_a_gap():
 def test_lips_that_come_back_elsewhere_are_found_again():
     follower = LipFollower(CLASSES_OF_ALL, RATE)
     assert follower.step(face_at(90, 120)) is not None
-    for _ in range(round(PATIENCE * RATE) + 1):
+    for _ in range(round(BLOB_START.patience * RATE) + 1):
         assert follower.step(NOTHING) is None
     assert follower.expected is None
     blob = follower.step(face_at(240, 190))

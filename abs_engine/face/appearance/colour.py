@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.face.settings.colour import COLOURS
 from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.npz import read_npz
 
@@ -44,18 +45,6 @@ LAYOUT: Layout = {
 }  # fmt: skip
 """Their arrays in a file."""
 _LUMA = np.array([0.299, 0.587, 0.114])
-_WORTHLESS, _PLAIN, _LEAST_WEIGHT = 0.6, 0.9, 0.2
-"""Separability at which colours say nothing of lips, from which on they say all that they can, and
-the least weight: where classes are wrong, they are all the surer of it."""
-_DEAF, _FOLLOWING = 0.3, 0.8
-"""The same of `agreement`: it is 0.8 and more in clips whose apertures are right."""
-_MOST_OUTDONE = 2.0  # the highest `agreement` on strangers' clips and GRID's is about that
-_PALE_TEETH = 0.3
-"""Share of the skin's density that teeth get within the lips' outline: no skin shows there, and
-what looks like it is rather teeth in shade than lips (or a lip that shines). Chosen of 0, 0.1, 0.3
-and 1 on p03, p04, p06, p07 of the strangers' clips, where all are alike, and the labelled clips of
-the GRID corpus: recall of closures 1.00 with 0.3, 0.99 without."""
-_OUTLIER = 2e-4  # share of the lowest peak density below which a colour belongs to no class
 
 
 def features(image: NDArray[np.generic], reference: float) -> FloatArray:
@@ -145,9 +134,11 @@ class ColourClasses:
         Less where they hardly tell lips from skin, or take what shows in an open mouth for lips.
         """
         told = list(self.separability.values()) or [1.0]
-        apart = (float(np.mean(told)) - _WORTHLESS) / (_PLAIN - _WORTHLESS)
-        follows = (self.agreement - _DEAF) / (_FOLLOWING - _DEAF)
-        return float(np.prod([np.clip(part, _LEAST_WEIGHT, 1.0) for part in (apart, follows)]))
+        apart = (float(np.mean(told)) - COLOURS.worthless) / (COLOURS.plain - COLOURS.worthless)
+        follows = (self.agreement - COLOURS.deaf) / (COLOURS.following - COLOURS.deaf)
+        return float(
+            np.prod([np.clip(part, COLOURS.least_weight, 1.0) for part in (apart, follows)])
+        )
 
     @property
     def outdoing(self) -> float:
@@ -156,7 +147,7 @@ class ColourClasses:
         In small pictures landmarks see half of a mouth's opening, and closed lips parted. It is 2
         at most, less where the colours are less sound, and where they open it absurdly far.
         """
-        more = np.clip(1 - abs(self.agreement - _MOST_OUTDONE), 0.0, 1.0)
+        more = np.clip(1 - abs(self.agreement - COLOURS.most_outdone), 0.0, 1.0)
         return 1 + self.weight * float(more)
 
     def probabilities(
@@ -188,7 +179,7 @@ class ColourClasses:
         likelihood *= self.priors[:, None]
         if place is not None:
             likelihood = self._placed(likelihood, samples, place)
-        floor = _OUTLIER * self._lowest_peak()
+        floor = COLOURS.outlier * self._lowest_peak()
         maps = (likelihood / (likelihood.sum(axis=0) + floor)).reshape(-1, *shape)
         return hamming(maps, smoothing) if smoothing > 0 else maps
 
@@ -204,7 +195,7 @@ class ColourClasses:
         black = self.priors[CLASSES.index("dark")] * self.mixtures["dark"].density(middle[None])
         dark = np.where(deep, np.maximum(dark, black), dark)
         elsewhere, within = 1 - place.beyond.ravel(), place.within.ravel()
-        teeth = teeth + _PALE_TEETH * within * skin
+        teeth = teeth + COLOURS.pale_teeth * within * skin
         skin = skin * (1 - within)
         return np.stack([skin, lips * elsewhere, teeth * elsewhere, dark * elsewhere])
 

@@ -31,19 +31,10 @@ from abs_engine.face.appearance.colour_prior import (
     without_teeth,
 )
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture, single
+from abs_engine.face.settings.colour import COLOURS
 
 PLACES = ("skin", "lips", "inside")
 """What is expected where: which of teeth and dark shows inside a mouth is told by colour alone."""
-
-SKIN_COMPONENTS, LIP_COMPONENTS = 3, 2  # at most; the Bayesian information criterion chooses
-LEAST_PIXELS = 30
-"""Fewer pixels of a class, weighted by how surely they belong to it, are too few to learn from."""
-
-_SKIN_SHADING, LIP_SHADING = 0.03, 0.015  # added spread of a third of log luminance
-_CORE = 0.6  # of the largest prior: where lips are expected surely enough to learn from
-_LIPS_HELD = 0.15  # of the pixels where lips are expected: as many count for anybody's lips
-_UNUSUAL = 0.1  # of where lips are expected; if less looks like lips, they are painted
-_MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
 
 
 def learn_classes(
@@ -79,26 +70,26 @@ def learn_classes(
     FaceNotFoundError
         If the places hold no skin or no lips.
     TooFewPixelsError
-        If fewer than `LEAST_PIXELS` are left for skin or lips.
+        If fewer than `COLOURS.least_pixels` are left for skin or lips.
     """
     prior, pixels = _chosen(images, places, most)
     certain = prior[0] > 0.9 * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
-    around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
+    around, core = prior[0] > 0.5, prior[1] > COLOURS.core * prior[1].max()
     _enough("skin", prior[0] * around)
     _enough("lips", prior[1] * core)
     skin = skin_of(samples[certain])
     typical = typical_lips(skin)
     found = _separated(samples, prior, skin, typical, typical, rounds)
-    usual = found.own.sum() >= _UNUSUAL * (prior[1] @ core)
+    usual = found.own.sum() >= COLOURS.unusual * (prior[1] @ core)
     if not usual:
         found = _separated(samples, prior, skin, _reddest(samples, prior[1], skin), None, rounds)
     _enough("skin", found.bare)
     _enough("lips", found.own)
-    lips = fit_mixture(samples, found.own, LIP_COMPONENTS)
-    lips = shaded(_likely(lips, found.skin) if usual else lips, LIP_SHADING)
-    skin = sound(fit_mixture(samples, found.bare, SKIN_COMPONENTS))
+    lips = fit_mixture(samples, found.own, COLOURS.lip_components)
+    lips = shaded(_likely(lips, found.skin) if usual else lips, COLOURS.lip_shading)
+    skin = sound(fit_mixture(samples, found.bare, COLOURS.skin_components))
     return assembled(skin, with_shade(lips) if usual else lips, found.inside, reference)
 
 
@@ -129,9 +120,9 @@ def _separated(
     Held to the end they would stay broad, and take shaded teeth to themselves. Lips that are not
     held are painted: how they look in their own shade is not known, and all of them are learned.
     """
-    around, core = prior[0] > 0.5, prior[1] > _CORE * prior[1].max()
+    around, core = prior[0] > 0.5, prior[1] > COLOURS.core * prior[1].max()
     anchor = inside = inside_guess(skin)
-    strength, count = 0.25 * prior[1].sum(), _LIPS_HELD * float(prior[1] @ core)
+    strength, count = 0.25 * prior[1].sum(), COLOURS.lips_held * float(prior[1] @ core)
     for turn in range(rounds):
         whole = lips if held is None else with_shade(lips)
         share = posterior((skin, whole, inside), samples, prior)
@@ -139,8 +130,8 @@ def _separated(
         own = share[1] * core * (1.0 if held is None else lit_share(whole, samples))
         if held is not None and 2 * turn < rounds:
             lips = lips.anchored(samples, own, held, count)
-        elif own.sum() >= LEAST_PIXELS:
-            lips = shaded(lips.updated(samples, own), LIP_SHADING)
+        elif own.sum() >= COLOURS.least_pixels:
+            lips = shaded(lips.updated(samples, own), COLOURS.lip_shading)
         inside = less_red(inside.anchored(samples, share[2], anchor, strength), lips)
         skin = sound(skin.updated(samples, bare))
     return _Separated(skin, inside, bare, own)
@@ -175,13 +166,13 @@ def typical_classes(
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     _enough("skin", prior[0] * certain)
-    skin = skin_of(samples[certain], 1 if plain else SKIN_COMPONENTS)
+    skin = skin_of(samples[certain], 1 if plain else COLOURS.skin_components)
     return assembled(skin, typical_lips(skin), inside_guess(skin), reference)
 
 
 def border_axis(skin: Mixture, lips: Mixture) -> FloatArray:
     """By how much skin and lips mix at their border, (3,) in `features`."""
-    return np.asarray(_MIX * (lips.weights @ lips.means - skin.weights @ skin.means))
+    return np.asarray(COLOURS.mix * (lips.weights @ lips.means - skin.weights @ skin.means))
 
 
 def assembled(skin: Mixture, lips: Mixture, inside: Mixture, reference: float) -> ColourClasses:
@@ -212,9 +203,10 @@ def _chosen(
 
 def _enough(name: str, weight: FloatArray) -> None:
     count = float(weight.sum())
-    if count < LEAST_PIXELS:
+    if count < COLOURS.least_pixels:
         raise TooFewPixelsError(
-            f"only {count:.0f} pixels show {name}, {LEAST_PIXELS} are needed to learn their colour",
+            f"only {count:.0f} pixels show {name}, "
+            f"{COLOURS.least_pixels} are needed to learn their colour",
             "leave out --start blobs, or give the colours of another run with --colours FILE",
         )
 
@@ -242,7 +234,7 @@ def posterior(mixtures: Sequence[Mixture], samples: FloatArray, prior: FloatArra
     return np.asarray(joint / (joint.sum(axis=0) + rest))
 
 
-def skin_of(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
+def skin_of(samples: FloatArray, components: int = COLOURS.skin_components) -> Mixture:
     """Skin colours without the tenth that is farthest from the rest (nostrils, background)."""
     first = single(samples, np.ones(len(samples))).density(samples)
     core = samples[first >= np.quantile(first, 0.1)]
@@ -251,7 +243,7 @@ def skin_of(samples: FloatArray, components: int = SKIN_COMPONENTS) -> Mixture:
 
 def sound(skin: Mixture) -> Mixture:
     """Skin as it was fitted, less what are teeth, in whatever shade."""
-    return shaded(without_teeth(skin), _SKIN_SHADING)
+    return shaded(without_teeth(skin), COLOURS.skin_shading)
 
 
 def _reddest(samples: FloatArray, prior: FloatArray, skin: Mixture) -> Mixture:

@@ -9,31 +9,16 @@ import numpy as np
 
 from abs_engine.face.appearance.colour import FloatArray
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.face.settings.colour import COLOURS
 
 DARK, TEETH = slice(0, 1), slice(1, 4)
 """Components of the mixture of what is inside a mouth."""
 _LIT_TEETH, _SHADED_TEETH = 2, 3  # of the same
-_PALEST, _FREQUENT = 0.42, 0.2  # of the way from skin to teeth, and of the skin
-_LESS_RED = 0.3  # of the way from lips to lit teeth, which teeth in shade are at least
-# Lips less skin, in `features`, and how far people and lights differ: medians inside and around
-# the lips of 33 faces (8 of the GRID corpus, 25 of other pictures), some of them dark, bearded,
-# laughing or in coloured light. In none are lips greener than skin; how much redder or darker
-# they are varies.
-_LIPS_MEAN = np.array([0.034, -0.044, -0.044])
-_LIPS_SPREAD = np.array(
-    [[8.4e-4, -4.8e-4, -8.7e-4], [-4.8e-4, 3.3e-4, 4.0e-4], [-8.7e-4, 4.0e-4, 6.0e-3]]
-)
+_LIPS_MEAN = np.array(COLOURS.lips_mean)
+_LIPS_SPREAD = np.array(COLOURS.lips_spread)
 _LIPS_NOISE = np.diag([1e-4, 1e-4, 1e-3])  # of a pixel about its own person's lips
-# Lips in their own shade, where they meet and turn in, less lit lips; each throws its red back at
-# the other. Of the darkest pixel of each column between closed lips (8 clips of the GRID corpus,
-# 203 frames) the mean is (0.063, -0.045, -0.117), the spread of clips and frames (0.03, 0.013,
-# 0.03). Three heads that were drawn without light thrown back: (0.018, -0.006, -0.173). Taken a
-# little less red than in those videos; of pixels as `chroma.matched` gives them, lips in shade are
-# less red than measured so, (0.044, -0.021, -0.136), but with that closures were found no better.
-# Darker yet, and a narrow gap between the lips, or a tongue in shade, would be taken for lips.
-_LIP_SHADE_MEAN = np.array([0.05, -0.033, -0.11])
+_LIP_SHADE_MEAN = np.array(COLOURS.lip_shade_mean)
 _LIP_SHADE_SPREAD = np.diag(np.array([0.03, 0.02, 0.035]) ** 2)
-_LIP_SHADE_PART = 0.1  # of the lips
 
 
 def typical_lips(skin: Mixture) -> Mixture:
@@ -49,7 +34,7 @@ def with_shade(lips: Mixture) -> Mixture:
     """
     centre = lips.weights @ lips.means + _LIP_SHADE_MEAN
     return Mixture(
-        np.append((1 - _LIP_SHADE_PART) * lips.weights, _LIP_SHADE_PART),
+        np.append((1 - COLOURS.lip_shade_part) * lips.weights, COLOURS.lip_shade_part),
         np.vstack([lips.means, centre]),
         np.concatenate([lips.covariances, _LIP_SHADE_SPREAD[None]]),
     )
@@ -69,7 +54,7 @@ def less_red(inside: Mixture, lips: Mixture) -> Mixture:
     """
     means, redder = inside.means.copy(), np.array([1.0, -1.0])
     away = (means[_LIT_TEETH] - lips.weights @ lips.means)[:2]
-    least = redder @ means[_LIT_TEETH, :2] - (1 - _LESS_RED) * redder @ away
+    least = redder @ means[_LIT_TEETH, :2] - (1 - COLOURS.less_red) * redder @ away
     excess = redder @ means[_SHADED_TEETH, :2] - least
     if redder @ away < 0 < excess:
         # lips as pale as teeth leave no direction: never farther than from lips to teeth
@@ -86,8 +71,8 @@ def without_teeth(skin: Mixture) -> Mixture:
     """
     centre = skin.means[skin.weights.argmax()]
     way = _teeth_beside(centre) - centre[:2]
-    pale = (skin.means - centre)[:, :2] @ way > _PALEST * (way @ way)
-    return skin.part(np.flatnonzero(~pale | (skin.weights > _FREQUENT)))
+    pale = (skin.means - centre)[:, :2] @ way > COLOURS.palest * (way @ way)
+    return skin.part(np.flatnonzero(~pale | (skin.weights > COLOURS.frequent)))
 
 
 def _teeth_beside(skin: FloatArray) -> FloatArray:

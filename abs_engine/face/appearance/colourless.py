@@ -12,14 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.settings.colour import COLOURS
+
 FloatArray = NDArray[np.float64]
-LEAST_SPREAD = 2.7
-"""Levels of 255. Medians of six frames: p01 to p08 of the strangers' clips and GRID's 4.2 to 10;
-with their colour taken out 0, also with noise; tinted sepia 0.6 to 1.0, coded as coarsely as H.264
-does at a quality of 32 1.0 to 1.7, but 2.3 and 3.4 in p03, whose skin is burnt out."""
-_ACROSS = 24  # cells across a face: coarser than the blocks that video keeps one chroma for
-_LEVELS = 12  # of luminance, by as many cells each
-_FEWEST = 4 * _LEVELS  # cells of a face
+_FEWEST = 4 * COLOURS.luminance_levels  # cells of a face
 _BY_CHROMA = np.array([[-0.169, -0.331, 0.5], [0.5, -0.419, -0.081], [0.299, 0.587, 0.114]])
 
 
@@ -42,7 +38,7 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
     high = np.clip(np.ceil(outline.max(axis=0)) + 1, 0, [width, height]).astype(int)
     if (high - low).min() < 2:
         return None
-    scale = _ACROSS / float(np.ptp(outline[:, 0]))
+    scale = COLOURS.cells_across / float(np.ptp(outline[:, 0]))
     size = np.maximum(np.rint((high - low) * scale).astype(int), 1)
     part = np.asarray(image[low[1] : high[1], low[0] : high[0]], np.float32)
     cells = cv2.resize(part, (int(size[0]), int(size[1])), interpolation=cv2.INTER_AREA)
@@ -53,7 +49,7 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
     if np.count_nonzero(kept) < _FEWEST:
         return None
     blue, red, luminance = _BY_CHROMA @ cells[kept].astype(np.float64).T
-    groups = np.array_split(np.argsort(luminance, kind="stable"), _LEVELS)
+    groups = np.array_split(np.argsort(luminance, kind="stable"), COLOURS.luminance_levels)
     at = [float(np.median(luminance[g])) for g in groups]
     away = [c - np.interp(luminance, at, [np.median(c[g]) for g in groups]) for c in (blue, red)]
     return float(np.sqrt(np.square(away).sum(axis=0).mean()))
@@ -66,4 +62,4 @@ def in_colour(faces: Sequence[tuple[NDArray[np.uint8], FloatArray]]) -> bool:
     """
     spreads = [chroma_spread(image, outline) for image, outline in faces]
     told = [spread for spread in spreads if spread is not None]
-    return not told or float(np.median(told)) > LEAST_SPREAD
+    return not told or float(np.median(told)) > COLOURS.least_spread

@@ -22,7 +22,6 @@ from abs_engine.face.appearance.colour import (
     luminance,
 )
 from abs_engine.face.appearance.colour_learning import (
-    LIP_SHADING,
     assembled,
     border_axis,
     bordered,
@@ -39,18 +38,11 @@ from abs_engine.face.appearance.colour_prior import (
     with_shade,
 )
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
+from abs_engine.face.settings.colour import COLOURS
 
 PLACES = ("skin", *EACH_LIP, "inside")
-WIDTH = np.array([0.012, 0.008, 0.05])
-"""Standard deviations, in `features`, of a lip of which nothing is known but a rough colour: those
-of a pixel about its own person's lips (see `anybody`), widened by a fifth."""
-HELD = 40.0  # pixels that this width counts as
-PLACE = np.array([0.012, 0.010, 0.04])
-"""By how much, in `features`, a lip's colour may be wrong as its place is: skin or a dark opening
-beside it differ by three times as much, and may be a third of what is learned."""
-_CORE = 0.6  # of a lip's largest prior: where it is expected surely enough to learn from
-_ROUNDS = 10
-_MOST = 12_000  # pixels
+WIDTH = np.array(COLOURS.lip_width)
+PLACE = np.array(COLOURS.lip_place)
 
 
 def learn_placed(
@@ -98,7 +90,7 @@ def learn_placed(
 
 
 def _core(prior: FloatArray) -> NDArray[np.bool_]:
-    return np.asarray(prior > _CORE * prior.max())
+    return np.asarray(prior > COLOURS.core * prior.max())
 
 
 def _separated(
@@ -112,14 +104,16 @@ def _separated(
     ]
     strength = 0.25 * prior[1:3].sum()
     share = prior
-    for _ in range(_ROUNDS):
+    for _ in range(COLOURS.rounds):
         share = posterior([skin, *(with_shade(m) for m in lips), inside], samples, prior)
         own = [
             share[k] * _core(prior[k]) * lit_share(with_shade(m), samples)
             for k, m in zip((1, 2), lips, strict=True)
         ]
         lips = [
-            _drawn(m.anchored(samples, w, replace(_wide(m), weights=m.weights), HELD), skin)
+            _drawn(
+                m.anchored(samples, w, replace(_wide(m), weights=m.weights), COLOURS.lip_held), skin
+            )
             for m, w in zip(lips, own, strict=True)
         ]
         inside = less_red(inside.anchored(samples, share[3], anchor, strength), _joined(lips))
@@ -156,8 +150,10 @@ def _wide(mixture: Mixture) -> Mixture:
 def _finished(samples: FloatArray, weight: FloatArray, lip: Mixture) -> Mixture:
     """A lip with as many components as its pixels ask for, widened where they are few."""
     weight = weight * lit_share(with_shade(lip), samples)
-    found = lip if weight.sum() < 2 * HELD else fit_mixture(samples, weight, 2)
-    return with_shade(shaded(found.anchored(samples, weight, _wide(found), HELD), LIP_SHADING))
+    found = lip if weight.sum() < 2 * COLOURS.lip_held else fit_mixture(samples, weight, 2)
+    return with_shade(
+        shaded(found.anchored(samples, weight, _wide(found), COLOURS.lip_held), COLOURS.lip_shading)
+    )
 
 
 def _joined(mixtures: Sequence[Mixture]) -> Mixture:
@@ -187,7 +183,7 @@ def _chosen(
     prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
     keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
-    keep = keep[:: max(1, -(-len(keep) // _MOST))]
+    keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
     prior, pixels = prior[:, keep], pixels[keep]
     if not (prior.size and min(prior[0].max(), prior[1:3].max()) > 0.2):
         raise FaceNotFoundError(

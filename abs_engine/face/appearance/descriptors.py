@@ -18,8 +18,6 @@ from abs_engine.face.appearance.visibility import check_picture
 
 FloatArray = NDArray[np.float64]
 COMPONENTS = ("Cb", "Cr", "Y_x", "Cb_x", "Cr_x", "Y_y", "Cb_y", "Cr_y")
-SIGMA = 2.0
-"""Scale of the filters in drawn pixels, unless told otherwise."""
 REACH = 3.0
 
 YCBCR: FloatArray = np.array(

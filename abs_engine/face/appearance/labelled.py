@@ -9,20 +9,11 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, luminance
-from abs_engine.face.appearance.colour_learning import (
-    LEAST_PIXELS,
-    LIP_COMPONENTS,
-    SKIN_COMPONENTS,
-    bordered,
-)
+from abs_engine.face.appearance.colour_learning import bordered
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
+from abs_engine.face.settings.colour import COLOURS
 
 FloatArray = NDArray[np.float64]
-INSIDE_COMPONENTS = 2  # at most, of teeth and of the dark
-INSIDE = 0.3
-"""Prior weight of teeth and dark together where skin and lips have 1: they show on little area."""
-_MIX = 0.2  # of the way from skin to lips: spread of both by mixing at their border
-_MOST = 6000
 
 
 def train_classes(pixels: Mapping[str, NDArray[np.generic]], seed: int = 0) -> ColourClasses:
@@ -44,30 +35,33 @@ def train_classes(pixels: Mapping[str, NDArray[np.generic]], seed: int = 0) -> C
     Raises
     ------
     TooFewPixelsError
-        If a class has fewer than `LEAST_PIXELS` examples.
+        If a class has fewer than `COLOURS.least_pixels` examples.
     """
     for name in CLASSES:
         count = len(pixels.get(name, ()))
-        if count < LEAST_PIXELS:
+        if count < COLOURS.least_pixels:
             raise TooFewPixelsError(
-                f"only {count} pixels show {name}, {LEAST_PIXELS} are needed to learn their colour",
+                f"only {count} pixels show {name}, "
+                f"{COLOURS.least_pixels} are needed to learn their colour",
                 "label more frames, with the mouth open and closed",
             )
     rng = np.random.default_rng(seed)
     chosen = {name: _some(np.asarray(pixels[name], np.float64), rng) for name in CLASSES}
     reference = float(np.median(luminance(chosen["skin"])))
-    most = {"skin": SKIN_COMPONENTS, "lips": LIP_COMPONENTS}
+    most = {"skin": COLOURS.skin_components, "lips": COLOURS.lip_components}
     found: dict[str, Mixture] = {}
     for name in CLASSES:
         samples = features(chosen[name], reference)
-        found[name] = fit_mixture(samples, np.ones(len(samples)), most.get(name, INSIDE_COMPONENTS))
+        found[name] = fit_mixture(
+            samples, np.ones(len(samples)), most.get(name, COLOURS.inside_components)
+        )
     skin, lips = found["skin"], found["lips"]
-    axis = _MIX * (lips.weights @ lips.means - skin.weights @ skin.means)
+    axis = COLOURS.mix * (lips.weights @ lips.means - skin.weights @ skin.means)
     found |= {"skin": bordered(skin, axis), "lips": bordered(lips, axis)}
-    return ColourClasses(found, np.array([1.0, 1.0, INSIDE, INSIDE]), reference)
+    return ColourClasses(found, np.array([1.0, 1.0, COLOURS.inside, COLOURS.inside]), reference)
 
 
 def _some(pixels: FloatArray, rng: np.random.Generator) -> FloatArray:
-    if len(pixels) <= _MOST:
+    if len(pixels) <= COLOURS.most_labelled:
         return pixels
-    return pixels[rng.choice(len(pixels), _MOST, replace=False)]
+    return pixels[rng.choice(len(pixels), COLOURS.most_labelled, replace=False)]

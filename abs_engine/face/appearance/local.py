@@ -13,17 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
-from abs_engine.face.appearance.descriptors import COMPONENTS, SIGMA, DescriptorMaps
+from abs_engine.face.appearance.descriptors import COMPONENTS, DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.io.arrays import Layout, real, whole
 
-RIDGE = 1.0
-ALONE = 0.05
-"""Share of each component's noise that is taken for its own in `LocalModel.whitener`: a few dozen
-frames cannot tell that of hundreds of components from noise that they have in common."""
 N_D = len(COMPONENTS)
 
 
@@ -100,12 +97,14 @@ class LocalModel:
 
         What a linear model misses is missed by many points at once: where lips roll in, or light
         falls otherwise, all around them are off alike. The inverse root of the correlation of
-        what was left out, drawn by `ALONE` to the identity.
+        what was left out, drawn by `APPEARANCE.alone` to the identity.
         """
         rows = (self.left_out * self.inverse).reshape(len(self.left_out), -1)
         together = rows.T @ rows / max(len(rows), 1)
-        values, axes = np.linalg.eigh((1 - ALONE) * together + ALONE * np.eye(len(together)))
-        return np.asarray((axes / np.sqrt(np.maximum(values, ALONE))) @ axes.T)
+        values, axes = np.linalg.eigh(
+            (1 - APPEARANCE.alone) * together + APPEARANCE.alone * np.eye(len(together))
+        )
+        return np.asarray((axes / np.sqrt(np.maximum(values, APPEARANCE.alone))) @ axes.T)
 
     def at(self, parameters: ArrayLike) -> FloatArray:
         """Descriptors (..., N, 8) at parameters (..., P); those beyond the model's are not read."""
@@ -188,9 +187,9 @@ def learn_local(
     vertices: NDArray[np.integer],
     camera: Camera,
     renderer: Renderer,
-    sigma: float | FloatArray = SIGMA,
+    sigma: float | FloatArray = APPEARANCE.sigma,
     scale: float = 1.0,
-    ridge: float = RIDGE,
+    ridge: float = APPEARANCE.ridge,
     unit: float = 0.0,
 ) -> LocalModel:
     """Learn d_0 and M_D of some points by least squares, from the frames that show them.

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.colour import luminance
+from abs_engine.face.settings.appearance import APPEARANCE
 
 FloatArray = NDArray[np.float64]
 SIDES = ("above", "inside", "below", "beside")
 """Above the upper inner lip, between the lips, below the lower one; beside the corners."""
 ACROSS, SIZE, CENTRE = 64.0, (96, 88), (47.5, 38.0)
 """Pixels of the normalised picture across a mouth; its width and height; where the mouth lies."""
-BESIDE = 0.1
-"""Mouth widths above and below a corner that are beside it; farther off all is above or below."""
 _ROWS = (-20, -16, -13, -10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 6, 8, 10, 13, 16, 20)
 _COLUMNS, _BETWEEN, _FAR = (-8, -4, 0, 4, 8), (-4, -2, 0, 2, 4), (-14, -2, 2, 14)
 PLACES = (
@@ -36,7 +35,6 @@ PLACES = (
 _REACH = 24  # pixels that the places stay within
 _DARK, _FLAT = 8.0, 0.05  # what is added to luminance, and to its spread, for noise to stay small
 _NEAR, _AROUND = 16.0, 20.0  # pixels over which brightness and its spread are levelled
-_DOUBT = 0.03  # share of each pixel that may be anything
 
 
 @dataclass(frozen=True)
@@ -132,7 +130,7 @@ class OpeningLooks:
         seen = surroundings(spot.normalised(image))
         found = self.sides(seen.reshape(-1, seen.shape[-1]))
         maps = found.T.reshape(len(SIDES), *seen.shape[:2])
-        return np.asarray((1 - _DOUBT) * maps + _DOUBT / len(SIDES), np.float64)
+        return np.asarray((1 - APPEARANCE.doubt) * maps + APPEARANCE.doubt / len(SIDES), np.float64)
 
     def sides(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
         """The same of surroundings (N, F), (N, 4)."""

@@ -8,14 +8,10 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.visibility import FloatArray
+from abs_engine.face.settings.appearance import APPEARANCE
 
 N_POINTS = 63
 """The paper's N."""
-OFTEN = 0.6
-"""Least share of the training frames that must show a point."""
-SQUARELY = 0.5
-"""Least mean cosine between its normal and the line of sight: flatter, near the outline, its
-filters see the background too, and a small turn of the head changes them more than speech does."""
 
 
 def choose_points(
@@ -51,7 +47,7 @@ def choose_points(
     Raises
     ------
     ParameterError
-        If the model is constant, or no point is seen in a share `OFTEN` of the frames, `SQUARELY`.
+        If the model is constant, or no point is seen often and squarely enough.
     """
     if len(model.modes) == 0:
         raise ParameterError("constant appearance ranks no points", "choose before `constant`")
@@ -63,17 +59,17 @@ def choose_points(
 
 
 def usable_points(model: LocalModel) -> NDArray[np.bool_]:
-    """Mask (N,) of the points that are seen in a share `OFTEN` of the frames, and `SQUARELY`.
+    """Mask (N,) of the points that are seen often and squarely enough.
 
     Raises
     ------
     ParameterError
         If none is.
     """
-    usable = np.asarray((model.seen >= OFTEN) & (model.facing >= SQUARELY))
+    usable = np.asarray((model.seen >= APPEARANCE.often) & (model.facing >= APPEARANCE.squarely))
     if not usable.any():
         raise ParameterError(
-            f"no point is seen squarely in {OFTEN:.0%} of the frames",
+            f"no point is seen squarely in {APPEARANCE.often:.0%} of the frames",
             "give points in front of the face",
         )
     return usable

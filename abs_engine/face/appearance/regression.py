@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import NothingSeenError, ParameterError
+from abs_engine.face.settings.appearance import APPEARANCE
 
 FloatArray = NDArray[np.float64]
 BLOCK = 20_000  # items solved at once
-HIGHEST = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Frames:
 
         The residuals over one minus the leverage, which for a ridge is the same as to fit again
         without the frame. A frame that alone decides about an item has a leverage of nearly 1,
-        which is held below `HIGHEST`.
+        which is held below `APPEARANCE.highest`.
         """
         rows = np.column_stack([np.ones(len(self.parameters)), self.parameters])
         seen, values = self.seen.astype(np.float64), self.values.astype(np.float64)
@@ -82,7 +82,7 @@ class Frames:
         cross = np.einsum("tk,ti,tkc->kic", seen, rows, values, optimize=True)
         fitted = np.einsum("ti,kij,kjc->tkc", rows, inverse, cross, optimize=True)
         leverage = np.einsum("ti,kij,tj->tk", rows, inverse, rows, optimize=True)
-        off = (values - fitted) / (1 - np.minimum(leverage, HIGHEST))[..., None]
+        off = (values - fitted) / (1 - np.minimum(leverage, APPEARANCE.highest))[..., None]
         return np.asarray(off * seen[..., None])
 
 

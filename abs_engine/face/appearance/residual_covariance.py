@@ -11,13 +11,9 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.atlas import Atlas
 from abs_engine.face.appearance.regression import FloatArray, Frames
+from abs_engine.face.settings.appearance import APPEARANCE
 
 T = TypeVar("T", np.float32, np.float64)
-COMMON = 6
-"""Directions of common noise that are kept."""
-_LEAST_OWN = 0.1  # share of the variance that counts as not common, where few frames hold no more
-_FRAMES_EACH = 2
-"""Frames for each number fitted, at least, where what is left says how uncertain a texel is."""
 
 
 def normalised(rgb: NDArray[T]) -> NDArray[T]:
@@ -70,7 +66,7 @@ def leftover(frames: Frames, ridge: float, atlas: Atlas) -> Leftover:
     atlas : Atlas
     """
     count = frames.seen.sum(axis=0)
-    known = count >= _FRAMES_EACH * (frames.parameters.shape[1] + 1)
+    known = count >= APPEARANCE.frames_each * (frames.parameters.shape[1] + 1)
     size = atlas.facet_id.shape
     if not known.any():
         return Leftover(np.ones(size, np.float32), np.zeros((0, *size, 3), np.float32))
@@ -81,10 +77,10 @@ def leftover(frames: Frames, ridge: float, atlas: Atlas) -> Leftover:
     scaled = floored(wide[known])
     rows = off / scaled[:, None]
     modes = _strongest(rows.reshape(len(rows), -1))
-    own = np.sqrt(max(1 - (modes**2).sum() / (rows**2).mean(axis=0).sum(), _LEAST_OWN))
+    own = np.sqrt(max(1 - (modes**2).sum() / (rows**2).mean(axis=0).sum(), APPEARANCE.least_own))
     wide[known] = own * scaled
     spread = atlas.picture(wide[:, None], known)[..., 0]
-    layers = np.zeros((min(COMMON, len(rows)), *size, 3), np.float32)
+    layers = np.zeros((min(APPEARANCE.common, len(rows)), *size, 3), np.float32)
     for layer, mode in zip(layers, modes / own, strict=False):
         values = np.zeros((len(known), 3))
         values[known] = mode.reshape(-1, 3)
@@ -100,4 +96,4 @@ def floored(spread: NDArray[T]) -> NDArray[T]:
 def _strongest(rows: FloatArray) -> FloatArray:
     """Principal directions (q, K) of rows (T, K), each times its root mean square."""
     _, axes = np.linalg.eigh(rows @ rows.T)
-    return np.asarray(axes[:, ::-1][:, :COMMON].T @ rows / np.sqrt(len(rows)))
+    return np.asarray(axes[:, ::-1][:, : APPEARANCE.common].T @ rows / np.sqrt(len(rows)))

@@ -16,6 +16,7 @@ from abs_engine.face.appearance.atlas import Atlas, warp
 from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
 from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
 from abs_engine.face.appearance.visibility import Sighting
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.io.arrays import Layout, real, whole
 
 LAYOUT: Layout = {
@@ -27,8 +28,6 @@ LAYOUT: Layout = {
     "common": real("Q*", "H", "W", 3, dtype=np.float32),
 }
 """Its arrays in a file."""
-RIDGE = 1.0
-"""See `LinearFits.solve`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +163,7 @@ def learn_texture(
     atlas: Atlas,
     camera: Camera,
     renderer: Renderer,
-    ridge: float = RIDGE,
+    ridge: float = APPEARANCE.ridge,
 ) -> TextureModel:
     """Learn I_0 and M_I by least squares for each texel, from the frames that show it.
 

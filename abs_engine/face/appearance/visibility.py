@@ -13,12 +13,9 @@ from abs_engine.core.errors import ParameterError, PictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.patches import Patches
+from abs_engine.face.settings.appearance import APPEARANCE
 
 FloatArray = NDArray[np.float64]
-FACING = 0.15
-"""Least cosine between normal and line of sight: what is seen flatter than that is turned away."""
-CLOSE_MM = 1.0
-"""Depth, mm, by which something must be nearer to hide a point, besides the surface's own slope."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +118,7 @@ def in_sight(
     -------
     (N,) float64
         Cosine between normal and line of sight; 0 for points that are turned away (below
-        `FACING`), hidden, or outside of the window.
+        `APPEARANCE.facing`), hidden, or outside of the window.
     """
     height, width = depth.shape
     z = points[:, 2]
@@ -132,11 +129,11 @@ def in_sight(
     inside = (column >= edge) & (column < width - edge) & (row >= edge) & (row < height - edge)
     lengths = np.linalg.norm(points, axis=1) * np.linalg.norm(normals, axis=1)
     cosine = -np.einsum("nk,nk->n", points, normals) / np.maximum(lengths, 1e-12)
-    steepness = np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, FACING)
+    steepness = np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, APPEARANCE.facing)
     pixel = z / (camera.matrix[0, 0] * window.scale)
-    slack = CLOSE_MM + (0.75 + edge) * pixel * steepness
+    slack = APPEARANCE.nearer + (0.75 + edge) * pixel * steepness
     at = row.clip(0, height - 1), column.clip(0, width - 1)
-    shown = inside & (z > camera.near) & (cosine > FACING)
+    shown = inside & (z > camera.near) & (cosine > APPEARANCE.facing)
     if margin:  # where the head ends, a depth of 0 hides everything
         around = np.ones((3, 3), np.uint8)
         shown &= np.asarray(cv2.dilate(depth, around))[at] < z + slack

@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.descriptors import DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
+from abs_engine.face.settings.appearance import APPEARANCE
 
 FloatArray = NDArray[np.float64]
-STEP = 1.25
-"""Ratio of neighbouring scales of the maps between which a deformed window is interpolated."""
-REACH = 2.0
-"""How much larger or smaller than at rest a deformed window becomes, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +49,11 @@ class Windows:
         """Scales that maps must have, ascending, drawn pixels."""
         if self.unit == 0:
             return np.unique(self.sigma)
-        low, high = self.sigma.min() / REACH, self.sigma.max() * REACH
-        count = 1 + int(np.ceil(np.log(high / low) / np.log(STEP)))
+        low, high = (
+            self.sigma.min() / APPEARANCE.window_reach,
+            self.sigma.max() * APPEARANCE.window_reach,
+        )
+        count = 1 + int(np.ceil(np.log(high / low) / np.log(APPEARANCE.window_step)))
         return np.geomspace(low, high, count)
 
     @cached_property

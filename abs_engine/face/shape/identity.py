@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.face.schema import COMPONENT, PERSON
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
 from abs_engine.io.assets import Speaker
@@ -16,17 +17,6 @@ from abs_engine.io.assets import Speaker
 FloatArray = NDArray[np.float64]
 
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
-_PAIR, _ALONE, _MACRO = 0.3, 0.2, 0.13
-"""Standard deviations of the weights of MakeHuman's targets: in pairs, alone, and of whole people.
-With them the distance of the eyes spreads by 6 % and the mouth's width by 9 %, as in people."""
-
-_KEPT = 96
-"""Directions of targets and smooth fields together: they hold 98 % of the variance that
-proportions leave of both."""
-_ASYMMETRY = 0.1
-"""Of what smooth fields add, the share that is no mirror image. Chosen on eight films of other
-heads: with 0.1, 0.25, 0.5 and 1 the fitted head lies 1.5, 1.7, 2.3 and 2.6 degrees off the true
-one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +61,11 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     """
     targets = identity_shape(speaker).modes(speaker)
     vertices = speaker.vertices.astype(np.float64)
-    modes = np.concatenate([targets, mirrored_modes(vertices, _ASYMMETRY)])
+    modes = np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry)])
     flat = modes.reshape(len(modes), -1)
     tied = proportioned(speaker, flat)
     values, vectors = np.linalg.eigh(tied @ (flat @ flat.T) @ tied.T)
-    kept = vectors[:, np.argsort(-values)[:_KEPT]].T @ tied
+    kept = vectors[:, np.argsort(-values)[: SHAPE.identity_modes]].T @ tied
     return np.asarray((kept @ flat).reshape(-1, *modes.shape[1:]), np.float32)
 
 
@@ -91,9 +81,9 @@ def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:
         stem, _, end = name.rpartition("-")
         other = f"{stem}-{_OPPOSITE.get(end, '')}"
         if other in index:
-            row[k], row[index[other]] = 0.5 * _PAIR, -0.5 * _PAIR
+            row[k], row[index[other]] = 0.5 * SHAPE.target_pair, -0.5 * SHAPE.target_pair
         elif any(f"{stem}-{more}" in index and _OPPOSITE[more] == end for more in _OPPOSITE):
             continue  # the other of a pair
         else:
-            row[k] = _MACRO if name.startswith("macro/") else _ALONE
+            row[k] = SHAPE.target_macro if name.startswith("macro/") else SHAPE.target_alone
         yield name, row

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh.triangles import closest_point
 
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.fem import Material, ThinShell
 from abs_engine.face.shape.lip_edge import lip_edge
 from abs_engine.io.assets import Speaker
@@ -22,9 +23,6 @@ FloatArray = NDArray[np.float64]
 COLUMNS = 34
 LIP_ROWS = (0.0, 0.5, 1.0)  # from the inner contour to the outer one
 SKIN_ROWS = (3.0, 6.5, 10.0)  # mm beyond the outer contour: as far as the nose lets
-BORDER_SPRING = (
-    0.01  # N / mm at each node of the outermost ring: soft, as the jaw takes the chin along
-)
 MATERIAL = Material(poisson=0.0, shear=1.5)
 """Of lips and skin alike. Skin that is pulled one way hardly narrows the other way, as it bulges;
 slopes out of the plane are held harder than a plate's, which would let the lips' edges flap."""
@@ -75,7 +73,7 @@ class LipShell(LipPoints):
 
     def elastic_at(self, nodes: FloatArray, material: Material | None = None) -> ThinShell:
         """The shell as an elastic body whose nodes (N, 3), mm, are at rest where given."""
-        springs = np.where(self.border, BORDER_SPRING, 0.0)
+        springs = np.where(self.border, SHAPE.border_spring, 0.0)
         return ThinShell(nodes, self.faces, springs, material or MATERIAL)
 
 

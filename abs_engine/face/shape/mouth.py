@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import FloatArray, LinearShape, principal_shapes
 from abs_engine.io.assets import Speaker
 
@@ -38,8 +39,6 @@ _PRESSING = {
     "mouthRollUpper": 0.045,
     "mouthShrugLower": 0.15,
 }
-_ONE_SIDED = 0.4  # how often one side of a pair takes less part than the other, as in a smirk
-JAW_LIMIT = 0.55  # wider is yawning, not speech
 
 
 def mouth_shape(
@@ -80,7 +79,7 @@ def sample_postures(count: int, seed: int) -> FloatArray:
     """
     rng = np.random.default_rng(seed)
     columns = {name: np.zeros(count) for name in mouth_units()}
-    jaw = JAW_LIMIT * rng.beta(1.0, 1.8, count)
+    jaw = SHAPE.widest_jaw * rng.beta(1.0, 1.8, count)
     closing = np.where(rng.random(count) < 0.35, rng.uniform(0.7, 1.0, count), 0.0)
     columns["mouthClose"] = jaw * np.maximum(closing, 0.25 * rng.random(count))
     for name, (largest, share) in _ACTIONS.items():
@@ -89,7 +88,7 @@ def sample_postures(count: int, seed: int) -> FloatArray:
         for side in sides:
             columns[side] = amount * rng.uniform(0.85, 1.15, count)
         weaker = rng.integers(len(sides), size=count)
-        lone = (rng.random(count) < _ONE_SIDED) * (len(sides) == 2)
+        lone = (rng.random(count) < SHAPE.one_sided) * (len(sides) == 2)
         for k, side in enumerate(sides):
             columns[side] *= 1 - lone * (weaker == k) * rng.random(count)
         jaw = jaw + _PRESSING.get(name, 0.0) * amount

@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.face.schema import PERSON_TARGETS
-from abs_engine.face.shape.smooth import SCALES, smooth_modes
+from abs_engine.face.settings.shape import SHAPE
+from abs_engine.face.shape.smooth import smooth_modes
 from abs_engine.io.assets import Speaker
-
-_REACH = 30.0  # mm from the lips, over which a difference fades
-_FAR = 2.5  # times the reach: what is farther away does not differ
 
 
 def mouth_fields(speaker: Speaker) -> NDArray[np.float32]:
@@ -23,9 +21,9 @@ def mouth_fields(speaker: Speaker) -> NDArray[np.float32]:
     ring = vertices[speaker.lip_ring]
     middle = ring.mean(axis=0)
     away = np.maximum(np.linalg.norm(vertices - middle, axis=1) - 0.5 * np.ptp(ring[:, 0]), 0)
-    near = np.flatnonzero(away < _FAR * _REACH)
-    fields = smooth_modes(vertices[near], SCALES[1:])
-    fields *= np.exp(-0.5 * (away[near] / _REACH) ** 2)[:, None]
+    near = np.flatnonzero(away < SHAPE.mouth_far * SHAPE.mouth_reach)
+    fields = smooth_modes(vertices[near], SHAPE.smooth_scales[1:])
+    fields *= np.exp(-0.5 * (away[near] / SHAPE.mouth_reach) ** 2)[:, None]
     ids = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
     lips = np.isin(near, np.unique(speaker.faces[np.isin(speaker.facet_class, ids)]))
     flat = fields[:, lips].reshape(len(fields), -1)

@@ -10,14 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.io.assets import Speaker
-
-_LIPS = 3.0  # how much more a node of the lips counts than one of the skin
-_RIDGE = 0.02  # mm of the lips' motion that a unit of weight costs, beside 1 mm of misfit
 
 
 def physics_shape(
@@ -43,12 +41,12 @@ def physics_shape(
     """
     units = speaker.unit_matrix(mouth_units()).astype(np.float64)
     weight = np.ones(len(shell))
-    weight[np.unique(shell.faces[shell.lip])] = _LIPS
+    weight[np.unique(shell.faces[shell.lip])] = SHAPE.lip_share
     weight = np.repeat(weight / np.sqrt((weight**2).sum()), 3)
     moved = shell.nodes(units).reshape(len(units), -1) * weight  # (N, 3M)
     wanted = np.vstack([physics.mean[None], physics.deviations[:, None, None] * physics.modes])
     wanted = wanted.reshape(len(wanted), -1) * weight
-    normal = moved @ moved.T + _RIDGE**2 * np.eye(len(units))
+    normal = moved @ moved.T + SHAPE.weight_cost**2 * np.eye(len(units))
     weights = np.asarray(np.linalg.solve(normal, moved @ wanted.T).T, np.float64)  # (1 + P, N)
     heads = np.tensordot(weights, units, 1)
     return LinearShape(

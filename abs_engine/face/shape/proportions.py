@@ -12,19 +12,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.assets import Speaker
 
 FloatArray = NDArray[np.float64]
 
-_BREADTH, _LENGTH, _HEIGHT, _SIDEWAYS, _EARS = 5.4, 7.1, 7.5, 3.0, 3.0
-"""Standard deviations, mm: the head's breadth and length (men's, Gordon et al. 1989, ANSUR: 5.4 and
-7.1, differences of size among them); its height above the nose's root, about as much; how far the
-crown lies to a side, and how far an ear stands out, by estimate."""
 _TURN = 1e-3  # rad: none, but for the numerics
 _INNER = np.r_[8, 17:68]
 """The chin and all but the jaw line of the 68 usual landmarks, by which a face is turned."""
-_BETWEEN_EYES = 0.035  # of the way from eye to eye, about its middle
-_ABOVE_EARS = 0.2  # of the way from the nose's root to the crown
 
 
 def proportioned(speaker: Speaker, modes: FloatArray) -> FloatArray:
@@ -72,7 +67,7 @@ def _proportions(speaker: Speaker, modes: FloatArray) -> _Rows:
     v = speaker.vertices.astype(np.float64)
     root = _root(speaker)
     crown = int(v[:, 1].argmax())
-    skull = v[:, 1] > v[root, 1] + _ABOVE_EARS * (v[crown, 1] - v[root, 1])
+    skull = v[:, 1] > v[root, 1] + SHAPE.above_ears * (v[crown, 1] - v[root, 1])
     if not skull.any():
         return []
     back = int(np.where(skull, v[:, 2], np.inf).argmin())
@@ -82,11 +77,11 @@ def _proportions(speaker: Speaker, modes: FloatArray) -> _Rows:
         for part in (skull, head)
     )
     return [
-        (modes[:, sides[0], 0] - modes[:, sides[1], 0], _BREADTH),
-        (modes[:, root, 2] - modes[:, back, 2], _LENGTH),
-        (modes[:, crown, 1] - modes[:, root, 1], _HEIGHT),
-        (modes[:, crown, 0] - modes[:, root, 0], _SIDEWAYS),
-        *((modes[:, e, 0] - modes[:, t, 0], _EARS) for e, t in zip(ears, sides, strict=True)),
+        (modes[:, sides[0], 0] - modes[:, sides[1], 0], SHAPE.head_breadth),
+        (modes[:, root, 2] - modes[:, back, 2], SHAPE.head_length),
+        (modes[:, crown, 1] - modes[:, root, 1], SHAPE.head_height),
+        (modes[:, crown, 0] - modes[:, root, 0], SHAPE.crown_sideways),
+        *((modes[:, e, 0] - modes[:, t, 0], SHAPE.ears) for e, t in zip(ears, sides, strict=True)),
     ]
 
 
@@ -95,5 +90,5 @@ def _root(speaker: Speaker) -> int:
     v = speaker.vertices.astype(np.float64)
     eyes = v[speaker.landmarks["eye_corners"]]
     beside = np.linalg.norm(v[:, :2] - eyes[:, :2].mean(axis=0), axis=1)
-    near = beside < beside.min() + _BETWEEN_EYES * np.ptp(eyes[:, 0])
+    near = beside < beside.min() + SHAPE.between_eyes * np.ptp(eyes[:, 0])
     return int(np.where(near, v[:, 2], -np.inf).argmax())

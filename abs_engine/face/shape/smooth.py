@@ -13,18 +13,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.settings.shape import SHAPE
+
 FloatArray = NDArray[np.float64]
 
-SCALES = ((3.0, 60.0), (1.5, 25.0))
-"""Standard deviation and reach, both mm, of what the targets of a head leave of other people's
-heads: of its whole proportions, and of single features."""
 _SAMPLES = 400  # points that the kernel's eigenfunctions are found on
 _RANK = 60  # of a coordinate
 _AT_ONCE = 128  # rows of the kernel
 
 
 def smooth_modes(
-    vertices: FloatArray, scales: Sequence[tuple[float, float]] = SCALES
+    vertices: FloatArray, scales: Sequence[tuple[float, float]] = SHAPE.smooth_scales
 ) -> FloatArray:
     """Displacements (K, V, 3), mm per standard deviation, of vertices (V, 3), mm.
 
@@ -40,7 +39,9 @@ def smooth_modes(
 
 
 def mirrored_modes(
-    vertices: FloatArray, asymmetry: float, scales: Sequence[tuple[float, float]] = SCALES
+    vertices: FloatArray,
+    asymmetry: float,
+    scales: Sequence[tuple[float, float]] = SHAPE.smooth_scales,
 ) -> FloatArray:
     """Displacements (K, V, 3) as of `smooth_modes` of a body that is nearly its own mirror image.
 

@@ -13,12 +13,10 @@ from abs_engine.learn.articulated import shape_of
 from abs_engine.learn.articulatory import Build
 from abs_engine.learn.measured.fit import REST, MeasuredHead, fit_head
 from abs_engine.learn.measured.residual import Smoothness, field, smoothness
+from abs_engine.learn.settings import MEASURED_FACE
 
 FloatArray = NDArray[np.float64]
 _SOFT = ("skin", "upper_lip", "lower_lip", "inner_mouth")
-_UNFOLDED = 0.7
-"""Weight of `jawOpen` in the posture in which places are compared: lips that touch lie apart in it,
-so that one does not move as the other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +78,7 @@ def _spread(
     speaker = head.speaker
     teeth = np.zeros(len(built.model.names), np.bool_)
     teeth[[k for k, n in enumerate(built.model.names) if n in _teeth(built)]] = True
-    opened = head.neutral + _UNFOLDED * speaker.unit_matrix(("jawOpen",))[0]
+    opened = head.neutral + MEASURED_FACE.unfolded * speaker.unit_matrix(("jawOpen",))[0]
     places = head.places.at(opened)[~teeth]
     values = at_points[:, ~teeth].transpose(1, 0, 2).reshape(len(places), -1)
     smooth = smoothness(places, values)

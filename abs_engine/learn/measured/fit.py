@@ -18,25 +18,13 @@ from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.measured.identity import PlacedHead
 from abs_engine.learn.measured.motion import slid, unit_weights
 from abs_engine.learn.measured.sites import LIPS, Sites
+from abs_engine.learn.settings import MEASURED_FACE
 
 FloatArray = NDArray[np.float64]
 REST = "rest"
 """The viseme in which the head keeps still."""
 LEAST, LEAST_LIPS, LEAST_OTHERS = 12, 4, 4
 """Points that make a face, at least: all, those of the group lips, and those of no lip or tooth."""
-FARTHEST, UNLIKELY = 3.0, 1.3
-"""mm (RMS) that points lie off the head that was fitted to them, and standard deviations (RMS) of
-its identity, at most. Of mei, kofi and walter they are 0.5 to 0.7 and 0.5 to 0.8, upside down 5.1
-and 3.7 and more, in cm, or 1.3 times as large, 0.7 to 2.2 and 1.3 to 2.7."""
-NOISE = 0.3
-"""mm: standard deviation of a coordinate about the head's face units."""
-_NEARING = ((2.0, 6.0), (1.0, 5.0), (0.7, 4.0), (0.5, 3.0), (0.5, 2.0))
-"""Across and along the surface, mm, while places are still guessed by distance alone."""
-_ROUNDS, _SLIDING = 10, 0.75
-"""Rounds by motion, and mm by which a place may be off along the surface as motion says."""
-_ACROSS, _ALONG = 0.6, 3.0
-"""mm across and along the surface that identity then leaves of a point: more than it is off alone,
-as neighbours err together. Of 0.3 to 1 and 1 to 8 chosen on clara and kofi."""
 _STILL = ("eye", "brow", "tongueOut")  # face units that no point of speech shows
 
 
@@ -110,7 +98,7 @@ def _by_distance(
     mean, people = speaker.vertices.astype(np.float64), head_modes(speaker)
     frame = bite_plane_of(speaker, speaker.vertices)
     head = PlacedHead(mean, people, np.zeros(len(people)), frame)
-    for across, along in _NEARING:
+    for across, along in MEASURED_FACE.nearing:
         places = sites.nearest(head.vertices, head.seen(points))
         head = head.fitted(points, places, across, along)
     return head, sites.nearest(head.vertices, head.seen(points))
@@ -129,16 +117,18 @@ def _by_motion(
     units = speaker.units[used].astype(np.float64)
     own = np.zeros((len(points), len(used)))
     moving = np.arange(len(points)) != at_rest
-    for number in range(_ROUNDS + 1):
+    for number in range(MEASURED_FACE.rounds + 1):
         seen = head.seen(points)
         moved = seen[moving] - places.at(head.vertices)
-        own[moving] = unit_weights(moved, places.at(units), NOISE)
-        if number == _ROUNDS:
+        own[moving] = unit_weights(moved, places.at(units), MEASURED_FACE.noise)
+        if number == MEASURED_FACE.rounds:
             break
         moves = np.tensordot(own, units, 1)
-        better = slid(head.vertices, moves, places, seen, at_rest, NOISE, _SLIDING)
+        better = slid(
+            head.vertices, moves, places, seen, at_rest, MEASURED_FACE.noise, MEASURED_FACE.sliding
+        )
         places = sites.nearest(head.vertices, better)
-        head = head.fitted(points[at_rest], places, _ACROSS, _ALONG)
+        head = head.fitted(points[at_rest], places, MEASURED_FACE.across, MEASURED_FACE.along)
     left = seen - places.at(head.vertices) - np.tensordot(own, places.at(units), 1)
     weights = np.zeros((len(points), len(speaker.unit_names)))
     weights[:, used] = own
@@ -163,11 +153,11 @@ def _check_count(built: Build) -> None:
 def _check_likely(made: MeasuredHead, head: PlacedHead) -> None:
     """Raise `ParameterError` where the points are on no head that a person might have."""
     unusual = float(np.sqrt((head.identity**2).mean()))
-    if not (made.misfit <= FARTHEST and unusual <= UNLIKELY):
+    if not (made.misfit <= MEASURED_FACE.farthest and unusual <= MEASURED_FACE.unlikely):
         raise ParameterError(
             f"the points do not fit a head: the nearest lies {made.misfit:.1f} mm off (at most "
-            f"{FARTHEST:g}) and {unusual:.1f} standard deviations from the average (at most "
-            f"{UNLIKELY:g}; both RMS)",
+            f"{MEASURED_FACE.farthest:g}) and {unusual:.1f} standard deviations from the average "
+            f"(at most {MEASURED_FACE.unlikely:g}; both RMS)",
             "check the groups of the points, their unit, and their frame: that of the upper teeth, "
             "x to the subject's left, y up, z forward",
         )

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.pose import pose_moves
 from abs_engine.face.shape.dots import ShellPoints
+from abs_engine.learn.settings import MEASURED_FACE
 
 FloatArray = NDArray[np.float64]
-_TURN, _SHIFT = 0.1, 10.0  # rad and mm that a round moves the frame by: one standard deviation
 _POSE = 6
 
 
@@ -68,7 +68,9 @@ class PlacedHead:
         matrix = np.einsum("nij,knj->nik", weights, columns).reshape(-1, len(columns))
         left = np.einsum("nij,nj->ni", weights, wanted - places.at(self.mean)).ravel()
         count = len(self.people)
-        prior = np.r_[np.ones(count), np.full(3, 1 / _TURN), np.full(3, 1 / _SHIFT)]
+        prior = np.r_[
+            np.ones(count), np.full(3, 1 / MEASURED_FACE.turn), np.full(3, 1 / MEASURED_FACE.shift)
+        ]
         normal = matrix.T @ matrix + np.diag(prior**2)
         found = np.linalg.solve(normal, matrix.T @ left)
         identity, turn, shift = np.split(found, [count, count + 3])

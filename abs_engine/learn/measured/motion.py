@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.dots import ShellPoints
+from abs_engine.learn.settings import MEASURED_FACE
 
 FloatArray = NDArray[np.float64]
-USUAL = 0.3
-"""Standard deviation of a face unit's weight."""
-_FARTHEST = 3.0  # mm that a point is moved at once
 
 
 def unit_weights(moved: FloatArray, units: FloatArray, noise: float) -> FloatArray:
@@ -26,7 +25,7 @@ def unit_weights(moved: FloatArray, units: FloatArray, noise: float) -> FloatArr
         Standard deviation of a coordinate.
     """
     matrix = units.reshape(len(units), -1).T / noise
-    whole = np.vstack([matrix, np.eye(len(units)) / USUAL])
+    whole = np.vstack([matrix, np.eye(len(units)) / SHAPE.usual_weight])
     basis, triangle = np.linalg.qr(whole)  # least squares of so many unknowns alone
     wanted = moved.reshape(len(moved), -1) / noise @ basis[: len(matrix)]
     solved = [lsq_linear(triangle, row, bounds=(0, 1), method="bvls").x for row in wanted]
@@ -72,7 +71,7 @@ def slid(
     pull = np.einsum("tnik,tnk->ni", slope, left) / noise**2 + off / along**2
     step = np.linalg.solve(own, pull[..., None])[..., 0]
     length = np.linalg.norm(step, axis=1, keepdims=True)
-    step *= np.minimum(1.0, _FARTHEST / np.maximum(length, 1e-12))
+    step *= np.minimum(1.0, MEASURED_FACE.most_moved / np.maximum(length, 1e-12))
     return np.asarray(places.at(vertices) + np.einsum("ni,nik->nk", step, tangents))
 
 

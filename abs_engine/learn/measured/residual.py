@@ -8,12 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
+from abs_engine.learn.settings import MEASURED_FACE
+
 FloatArray = NDArray[np.float64]
-REACHES = (8.0, 15.0, 25.0, 40.0)
-"""mm: widths (standard deviations) of the Gaussians that are tried."""
-NOISES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
-"""Variances of the points' noise that are tried, as a share of the field's."""
-FOLDS = 10
 
 
 @dataclass(frozen=True)
@@ -24,7 +21,7 @@ class Smoothness:
     ----------
     reach : float, mm
     noise : float
-        See `REACHES` and `NOISES`; an infinite one leaves no field.
+        See `MEASURED_FACE.reaches` and `noises`; an infinite one leaves no field.
     explained : float
         Share of the values at points that were left out which the others' field explains.
     """
@@ -42,11 +39,11 @@ def smoothness(places: FloatArray, values: FloatArray) -> Smoothness:
     places : (N, 3) float64, mm
     values : (N, K) float64
     """
-    fold = np.arange(len(places)) % min(FOLDS, len(places))
+    fold = np.arange(len(places)) % min(MEASURED_FACE.folds, len(places))
     whole = max(float((values**2).sum()), 1e-300)
-    best = Smoothness(REACHES[0], np.inf, 0.0)  # nothing at all explains nothing
-    for reach in REACHES:
-        for noise in NOISES:
+    best = Smoothness(MEASURED_FACE.reaches[0], np.inf, 0.0)  # nothing at all explains nothing
+    for reach in MEASURED_FACE.reaches:
+        for noise in MEASURED_FACE.noises:
             lost = 0.0
             for kept in (fold != k for k in range(fold.max() + 1)):
                 said = field(places[kept], values[kept], reach, noise, places[~kept])

@@ -12,11 +12,11 @@ from trimesh.triangles import closest_point, points_to_barycentric
 
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.settings import MEASURED_FACE
 
 FloatArray = NDArray[np.float64]
 TEETH, LIPS, UPPER, LOWER = "lower_teeth", "lips", "upper_lip", "lower_lip"
 """Groups of points that say where on a head they lie; all others lie on the skin."""
-_TRIED = 32  # facets about a point, of which the nearest is its own
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ def _nearest(
     vertices: FloatArray, facets: NDArray[np.int32], points: FloatArray
 ) -> tuple[NDArray[np.int32], FloatArray]:
     """Corners (K, 3) and barycentric weights (K, 3) of the nearest places on some facets."""
-    triangles, count = vertices[facets], min(_TRIED, len(facets))
+    triangles, count = vertices[facets], min(MEASURED_FACE.tried, len(facets))
     about = cKDTree(triangles.mean(axis=1)).query(points, count)[1].reshape(-1)
     tried, wanted = triangles[about], np.repeat(points, count, axis=0)
     found = closest_point(tried, wanted)

@@ -15,13 +15,9 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, hamming
-from abs_engine.fit.head_frame import PULL
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.shell import (
-    DRAWN_MOUTH,
-    shell_problem,
-    shell_window,
-)
+from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
+from abs_engine.fit.shell import shell_problem, shell_window
 from abs_engine.optimise.ascent import Forces
 from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
 from abs_engine.papers.basu1998.figures import Posture, draw_postures
@@ -89,7 +85,7 @@ def _close_up(lips: TrainedLips, pose: Pose, camera: Camera, renderer: Renderer)
 def _maps(lips: TrainedLips, close: CloseUp, picture: Image) -> tuple[FloatArray, FloatArray]:
     """Probability maps (C, H, W) as the fit has them, and those of which it makes forces."""
     raw = lips.classes.probabilities(sampled(close.fitted, picture))
-    return raw, hamming(raw, PULL * DRAWN_MOUTH)
+    return raw, hamming(raw, HEAD_FIT.pull * SHELL_FIT.drawn_mouth)
 
 
 def _told(tile: Image, text: str) -> Image:

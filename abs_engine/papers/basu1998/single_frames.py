@@ -25,7 +25,8 @@ from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Minimiser
-from abs_engine.fit.shell import MODE_LIMIT, Image, ShellSetting, shell_colours
+from abs_engine.fit.settings import SHELL_FIT
+from abs_engine.fit.shell import Image, ShellSetting, shell_colours
 from abs_engine.fit.terms import term_kinds
 from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
@@ -236,7 +237,7 @@ def bare_face(setting: ShellSetting) -> Face:
     body = Body(scene.mean, scene.modes, scene.faces, scene.facet_class, COLOUR_OF, lips)
     modes = setting.model.n_modes
     return Face(
-        "shell", scene, mode_block(modes, MODE_LIMIT), setting.border.mean(axis=0), rings,
+        "shell", scene, mode_block(modes, SHELL_FIT.mode_limit), setting.border.mean(axis=0), rings,
         setting.border, np.zeros((1, modes)), COLOUR_OF, body,
     )  # fmt: skip
 

@@ -8,9 +8,9 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.papers.odisio2004.frame_before import FrameBefore
 from abs_engine.papers.odisio2004.sequence import AS_PRINTED, Settings, clip_setting
-from abs_engine.tracking.face_frame import LEAST
 from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.presets import Preset
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.talking_faces import found_talker
 
 APPEARANCE = {"texture": "tex_lin", "local": "la_lin"}
@@ -41,7 +41,9 @@ def prepare(
         )
     talker = found_talker(clip, options, leaves, renderer, tell)
     head = talker.base.setting
-    how = replace(SEARCHES[leaves.name], pose_known=head.pose_held, least=LEAST)
+    how = replace(
+        SEARCHES[leaves.name], pose_known=head.pose_held, least=FRAME_LOOP.least_explained
+    )
     setting = clip_setting(
         talker.learned, APPEARANCE[name], clip.camera, renderer, how, rate=clip.info.rate
     )

@@ -16,7 +16,8 @@ from abs_engine.core.pose import at_base
 from abs_engine.core.scene import Renderer
 from abs_engine.face.talking import TalkingFace
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.talking import FROM_NEUTRAL, Solver, talking_problem
+from abs_engine.fit.settings import TALKING_FIT
+from abs_engine.fit.talking import Solver, talking_problem
 from abs_engine.optimise.derivative_free import DerivativeFree
 from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.restarted import RestartedSimplex
@@ -193,7 +194,7 @@ def _watched(
     asked = moved_problem(speech, face, model, which, renderer, seed)
     watched = Watched(asked)
     start = at_base(speech.shape.neutral)
-    solver.minimise(watched, start, asked.spec, FROM_NEUTRAL)
+    solver.minimise(watched, start, asked.spec, TALKING_FIT.from_neutral)
     return watched
 
 
@@ -255,7 +256,7 @@ def compare_tolerances(
             watched = Watched(speech.problem(face, model, k, renderer))
             start, spec = speech.shape.neutral, watched.problem.spec
             solver = RestartedSimplex(tolerance, 2000, 2)
-            found = solver.minimise(watched, start, spec, FROM_NEUTRAL)
+            found = solver.minimise(watched, start, spec, TALKING_FIT.from_neutral)
             errors.append(speech.missed(found.x, k)[0])
             counts.append(found.n_evaluations)
         rows.append(

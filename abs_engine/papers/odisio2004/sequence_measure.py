@@ -12,7 +12,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.local import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.talking import TalkingFace
-from abs_engine.learn.talking import SPACING
+from abs_engine.learn.settings import LEARNING
 from abs_engine.papers.odisio2004.sentences_filmed import Filmed
 from abs_engine.papers.odisio2004.sentences_work import settings_of
 from abs_engine.papers.odisio2004.sequence import PAPER, Settings, track
@@ -105,7 +105,7 @@ def variants(speech: Speech, face: TalkingFace, renderer: Renderer) -> dict[str,
     free = replace(shape, penalty=replace(shape.penalty, strength=_NEXT_TO_NOTHING))
     return {
         "points by articulation only, as in the paper": by_articulation(
-            speech, face, renderer, SPACING, whiten=True
+            speech, face, renderer, LEARNING.spacing, whiten=True
         ),
         "noise of each point for itself": replace(
             face, la_lin=replace(local, left_out=np.zeros_like(local.left_out))

@@ -20,7 +20,7 @@ from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import TalkingFace
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.talking import SPACING
+from abs_engine.learn.settings import LEARNING
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
 from abs_engine.papers.odisio2004.sentences_filmed import (
     Filmed,
@@ -131,7 +131,7 @@ def learn_at_once(
     own = slice(len(shape.blocks) - len(shape.spec), None)  # the pose is known
     told = information(every, seen, scene, camera, renderer, shape.moved)[:, own, own]
     chosen = choose_informative(
-        every, told, parted(shape.about)[1], POINTS, places[away > FREE_OF_BEADS], SPACING
+        every, told, parted(shape.about)[1], POINTS, places[away > FREE_OF_BEADS], LEARNING.spacing
     )
     local = every.only(chosen).within(shape.kept)
     return TalkingFace(shape, texture, texture, local, local.constant())

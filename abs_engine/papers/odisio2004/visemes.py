@@ -17,7 +17,8 @@ from abs_engine.face.talking import (
     TalkingFace,
 )
 from abs_engine.fit.problem import Problem
-from abs_engine.fit.talking import FROM_NEUTRAL, fit, talking_problem, usual_tolerance
+from abs_engine.fit.settings import TALKING_FIT
+from abs_engine.fit.talking import fit, talking_problem, usual_tolerance
 from abs_engine.io.assets import Speaker
 from abs_engine.io.naming import made_before
 from abs_engine.learn.articulated import face_shape
@@ -192,7 +193,7 @@ def find_visemes(
             printed = name in PRINTED
             asked = speech.problem(face, PRINTED.get(name, name), which, renderer, not printed)
             solver = RestartedSimplex(usual_tolerance(asked), LIMIT, RESTARTS)
-            found = fit(asked, speech.shape.neutral, step=FROM_NEUTRAL, solver=solver)
+            found = fit(asked, speech.shape.neutral, step=TALKING_FIT.from_neutral, solver=solver)
             count = found.solution.n_evaluations
             out.append(_error(speech, name, which, found.alpha, count))
     return out

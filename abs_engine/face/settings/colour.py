@@ -1,0 +1,154 @@
+"""Settings of the colour classes: how they are learned, and how far they are believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ColourSettings:
+    """Settings of the colour classes: how they are learned, and how far they are believed.
+
+    Attributes
+    ----------
+    worthless : float, separability
+        Up to which colours say nothing of lips. Not measured.
+    plain : float, separability
+        From which on colours say all that they can. Not measured.
+    least_weight : float, share
+        Of their likelihood that colours count in any case: where classes are wrong, they are all
+        the surer of it. Not measured.
+    deaf : float, slope
+        Of apertures by colours with those by landmarks, up to which colours say nothing. Not
+        measured.
+    following : float, slope
+        From which on they say all that they can. Measured: 0.8 and more in clips whose apertures
+        are right.
+    most_outdone : float, slope
+        At which what colours see beyond landmarks counts most. Measured: about the highest of the
+        strangers' clips and GRID's.
+    pale_teeth : float, share of the skin's density
+        That teeth get within the lips' outline: no skin shows there, and what looks like it is
+        rather teeth in shade than lips, or a lip that shines. Chosen of 0, 0.1, 0.3 and 1 on p03,
+        p04, p06 and p07 of the strangers' clips, where all are alike, and on GRID's labelled clips
+        by the recall of closures: 1.00 with 0.3, 0.99 without.
+    outlier : float, share of the lowest peak density
+        Below which a colour belongs to no class. Not measured.
+    skin_components : int
+        Gaussians of the skin at most; the Bayesian information criterion chooses. Not measured.
+    lip_components : int
+        The same of a lip. Not measured.
+    least_pixels : int, pixels
+        Of a class, weighted by how surely they belong to it, with fewer of which nothing is
+        learned. Not measured.
+    skin_shading : float, a third of log luminance
+        Spread that is added to the skin's, for light that changes. Not measured.
+    lip_shading : float, a third of log luminance
+        The same of lips. Not measured.
+    core : float, share of the largest prior
+        From which on lips are expected surely enough to learn from. Not measured.
+    lips_held : float, share of the pixels where lips are expected
+        So many count for anybody's lips. Not measured.
+    unusual : float, share of where lips are expected
+        If less looks like anybody's lips, they are taken to be painted. Not measured.
+    mix : float, share of the way from skin to lips
+        Spread of both by mixing at their border. Not measured.
+    palest : float, share of the way from skin to teeth
+        By which a component of the skin is at most paler than the most frequent one, or it is
+        teeth. Measured: 0.4 and less in clips whose skin held no teeth, 1.6 where it did.
+    frequent : float, share of the skin
+        From which on a pale component is skin under a second light. Measured: teeth that were
+        learned for skin were a sixteenth of it.
+    less_red : float, share of the way from lips to lit teeth
+        That teeth in shade lie on at least. Measured: about half-way where they were looked at.
+    lips_mean : tuple of float, features
+        Lips less skin. Measured: medians inside and around the lips of 33 faces, 8 of the GRID
+        corpus and 25 of other pictures, some of them dark, bearded, laughing or in coloured light.
+        In none are lips greener than skin; how much redder or darker they are varies.
+    lips_spread : tuple of tuple of float, features squared
+        How far people and lights differ in that. Measured on the same 33 faces.
+    lip_shade_mean : tuple of float, features
+        Lips in their own shade, where they meet and turn in, less lit lips; each throws its red
+        back at the other. Measured: of the darkest pixel of each column between closed lips (8
+        clips of GRID, 203 frames) the mean is (0.063, -0.045, -0.117); of three heads that were
+        drawn without light thrown back (0.018, -0.006, -0.173). Taken a little less red than in
+        those videos; of pixels as `chroma.matched` gives them it is (0.044, -0.021, -0.136), but
+        with that closures were found no better. Darker yet, and a narrow gap or a tongue in shade
+        would be taken for lips.
+    lip_shade_part : float, share of the lips
+        That lies in that shade. Not measured.
+    lip_width : tuple of float, features
+        Standard deviations of a lip of which nothing is known but a rough colour. Measured: those
+        of a pixel about its own person's lips (see `lips_mean`), widened by a fifth.
+    lip_held : float, pixels
+        That this width counts as. Not measured.
+    lip_place : tuple of float, features
+        By how much a lip's colour may be wrong as its place is. Skin or a dark opening beside it
+        differ by three times as much, and may be a third of what is learned. Not measured further.
+    rounds : int
+        Of expectation and maximisation. Not measured.
+    most_pixels : int, pixels
+        That a lip's colours are learned from at most. A bound on time. Not measured.
+    least_spread : float, levels of 255
+        Of the chroma of a face, below which a video has no colour. Measured, medians of six frames:
+        p01 to p08 of the strangers' clips and GRID's 4.2 to 10; with their colour taken out 0, also
+        with noise; tinted sepia 0.6 to 1.0, coded as coarsely as H.264 does at a quality of 32 1.0
+        to 1.7, but 2.3 and 3.4 in p03, whose skin is burnt out.
+    cells_across : int, cells across a face
+        That chroma is averaged in: coarser than the blocks that video keeps one chroma for. Not
+        measured.
+    luminance_levels : int
+        Of luminance, by as many cells each, whose chroma is compared. Not measured.
+    inside_components : int
+        Gaussians of teeth and of the dark at most, where the place of everything is known. Not
+        measured.
+    inside : float, prior weight
+        Of teeth and dark together where skin and lips have 1: they show on little area. Not
+        measured.
+    most_labelled : int, pixels
+        Of a class that are learned from at most, where places are known. A bound on time. Not
+        measured.
+    """
+
+    worthless: float = 0.6
+    plain: float = 0.9
+    least_weight: float = 0.2
+    deaf: float = 0.3
+    following: float = 0.8
+    most_outdone: float = 2.0
+    pale_teeth: float = 0.3
+    outlier: float = 2e-4
+    skin_components: int = 3
+    lip_components: int = 2
+    least_pixels: int = 30
+    skin_shading: float = 0.03
+    lip_shading: float = 0.015
+    core: float = 0.6
+    lips_held: float = 0.15
+    unusual: float = 0.1
+    mix: float = 0.2
+    palest: float = 0.42
+    frequent: float = 0.2
+    less_red: float = 0.3
+    lips_mean: tuple[float, ...] = (0.034, -0.044, -0.044)
+    lips_spread: tuple[tuple[float, ...], ...] = (
+        (8.4e-4, -4.8e-4, -8.7e-4),
+        (-4.8e-4, 3.3e-4, 4.0e-4),
+        (-8.7e-4, 4.0e-4, 6.0e-3),
+    )
+    lip_shade_mean: tuple[float, ...] = (0.05, -0.033, -0.11)
+    lip_shade_part: float = 0.1
+    lip_width: tuple[float, ...] = (0.012, 0.008, 0.05)
+    lip_held: float = 40.0
+    lip_place: tuple[float, ...] = (0.012, 0.010, 0.04)
+    rounds: int = 10
+    most_pixels: int = 12_000
+    least_spread: float = 2.7
+    cells_across: int = 24
+    luminance_levels: int = 12
+    inside_components: int = 2
+    inside: float = 0.3
+    most_labelled: int = 6000
+
+
+COLOURS = ColourSettings()

@@ -1,0 +1,198 @@
+"""Settings of the fit of a frame, by face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class HeadFitSettings:
+    """Settings of the fit of a frame by a head's colours.
+
+    Attributes
+    ----------
+    drawn_mouth : float, drawn pixels across the mouth
+        At which a frame is compared. Detail against time. Not measured.
+    smoothing : float, mouth widths
+        Width of the Hamming window that log-likelihoods are smoothed by. Not measured.
+    pull : float, mouth widths
+        The same of the maps that pull on facets: how far a boundary is felt. Not measured.
+    in_shade : float, share
+        Of the probability of teeth and dark that lips get: they throw shade. Not measured.
+    red_inside : float, share
+        Of the probability of lips that the dark inside gets: tongue, gums and shaded teeth are as
+        red. Chosen of 0 and 0.15 on p01 to p08 of the strangers' clips.
+    in_line : float, share
+        The same as `in_shade` of dark in a thin line, which closed lips show where they meet. Not
+        measured.
+    line : float, mouth widths
+        Height of such a line. Not measured.
+    line_pixels : float, image pixels
+        Or so much, if that is more: no picture shows a line sharper than that. Not measured.
+    least_thickness : float, share of a lip's height at rest
+        That it keeps in any posture: lips that are pressed or rolled in show about as much. Not
+        measured.
+    opening_weight : float, independent observations
+        That each pixel of an opening counts as: neighbouring pixels have much of what the network
+        sees in common. Not measured.
+    border_reach : int, drawn pixels
+        To either side of a border that tell its curvature. Not measured.
+    first_stride : float, mm
+        That the node which moves most is first pushed by. Not measured.
+    shared_reach : float, standard deviations
+        To which what all frames share may go. Not measured.
+    shared_step : float, standard deviations
+        First step of that. Not measured.
+    resolution : float, mm
+        Gaps of lips that differ by less are not distinguished in a picture. Not measured.
+    open_from : float, mm
+        Lips that are farther apart are open. Measured: it hardly matters; with 5 mm the picture is
+        against it in all but 2 of 61 frames of six real clips whose lips are 1 to 5 mm apart.
+    usually_closed : float, share of the frames
+        In which anybody's lips touch in speech; assumed. Measured: with it gaps of closed lips
+        become 0 in GRID's labelled clips, and precision and recall stay.
+    usual_gap : float, mm
+        By which lips part at most; assumed, and measured with the same.
+    """
+
+    drawn_mouth: float = 72.0
+    smoothing: float = 0.03
+    pull: float = 0.06
+    in_shade: float = 0.15
+    red_inside: float = 0.15
+    in_line: float = 0.7
+    line: float = 0.03
+    line_pixels: float = 2.5
+    least_thickness: float = 0.35
+    opening_weight: float = 0.5
+    border_reach: int = 2
+    first_stride: float = 2.0
+    shared_reach: float = 4.0
+    shared_step: float = 0.3
+    resolution: float = 0.5
+    open_from: float = 3.0
+    usually_closed: float = 0.25
+    usual_gap: float = 15.0
+
+
+HEAD_FIT = HeadFitSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class ShellFitSettings:
+    """Settings of the fit of a frame by a shell's colours.
+
+    Attributes
+    ----------
+    drawn_mouth : float, drawn pixels across the mouth
+        At which a frame is compared. Detail against time. Not measured.
+    finest : float, drawn pixels for one of the picture
+        At most. Not measured.
+    side : float, px
+        Side of an independent observation, as pixels share their chroma two by two. Not
+        measured.
+    side_of_mouth : float, mouth widths
+        Or so much, if that is more: over so much the errors of a shell last. Not measured.
+    width : float, standard deviations
+        Of the prior about each shape that was seen. Not measured.
+    in_shade : float, share
+        Of the probability of dark that lips get: they throw shade on each other. Not measured.
+    mode_limit : float, standard deviations
+        Of a mode that a fit may go to. Not measured.
+    pose_free : tuple of float, rad and mm
+        Standard deviations of a pose that is estimated along. Not measured.
+    tried : int
+        Best of the starts that are all descended from. Not measured.
+    """
+
+    drawn_mouth: float = 92.0
+    finest: float = 2.0
+    side: float = 2.0
+    side_of_mouth: float = 0.04
+    width: float = 0.7
+    in_shade: float = 0.25
+    mode_limit: float = 6.0
+    pose_free: tuple[float, ...] = (0.05, 0.05, 0.05, 2.0, 2.0, 12.0)
+    tried: int = 4
+
+
+SHELL_FIT = ShellFitSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class TalkingFitSettings:
+    """Settings of the fit of a frame by a talking face.
+
+    Attributes
+    ----------
+    penalty_share : float, costs of a wrong match
+        That A(a) is worth at strength 1. Not measured.
+    tolerance : float, costs of a wrong match
+        By less than which a simplex's values differ when it stops. Not measured.
+    tolerance_of_points : float, costs of a wrong match
+        The same beside local appearance, for which a wrong match costs far more than noise does.
+        Chosen on another person's visemes: with 1e-4 points end a twentieth farther off, with 1e-6
+        as far.
+    limit : int, evaluations
+        Of a frame at most. Not measured.
+    from_neutral : float, times the first simplex
+        Where a fit starts far away. Not measured.
+    whitened : float, share of A(a)'s strength
+        That counts beside whitened differences, whose noise is less of what a wrong match costs
+        than that of raw ones. Chosen on visemes that nothing is reported of.
+    margin : float, px at 1 pixel per mm
+        Around the face as it is at the start. Not measured.
+    """
+
+    penalty_share: float = 0.1
+    tolerance: float = 1e-4
+    tolerance_of_points: float = 1e-5
+    limit: int = 600
+    from_neutral: float = 3.0
+    whitened: float = 0.1
+    margin: float = 10.0
+
+
+TALKING_FIT = TalkingFitSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefSettings:
+    """Settings of standard deviations: the uncertainty that no curvature of a fit knows of.
+
+    The three numbers of a measure are a factor on the deviation by curvature, the least deviation
+    and a share of the measure's size; see `belief.Unknown`.
+
+    Attributes
+    ----------
+    aperture, width : tuple of float, 1, mm and share
+        Chosen on eight films of unknown ICT heads (seed 0) and three of bundled people as unknown,
+        pupil distance and camera given, where 90 % intervals of the aperture hold 93 %, of the
+        width 89 %. Of ICT's widths the mean difference is left out: its corners are other points.
+    grey_aperture, grey_width : tuple of float, 1, mm and share
+        The same of a video without colour. Chosen on four clips (bbaf2n, brbk7n, lbbc2a of GRID,
+        p04 of the strangers') with their colour taken out, by how far apertures and widths were off
+        those found with it: RMS 1.9 to 4.1 mm.
+    protrusion : tuple of float, 1, mm and share
+        The same. Chosen on the three people.
+    points : tuple of tuple of float, 1, mm and share
+        The same of lip points along the head's axes. Chosen on the three people; of each clip the
+        mean offset of all points is left out: where an unknown head's origin lies, nothing shows.
+    rotation : tuple of float, rad
+        Least deviations about the camera's axes, mostly what a person's frames all have in common.
+        Chosen on the films of `aperture`.
+    translation : tuple of float, mm
+        The same of the position, chosen on the same films.
+    """
+
+    aperture: tuple[float, ...] = (0.4, 0.3, 0.17)
+    width: tuple[float, ...] = (1.19, 0.0, 0.021)
+    grey_aperture: tuple[float, ...] = (0.4, 1.5, 0.6)
+    grey_width: tuple[float, ...] = (1.19, 3.0, 0.021)
+    protrusion: tuple[float, ...] = (0.0, 0.72)
+    points: tuple[tuple[float, ...], ...] = ((1.25, 0.11), (1.27, 0.43), (0.0, 1.38))
+    rotation: tuple[float, ...] = (0.06, 0.018, 0.012)
+    translation: tuple[float, ...] = (1.2, 4.4, 8.0)
+
+
+BELIEF = BeliefSettings()

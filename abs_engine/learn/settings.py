@@ -1,0 +1,218 @@
+"""Settings of learning: faces, and how they move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LearningSettings:
+    """Settings of learning how lips and faces move, from dots, points, videos and labels.
+
+    Attributes
+    ----------
+    jump : float, mm
+        That a dot may be off the modes of the dots in any case. Not measured.
+    fewest_dots : int
+        Of a frame that is learned from: half of the lips'. Not measured.
+    dot_modes : int
+        By which dots are believed at most. Not measured.
+    dot_rounds : int
+        In which they are found. Not measured.
+    dot_noise : float, mm
+        Noise of exact dots. Not measured.
+    hiding : float, mm
+        Before a dot, from where on something may hide it; the dot's own facets do not. Not
+        measured.
+    highest_bead : float, mm, head frame
+        No bead is higher: below the eyes, where speech moves the face. Not measured.
+    corner : float, mm
+        Beads within this height of the mouth's corners are above neither lip nor below it. Not
+        measured.
+    farthest_dots : float, mm RMS
+        That mean dots may be from where they are on the head at rest. Measured: 4 of a person who
+        speaks, 8 and more of most others.
+    flattest : float, share of their width
+        That mean dots at least extend across their best plane, RMS each. Measured: the bundled
+        people have 0.13 to 0.27.
+    mouth_sizes : tuple of float, times that of the head
+        Of a mouth, least and largest. Measured: the bundled people who speak have 1.0 to 1.3.
+    further_rounds : int
+        Of settling frames and learning from them. Not measured.
+    strained : float, mm
+        By which nodes typically leave the modal shape. Chosen on clara's clips: with 0.4 errors of
+        1.00 mm, with 0.8 of 0.94.
+    free_modes : int
+        That the relaxed shell has. Chosen on clara's clips, where more do the same.
+    starts : int
+        Postures that a frame begins at, at most. Not measured.
+    left_out : float, share of a clip
+        Its end, that nothing is learned from: faces are compared on it. Not measured.
+    blocks : int
+        Of time that are left out in turn: of the 140 frames at 30 Hz that the paper learns from,
+        two thirds of a second each, so that a posture is left out together with the way into it.
+        Not measured.
+    most_noise : float, share of a component's variance
+        That may be noise; with more it is left out. Not measured.
+    beyond : float, standard deviations
+        Beyond what was seen, to which a fit may go. Not measured.
+    first_step : float, standard deviations
+        Of a parameter, at a solver's step 1. Not measured.
+    sudden : float, times its usual step
+        That a posture may move between two frames: speech is not even. Not measured.
+    most_seen : int, postures
+        That are kept. Not measured.
+    least_frames : int, frames
+        That postures are learned from. Not measured.
+    spacing : float, mm
+        Between the points of local appearance at least. Not measured.
+    finest : float, drawn pixels per mm
+        Of local appearance at most: its filters are to reach 2 mm and more, or a fit that starts
+        far away does not come home. Not measured.
+    modes : int
+        The paper's ten, of section 4.2.
+    trained : int, frames
+        The paper's first 140, of section 4.2.
+    frames_a_mode : int, frames
+        For each mode at least: with hardly more frames than modes these hold all the frames
+        exactly, errors of observation too, and would pass for exact. Not measured.
+    still : float, mm
+        By which the corpus moves at most what counts as still. Not measured.
+    near : float, mm
+        From a measured point, what moves with it. Not measured.
+    opening_pixels : int, pixels
+        Of a picture that openings are learned from. Not measured.
+    opening_copies : int, pictures
+        Of a frame, besides mirrored ones. Not measured.
+    opening_near : float, px
+        About the inner lips that most of these pixels lie within. Not measured.
+    opening_anywhere : float, share of these pixels
+        That lie elsewhere. Not measured.
+    opening_reach : float, px
+        Above and below the corners that are learned from. Not measured.
+    network_hidden : int
+        Units of a hidden layer. Decided after a look at all ten speakers of the TaL corpus; not
+        measured.
+    network_epochs : int
+        Of training. Not measured.
+    network_batch : int, pixels
+        Of a step of training. Not measured.
+    network_rate : float, per step
+        Of training. Not measured.
+    network_decay : float, per step
+        Of the weights. Not measured.
+    network_noise : float, standard deviations
+        That is added to the inputs. Not measured.
+    """
+
+    jump: float = 5.0
+    fewest_dots: int = 8
+    dot_modes: int = 10
+    dot_rounds: int = 10
+    dot_noise: float = 0.02
+    hiding: float = 1.0
+    highest_bead: float = 28.0
+    corner: float = 2.0
+    farthest_dots: float = 12.0
+    flattest: float = 0.04
+    mouth_sizes: tuple[float, ...] = (0.7, 1.4)
+    further_rounds: int = 3
+    strained: float = 0.8
+    free_modes: int = 60
+    starts: int = 48
+    left_out: float = 0.2
+    blocks: int = 7
+    most_noise: float = 0.5
+    beyond: float = 2.0
+    first_step: float = 0.5
+    sudden: float = 2.7
+    most_seen: int = 300
+    least_frames: int = 40
+    spacing: float = 4.0
+    finest: float = 1.0
+    modes: int = 10
+    trained: int = 140
+    frames_a_mode: int = 2
+    still: float = 0.5
+    near: float = 6.0
+    opening_pixels: int = 250
+    opening_copies: int = 2
+    opening_near: float = 4.0
+    opening_anywhere: float = 0.15
+    opening_reach: float = 34.0
+    network_hidden: int = 48
+    network_epochs: int = 12
+    network_batch: int = 256
+    network_rate: float = 2e-3
+    network_decay: float = 1e-3
+    network_noise: float = 0.15
+
+
+LEARNING = LearningSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredFaceSettings:
+    """Settings of faces of measured points: the head that is fitted to them, and what it leaves.
+
+    Attributes
+    ----------
+    unfolded : float, weight of `jawOpen`
+        Of the posture in which places are compared: lips that touch lie apart in it, so that one
+        does not move as the other. Not measured.
+    farthest : float, mm RMS
+        That points lie off the head that was fitted to them at most. Measured: of mei, kofi and
+        walter 0.5 to 0.7, upside down 5.1 and more, in cm, or 1.3 times as large, 0.7 to 2.2.
+    unlikely : float, standard deviations RMS
+        Of its identity at most. Measured with `farthest`: 0.5 to 0.8, 3.7 and more, 1.3 to 2.7.
+    noise : float, mm
+        Standard deviation of a coordinate about the head's face units. Not measured.
+    nearing : tuple of tuple of float, mm
+        Across and along the surface, in each round in which places are still guessed by distance
+        alone. Not measured.
+    rounds : int
+        By motion. Not measured.
+    sliding : float, mm
+        By which a place may be off along the surface as motion says. Not measured.
+    across : float, mm
+        Across the surface that identity then leaves of a point: more than it is off alone, as
+        neighbours err together. Chosen of 0.3 to 1 on clara and kofi.
+    along : float, mm
+        The same along it. Chosen of 1 to 8 on clara and kofi.
+    turn : float, rad
+        Standard deviation of what a round turns the frame by. Not measured.
+    shift : float, mm
+        The same of what it moves it by. Not measured.
+    most_moved : float, mm
+        That a point is moved at once. Not measured.
+    reaches : tuple of float, mm
+        Standard deviations of the Gaussians that are tried; points left out choose. Not measured.
+    noises : tuple of float, share of the field's variance
+        Variances of the points' noise that are tried; points left out choose. Not measured.
+    folds : int
+        In which points are left out. Not measured.
+    tried : int, facets
+        About a point, of which the nearest is its own. Not measured.
+    """
+
+    unfolded: float = 0.7
+    farthest: float = 3.0
+    unlikely: float = 1.3
+    noise: float = 0.3
+    nearing: tuple[tuple[float, float], ...] = (
+        (2.0, 6.0), (1.0, 5.0), (0.7, 4.0), (0.5, 3.0), (0.5, 2.0),
+    )  # fmt: skip
+    rounds: int = 10
+    sliding: float = 0.75
+    across: float = 0.6
+    along: float = 3.0
+    turn: float = 0.1
+    shift: float = 10.0
+    most_moved: float = 3.0
+    reaches: tuple[float, ...] = (8.0, 15.0, 25.0, 40.0)
+    noises: tuple[float, ...] = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+    folds: int = 10
+    tried: int = 32
+
+
+MEASURED_FACE = MeasuredFaceSettings()

@@ -1,0 +1,128 @@
+"""Settings of finding faces, and of following the chosen one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionSettings:
+    """Settings of finding faces, and of following the chosen one.
+
+    Attributes
+    ----------
+    sure : float, probability
+        Of a face in the whole picture at least. Measured: of faces that were tried it is 0.66 and
+        more, most of them 0.9, and of what is none up to 0.6 (but for a cat's).
+    surer : float, probability
+        The same in parts of the picture, of which more are looked at. Not measured.
+    same : float, overlap over union
+        Of two guesses, from which on they are of one face. Not measured.
+    again : float, sides of the face's box
+        That are looked at once more, to place its points better. Not measured.
+    least_apart : float, sides of its square
+        That a face's eyes are apart at least. Not measured.
+    smaller : tuple of float, shorter sides of the picture
+        Parts of it that are looked at if there is no face. Not measured.
+    apart : float, face heights
+        Farther off, a face is another one. Not measured.
+    size_ratio : float, ratio
+        Of sizes, beyond which a face is another one. Not measured.
+    widening : float, share
+        By which both grow with each frame that the face is lost. Not measured.
+    most_size_ratio : float, ratio
+        To which the second grows at most. Not measured.
+    of_box : float, sides of the detector's square
+        Height of a face's landmarks. Not measured.
+    doubtful : float, `Landmarks.unlike`
+        From which on the detector is asked where the face is. The network is as sure of points
+        beside a face that has moved fast, but in the mirror image it puts these elsewhere.
+        Measured: on faces at most 0.030 (p01 to p08 of the strangers' clips, one frame; 0.034 in a
+        near profile, p11), on points beside one up to 0.11.
+    wrong : float, `Landmarks.unlike`
+        From which on there is no face. Measured with `doubtful`.
+    faces_kept : int, frames
+        Whose landmarks are remembered. A bound on memory. Not measured.
+    patience : int, frames
+        Without the face that is followed, after which any face is taken. Not measured.
+    least_face : float, px
+        Of a face; of a smaller one a picture shows nothing. Not measured.
+    present : float, probability
+        Of a face by the landmark network at least. Measured: 0.94 and more of faces, at most 0.74
+        beside one.
+    turned_eyes : float, ratio
+        Of the widths of both eyes, below which the head is turned too far for its pupils. Not
+        measured.
+    shut_eye : float, ratio
+        Of an eye's height and width, below which its iris is guessed. Not measured.
+    reach : float, mm
+        Across the line of sight: farther a head does not get from frame to frame. Not measured.
+    alike : float, correlation
+        Of a face with itself a frame later at least. Measured: 0.9 and more, 0.8 in a blink; 0.3
+        with another person, or nearer by a quarter.
+    least_template : int, px
+        Across a template; less shows nothing. Not measured.
+    most_template : int, px
+        Across a template, at which it is compared. Not measured.
+    box_width : float, mm
+        Of the square around a face by which a box around its mouth is enlarged. Chosen or measured
+        on GRID's clips.
+    mouth_height : float, share of that square
+        That the mouth's middle lies below its top. Not measured.
+    mouth_width : float, share of that square
+        That the mouth is wide. Not measured.
+    eyes_apart : float, mm
+        Between the middles of the eyes. Chosen between 63 in people (Dodgson 2004), 65 in the ICT
+        face model's mean and 60 in the bundled average person, whose mouth is as much too narrow.
+    given_spread : float, mm
+        Standard deviation of a pupil distance that somebody measured. Not measured.
+    pole : float, share of an eye's depth
+        What lies so near to its foremost point is its pupil. Not measured.
+    seen_at : tuple of tuple of float, mm
+        Where the detector sees eyes, tip of the nose and mouth, less the landmarks. Not measured.
+    mark_deviation : tuple of tuple of float, mm
+        Across and down a face, how far people's marks differ from the average head's. Not measured.
+    turn_deviation : tuple of float, rad
+        Pitch, yaw, and roll beyond the eyes'. Not measured.
+    """
+
+    sure: float = 0.6
+    surer: float = 0.75
+    same: float = 0.3
+    again: float = 1.6
+    least_apart: float = 0.05
+    smaller: tuple[float, ...] = (1.0, 0.5)
+    apart: float = 0.75
+    size_ratio: float = 1.5
+    widening: float = 0.03
+    most_size_ratio: float = 3.0
+    of_box: float = 1.35
+    doubtful: float = 0.03
+    wrong: float = 0.05
+    faces_kept: int = 500
+    patience: int = 50
+    least_face: float = 8.0
+    present: float = 0.8
+    turned_eyes: float = 0.5
+    shut_eye: float = 0.12
+    reach: float = 60.0
+    alike: float = 0.7
+    least_template: int = 12
+    most_template: int = 96
+    box_width: float = 175.0
+    mouth_height: float = 0.805
+    mouth_width: float = 0.27
+    eyes_apart: float = 62.0
+    given_spread: float = 0.5
+    pole: float = 0.03
+    seen_at: tuple[tuple[float, ...], ...] = (
+        (0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0),
+        (0.0, -3.0, 0.0),
+        (0.0, -0.9, 0.0),
+    )
+    mark_deviation: tuple[tuple[float, ...], ...] = ((1.8, 3.0), (1.8, 3.0), (1.5, 6.0), (1.5, 6.0))
+    turn_deviation: tuple[float, ...] = (0.1, 0.4, 0.1)
+
+
+DETECTION = DetectionSettings()

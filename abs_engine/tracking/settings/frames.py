@@ -1,0 +1,111 @@
+"""Settings of the loop over frames: starts, what is believed, and warnings of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class FrameSettings:
+    """Settings of the loop over frames: starts, what is believed, and warnings of a run.
+
+    Attributes
+    ----------
+    recent : int, frames
+        Whose value says what is usual. Not measured.
+    least_explained : float, share
+        That the fit of a talking face explains at least. Measured: of its own face 0.9 in film,
+        0.65 in a blink, 0.56 in plain drawings; of a bare wall 0.1 to 0.2. Another face, 0.7 to
+        0.9, is not distinguished.
+    most_off : float, standard deviations
+        RMS over the lips, that an accepted fit may lie off the landmarks: about 1.5 mm of a person
+        who is known. Not measured.
+    astray : float, standard deviations
+        From which on the landmarks are taken to be wrong. Not measured.
+    seen_width : float, standard deviations
+        How far postures lie about those that were seen of a person. Not measured.
+    step_deviation : float, standard deviations of a mode
+        How far a posture moves in 40 ms. Measured: in speech by 0.3 (RMS of authored and of tracked
+        motion), but in one step of a hundred by 1.1.
+    look_across : float, px
+        That the mouth is looked at in. Not measured.
+    look_near : float, times the lips' outline
+        Where what lies around it begins. Not measured.
+    look_far : float, times the lips' outline
+        Where it ends. Not measured.
+    least_like : float, share of the usual
+        Likeness of what lies within or around the outline, below which the mouth is covered. Not
+        measured.
+    least_lips : float, share of the usual
+        The same of lips within it. Not measured.
+    least_in_picture : float, share of a mouth's outline
+        That lies in the picture, or the mouth counts as outside of it. Not measured.
+    light_none : float, logarithm
+        Of a change of light up to which nothing is done. Measured: the largest change of GRID's
+        clips is 0.03, of p01 to p08 of the strangers' clips 0.01 to 0.10, and 0.43 where the light
+        does change.
+    light_full : float, logarithm
+        From which on all of it is undone. Measured with `light_none`.
+    light_patch : float, share of the face's size
+        Half the side of what is looked at about a landmark. Not measured.
+    least_separability : float, probability
+        That a pixel of skin or lips is classified right, below which a run warns that colours say
+        little of lips. Not measured.
+    least_agreement : float, slope
+        Of apertures by colours alone with those by landmarks, below which a run warns. Measured on
+        p01 to p08 of the strangers' clips: six have 0.76 and more; two, which are right all the
+        same, 0.60 and less.
+    most_held : float, share of the frames
+        Held to the landmarks, above which a run warns. Not measured.
+    landmark_unsure : float, mm
+        Standard deviation of an aperture by landmarks. Not measured.
+    landmark_share : float, share of the aperture
+        That is added to it in quadrature. Not measured.
+    contradicted : float, standard deviations of both
+        From which on an aperture and the landmarks' contradict each other. Not measured.
+    most_contradicted : float, share of the frames
+        Contradicted, above which a run warns. Measured on p01 to p08 of the strangers' clips: 0.22
+        in the one where teeth are taken for lips; in the others, and in eight clips of GRID, 0.12
+        and less.
+    fewest : int, frames
+        For any of these warnings. Not measured.
+    speaker_open : float, mm
+        A mouth that is open, in some frame at least of what a speaker's face is learned from. Not
+        measured.
+    speaker_closed : float, mm
+        The same of a closed one. Not measured.
+    same_speaker : float, mm
+        RMS over the face, from which on a head is another person's: see `check_same`. Measured: of
+        40 clips of one person they lie up to 1.4 mm from their median, and up to 2.1 mm from each
+        other; those of other people lie 3.1 mm and more from that median.
+    """
+
+    recent: int = 25
+    least_explained: float = 0.35
+    most_off: float = 2.6
+    astray: float = 12.0
+    seen_width: float = 0.5
+    step_deviation: float = 0.8
+    look_across: float = 48.0
+    look_near: float = 1.25
+    look_far: float = 1.75
+    least_like: float = 0.45
+    least_lips: float = 0.2
+    least_in_picture: float = 0.7
+    light_none: float = 0.06
+    light_full: float = 0.12
+    light_patch: float = 0.02
+    least_separability: float = 0.75
+    least_agreement: float = 0.7
+    most_held: float = 0.1
+    landmark_unsure: float = 0.8
+    landmark_share: float = 0.15
+    contradicted: float = 2.0
+    most_contradicted: float = 0.15
+    fewest: int = 10
+    speaker_open: float = 5.0
+    speaker_closed: float = 1.5
+    same_speaker: float = 2.2
+
+
+FRAME_LOOP = FrameSettings()

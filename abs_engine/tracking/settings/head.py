@@ -1,0 +1,98 @@
+"""Settings of the head's poses and shape, by landmarks, pupils and texture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class HeadSettings:
+    """Settings of the head's poses and shape, by landmarks, pupils and texture.
+
+    Attributes
+    ----------
+    pupil_noise : float, mm
+        That each pupil is off by itself. Not measured.
+    pixel_noise : float, px
+        The same in the picture. Not measured.
+    landmarks_alike : float, landmarks
+        That count as one, as they err together, where a frame is compared with others of the
+        person. Their factors were learned on drawn heads, whose faces move less; a jaw that opens
+        wide pulls all landmarks down with it. Chosen on eight films of other heads; 32 does no
+        better.
+    rounds : int
+        Of landmarks and texture, the joint fit. Not measured.
+    first_steps : int
+        Gauss-Newton steps by landmarks and pupils alone. Not measured.
+    steps : int
+        Gauss-Newton steps in each round. Not measured.
+    near : int, frames
+        That each is compared with, those that face most alike. Not measured.
+    most_turn : float, rad
+        In a step. Not measured.
+    scale_held : float, mm
+        Standard deviation of the pupils' distance in the joint fit: sharp, as in a clip nothing
+        else tells the size. Not measured.
+    side : int, px
+        Of the longer side of what is compared, at most. Not measured.
+    most_points : int
+        Points of texture that are followed. Not measured.
+    least_points : int
+        Points without which two frames are not compared. Not measured.
+    facing : float, cosine
+        Between the surface and the line of sight at least. Not measured.
+    levels : int
+        Of the pyramid that flow is sought in. Not measured.
+    returns : float, drawn pixels
+        By which flow there and back misses where it began, at most. Not measured.
+    flow_reach : float, drawn pixels
+        That flow leads at most. Not measured.
+    still : float, mm
+        By which expressions move skin at most that counts as the skull's. Not measured.
+    above : float, mm
+        Above the lips that such skin lies at least. Not measured.
+    front : float, mm
+        In front of the head's origin that it lies at least. Not measured.
+    most_slide : float, mm
+        Along the surface to which a match is taken at most. Not measured.
+    grazing : float, cosine
+        Between ray and normal that is counted at the flattest. Not measured.
+    match_noise : float, drawn pixels
+        Standard deviation of a match. Not measured.
+    matches_alike : float, matches
+        That count as one, as they err together. Not measured.
+    gaze : tuple of float, mm
+        How far eyes that look elsewhere take both pupils along, across and down the face. Not
+        measured.
+    pose_floor : tuple of float, rad and mm
+        How far a pose is off at best: the head's shape is not quite the person's. Not measured.
+    """
+
+    pupil_noise: float = 0.6
+    pixel_noise: float = 0.5
+    landmarks_alike: float = 8.0
+    rounds: int = 3
+    first_steps: int = 8
+    steps: int = 3
+    near: int = 3
+    most_turn: float = 0.4
+    scale_held: float = 0.5
+    side: int = 220
+    most_points: int = 120
+    least_points: int = 8
+    facing: float = 0.25
+    levels: int = 2
+    returns: float = 0.7
+    flow_reach: float = 12.0
+    still: float = 1.0
+    above: float = 12.0
+    front: float = 20.0
+    most_slide: float = 8.0
+    grazing: float = -0.15
+    match_noise: float = 0.7
+    matches_alike: float = 4.0
+    gaze: tuple[float, ...] = (3.0, 2.0)
+    pose_floor: tuple[float, ...] = (0.006, 0.006, 0.006, 0.3, 0.3, 2.0)
+
+
+HEAD_POSE = HeadSettings()

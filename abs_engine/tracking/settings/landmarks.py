@@ -1,0 +1,104 @@
+"""Settings of landmarks as evidence: their noise, and what they count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkSettings:
+    """Settings of landmarks as evidence: their noise, and what they count.
+
+    Attributes
+    ----------
+    inner_together : float, landmarks
+        Of the inner lips that count as one, as they err together. Measured: of what the network is
+        off by within a person, the 936 numbers of all landmarks move like 9 independent ones; of
+        the lips, most of what they have in common moves with the head's pose.
+    outer_together : float, landmarks
+        The same of the outer lips, whose line is less sharp; where a person's lips thicken as no
+        mode does, it holds the inner ones apart. Chosen of 2 and 8 on p02 and the closed lips of
+        p15 of the strangers' clips, where 8 is better, and on GRID's closures, where both are as
+        good.
+    others_together : float, landmarks
+        The same of all others. Not measured.
+    most_misfit : float, as `FrameLandmarks.misfit`
+        From which on landmarks are no face's. Measured: of faces about 1 to 4, in a shout 7; of
+        points strewn over a picture 25.
+    stray : float, standard deviations
+        From where on a landmark counts less and less. Not measured.
+    stray_lips : float, standard deviations
+        The same of the lips, 4 mm: the ends of how they move are where a fit errs most, and where
+        landmarks are needed. Chosen with p12, p14 and p15 of the strangers' clips in view.
+    hidden : float, cosine
+        Between surface and line of sight, below which a landmark is hidden: a frame's is guessed,
+        a head's is not found. Not measured.
+    guessed : float, weight
+        Of such a landmark. Not measured.
+    factors_between : int
+        Factors of a person's errors that are learned. Not measured.
+    factors_within : int
+        Factors of a frame's errors that are learned. Not measured.
+    least_noise : float, mm
+        Of what no factor explains, of a frame and of a person: the drawn people are too few to know
+        in which directions the network hardly errs, and a fit would trust these most. Not measured.
+    posture_share : float, share of how far the mouth's modes move a landmark
+        That its place in a person's frames is off by. Chosen on eight films of other heads, by the
+        head's rotation: off by 3.7 degrees with 0, 3.2 with 1, 3.0 with 2, 2.9 with 4; the least
+        that gives nearly all of it. On eight others the error in the person's own frame falls from
+        1.8 to 1.6.
+    bias_share : float, share
+        Of what several frames of a person are off by, that is the person's own bias. Not measured.
+    within : float, share of the deviation
+        That is left between postures of a person. Measured on the drawings that the deviations were
+        measured on: 0.5 to 0.8 of 1.7 to 2.0 mm; the rest moves with the view, as a pose does.
+    closest : int, frames
+        The least open ones, that say by how much the network sees inner lips apart that meet: there
+        other evidence is surest, and an error of it, teeth taken for lips, the smallest. Not
+        measured.
+    stray_sighting : float, mm
+        A sighting that is farther off counts as this far. Not measured.
+    least_sightings : int
+        Of a landmark, of a head that it is found on. Not measured.
+    least_deviation : float, mm
+        Of a landmark: one that hardly any side shows may agree by chance. Not measured.
+    place_rounds : tuple of float, mm
+        How unsure a class's place is in each round: the landmarks' noise, then that of fits. Not
+        measured.
+    least_motion : float, mm
+        Standard deviation of apertures from which on colours are judged by them. Not measured.
+    person_limit : int, evaluations
+        Of the person's fit at most. Not measured.
+    shift_deviation : tuple of float, rad, mm and share of the depth
+        How far the landmarks put a whole clip's poses off. Not measured.
+    usual_deviation : tuple of float, mm
+        Of landmarks on a single head, whose own points are chosen to fit and which seems surer.
+        Measured: medians over the six bundled people in five postures.
+    """
+
+    inner_together: float = 2.0
+    outer_together: float = 8.0
+    others_together: float = 100.0
+    most_misfit: float = 10.0
+    stray: float = 3.0
+    stray_lips: float = 8.0
+    hidden: float = 0.15
+    guessed: float = 0.05
+    factors_between: int = 25
+    factors_within: int = 40
+    least_noise: float = 1.5
+    posture_share: float = 2.0
+    bias_share: float = 0.95
+    within: float = 0.5
+    closest: int = 3
+    stray_sighting: float = 6.0
+    least_sightings: int = 3
+    least_deviation: float = 1.0
+    place_rounds: tuple[float, ...] = (3.0, 2.0)
+    least_motion: float = 0.7
+    person_limit: int = 80
+    shift_deviation: tuple[float, ...] = (0.002, 0.002, 0.002, 0.8, 1.0, 0.003)
+    usual_deviation: tuple[float, ...] = (1.7, 1.6, 4.4)
+
+
+LANDMARK_EVIDENCE = LandmarkSettings()
