@@ -1,4 +1,8 @@
-"""Many clips, a task each; a clip whose worker dies is tried again as long as it gets on."""
+"""Many clips, a task each; a clip whose worker dies is tried again as long as it gets on.
+
+One at which several workers in a row die waits for the others. Then it has the machine to itself,
+where memory and time may suffice, and is tried some more times before it is given up.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,9 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 DEATHS = 4
-"""Workers that may die one after the other at a clip without a new frame of it."""
+"""Workers that may die in a row at a clip, without a new frame of it, before it is set aside."""
+GIVEN_UP = 20
+"""The same before it is given up: machines that others stop again and again must lose no clip."""
 _LOOK = 2.0  # seconds between looks for workers that came or went
 
 
@@ -41,10 +47,13 @@ def track_many(
     """
     from distributed import wait
 
-    waiting, watched = deque(jobs), {job.name: _Watched(job) for job in jobs}
+    watched = {job.name: _Watched(job) for job in jobs}
+    waiting, aside = deque(jobs), deque[Job]()
     running: dict[Future[Outcome], Job] = {}
-    while waiting or running:
+    while waiting or aside or running:
         replace_lost(client)
+        if not waiting and not running:
+            waiting.append(aside.popleft())  # by itself
         while waiting and len(running) < max(1, len(client.nthreads())):
             job = waiting.popleft()
             key = f"{job.name}-{deaths[job.name]}-{id(client):x}"
@@ -57,10 +66,12 @@ def track_many(
             job = running.pop(future)
             outcome = _outcome(future, watched[job.name], deaths)
             future.release()
-            if outcome is None:
-                waiting.appendleft(job)
-            else:
+            if outcome is not None:
                 yield job, outcome
+            elif watched[job.name].set_aside:
+                aside.append(job)
+            else:
+                waiting.appendleft(job)
 
 
 class _Watched:
@@ -75,12 +86,21 @@ class _Watched:
         """Bytes of the frames that are kept."""
         return self._journal.stat().st_size if self._journal.is_file() else 0
 
-    def hopeless(self, deaths: int) -> bool:
-        """Whether workers died too often since its last new frame, now so many more."""
+    def died(self, deaths: int) -> None:
+        """Count workers that died at it now."""
         kept = self._size()
         self._deaths = 0 if kept > self._kept else self._deaths + deaths
         self._kept = kept
+
+    @property
+    def set_aside(self) -> bool:
+        """Whether it is to wait for the others."""
         return self._deaths >= DEATHS
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether workers died too often since its last new frame."""
+        return self._deaths >= GIVEN_UP
 
 
 def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -> Outcome | None:
@@ -95,11 +115,14 @@ def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -
     error = future.exception()
     if not isinstance(error, KilledWorker):
         return Outcome(FAILED, " ".join(f"{type(error).__name__}: {error}".split()))
-    deaths[watched.job.name] += error.allowed_failures + 1
-    if not watched.hopeless(error.allowed_failures + 1):
+    died = error.allowed_failures + 1
+    deaths[watched.job.name] += died
+    watched.died(died)
+    if not watched.hopeless:
         return None
     return Outcome(
         FAILED,
-        f"its worker died {DEATHS} times without a new frame, perhaps for want of memory; "
-        "give workers more memory, or start fewer",
+        f"its worker died {GIVEN_UP} times without a new frame, at last with no other clip "
+        "beside it, perhaps for want of memory; give workers more, then give the same command "
+        "again",
     )

@@ -21,7 +21,7 @@ from runs import write_kind
 from abs_engine.cli import main
 from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
-from abs_engine.clips.many import DEATHS, _outcome, _Watched
+from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_many
 from abs_engine.clips.table import TABLE, runs_folder, write_table
 from abs_engine.clips.worker import track_job
 from abs_engine.core.errors import OutputError, ParameterError
@@ -93,21 +93,88 @@ def killed(allowed: int) -> SimpleNamespace:
 @pytest.mark.parametrize("allowed", [0, DEATHS - 1])
 def test_a_clip_that_kills_its_workers_is_given_up(allowed, tmp_path):
     watched, deaths = _Watched(job(tmp_path)), Counter()
-    ends = [_outcome(killed(allowed), watched, deaths) for _ in range(DEATHS // (allowed + 1))]
+    ends = [_outcome(killed(allowed), watched, deaths) for _ in range(GIVEN_UP // (allowed + 1))]
     assert ends[:-1] == [None] * (len(ends) - 1)
     assert ends[-1].status == FAILED
-    assert "died 4 times" in ends[-1].message
-    assert deaths == {"a": DEATHS}
+    assert "died 20 times" in ends[-1].message
+    assert deaths == {"a": GIVEN_UP}
 
 
 @pytest.mark.parametrize("allowed", [0, DEATHS - 1])
 def test_a_clip_that_gets_on_is_never_given_up(allowed, tmp_path):
     watched, deaths = _Watched(job(tmp_path)), Counter()
     partial_of(watched.job.folder).mkdir(parents=True)
-    for _ in range(3 * DEATHS):
+    for _ in range(3 * GIVEN_UP):
         with (partial_of(watched.job.folder) / FRAMES).open("ab") as file:
             file.write(b"frame")
         assert _outcome(killed(allowed), watched, deaths) is None
+        assert not watched.set_aside
+
+
+class Task:
+    """What a scheduler gives for a task: done, or killed with its worker."""
+
+    def __init__(self, dies: bool) -> None:
+        self.status = "error" if dies else "finished"
+
+    def result(self) -> Outcome:
+        return Outcome("done")
+
+    def exception(self) -> Exception:
+        return killed(0).exception()
+
+    def release(self) -> None:
+        """Nothing is held."""
+
+
+class Scheduler:
+    """Two workers, of which one dies at a clip as often as is said, one task after the other."""
+
+    cluster = None
+
+    def __init__(self, dies: dict[str, int]) -> None:
+        self.left, self.open, self.begun = Counter(dies), {}, []
+
+    def nthreads(self) -> dict[str, int]:
+        return {"one": 1, "other": 1}
+
+    def submit(self, _function: object, given: Job, **_: object) -> Task:
+        task = Task(self.left[given.name] > 0)
+        self.left[given.name] -= 1
+        self.open[task] = given.name
+        self.begun.append(sorted(self.open.values()))
+        return task
+
+    def wait(self, tasks: list[Task], **_: object) -> SimpleNamespace:
+        del self.open[tasks[0]]
+        return SimpleNamespace(done={tasks[0]})
+
+
+def ends_with(monkeypatch, folder: Path, dies: dict[str, int]) -> tuple[Scheduler, dict, Counter]:
+    """Outcomes of clips a to e in the order of their ends, where workers die so often."""
+    scheduler, deaths = Scheduler(dies), Counter()
+    monkeypatch.setattr("distributed.wait", scheduler.wait)
+    ended = track_many(scheduler, [job(folder, name) for name in "abcde"], deaths)
+    return scheduler, {one.name: outcome for one, outcome in ended}, deaths
+
+
+@pytest.mark.parametrize("dies", [DEATHS, GIVEN_UP - 1])
+def test_a_clip_whose_workers_are_stopped_is_tried_again_after_the_others(
+    dies, tmp_path, monkeypatch
+):
+    scheduler, found, deaths = ends_with(monkeypatch, tmp_path, {"a": dies, "c": 1})
+    assert {outcome.status for outcome in found.values()} == {"done"}
+    assert list(found)[-1] == "a"
+    assert deaths == {"a": dies, "c": 1}
+    assert scheduler.begun[DEATHS - dies - 1 :] == [["a"]] * (dies + 1 - DEATHS)
+
+
+def test_clips_that_are_set_aside_have_the_machine_to_themselves(tmp_path, monkeypatch):
+    scheduler, found, _ = ends_with(monkeypatch, tmp_path, {"a": 6, "b": GIVEN_UP, "d": 2})
+    assert [name for name, outcome in found.items() if outcome.status == FAILED] == ["b"]
+    assert set(list(found)[:3]) == {"c", "d", "e"}
+    last = scheduler.begun[-(GIVEN_UP - DEATHS) :]
+    assert all(len(running) == 1 for running in last)
 
 
 def test_a_worker_that_dask_has_given_up_is_replaced():

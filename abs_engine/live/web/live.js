@@ -54,6 +54,7 @@ async function fetchHead() {
     view, mean, modes: as(Float32Array, "modes"), colours: as(Uint8Array, "colours"),
     positions: mean.slice(), target: [0, (low + high) / 2, front - 60], reach: 0.54 * (high - low),
   };
+  drawHead();  // at rest: the next frame may be long in coming
 }
 
 function moveHead(weights) {
