@@ -131,10 +131,17 @@ def texture_term(face: Face, view: View) -> Term:
 def local_term(face: Face, view: View) -> Term:
     """The error of local descriptors, made white by what the model leaves unexplained."""
     looks: LocalLooks = face.learned("local")
-    window = replace(view.window, scale=looks.scale)
+    pixel = pixels_per_mm(face.pivot, view)
+    window = replace(view.window, scale=looks.scale_at(pixel))
     given = view.image, view.camera, window, view.renderer
     error = local_error(looks.model, looks.surface, *given, whiten="all")
     return Weighted(error, 0.5 * 8 * len(looks.model))
+
+
+def pixels_per_mm(pivot: FloatArray, view: View) -> float:
+    """Image pixels of a mm where a point (3,), mm, of the head is in a view."""
+    depth = float(view.frame.base.apply(pivot[None])[0, 2])
+    return float(view.camera.matrix[0, 0]) / depth
 
 
 COLOUR = TermKind("colour", colour_term, ("values", "forces", "borders"))
@@ -159,8 +166,13 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
 
 
 def bends(kinds: Mapping[str, TermKind]) -> bool:
-    """Whether all of the evidence has borders, for Newton's steps."""
-    return all("borders" in kind.gives for kind in kinds.values())
+    """Whether all of the evidence has borders or residuals, for Newton's steps."""
+    return all(_gives(kind, "borders") for kind in kinds.values())
+
+
+def _gives(kind: TermKind, need: Need) -> bool:
+    """Whether evidence gives what a driver needs; residuals bend as borders do."""
+    return need in kind.gives or (need == "borders" and "residuals" in kind.gives)
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
@@ -216,8 +228,8 @@ def check_leaves(
                 "talking face (--model face.npz)",
             )
     need, enough = driver.needs, all if driver.needs in ("residuals", "borders") else any
-    if not enough(need in kind.gives for kind in kinds.values()):
-        lacks = next(n for n, kind in kinds.items() if need not in kind.gives)
+    if not enough(_gives(kind, need) for kind in kinds.values()):
+        lacks = next(n for n, kind in kinds.items() if not _gives(kind, need))
         raise ParameterError(
             f"the driver '{chosen}' needs {need}, which the evidence '{lacks}' does not give",
             "use --driver simplex, which needs values alone",
