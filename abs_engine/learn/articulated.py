@@ -107,8 +107,10 @@ def compared_head(
     pivot : (3,) float64, mm, head frame
         Point that the head is turned about.
     """
-    marks = _marks(speaker)
-    return ComparedHead(scene, *_parts(speaker, scene, marks), marks, spec, pivot)
+    listed = _marks(speaker)
+    surface, outer, kept = _parts(speaker, scene, listed)
+    marks = listed[np.isin(listed, kept)]  # a few have no facet that stays where it is
+    return ComparedHead(scene, surface, outer, kept, marks, spec, pivot)
 
 
 def _parts(
