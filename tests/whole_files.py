@@ -398,7 +398,9 @@ def appearance() -> dict[str, Any]:
     return {
         **{f"tex_lin.{name}": value for name, value in tex.items()},
         **{f"la_lin.{name}": value for name, value in local.items()},
-        "la_per_mm": 0.8, "tex_cst_is_constant_tex_lin": True, "la_cst_is_constant_la_lin": True,
+        "la_per_mm": 0.8, "la_own_share": 0.5, "tex_per_mm": 0.4,
+        "tex_noise": 0.01, "tex_observations": 9.0,
+        "tex_cst_is_constant_tex_lin": True, "la_cst_is_constant_la_lin": True,
     }  # fmt: skip
 
 

@@ -16,7 +16,13 @@ from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.learned_appearance import Appearance
 from abs_engine.io.arrays import Array, Layout, index, real, truth
 
-TEXTURE, LOCAL, PER_MM = "tex_lin", "la_lin", "la_per_mm"
+TEXTURE, LOCAL = "tex_lin", "la_lin"
+NUMBERS = {
+    "la_per_mm": "per_mm", "la_own_share": "own_share", "tex_per_mm": "texture_per_mm",
+    "tex_noise": "texture_noise",
+    "tex_observations": "texture_observations",
+}  # fmt: skip
+"""Single numbers of an appearance, by their names in a file."""
 TWINS = {"tex_cst_is_constant_tex_lin": True, "la_cst_is_constant_la_lin": True}
 """The constant models are the linear ones' constants, as a talking face's file says of its own."""
 
@@ -38,7 +44,7 @@ LAYOUT: Layout = {
     **_within(TEXTURE, texture.LAYOUT),
     **_within(LOCAL, local.LAYOUT),
     f"{LOCAL}.vertices": index("V", f"{LOCAL}_N", dtype=np.int64, optional=True),
-    PER_MM: real(low=1e-9, optional=True),
+    **dict.fromkeys(NUMBERS, real(low=1e-9, optional=True)),
     **{name: truth(optional=True) for name in TWINS},
 }
 """Its arrays in the file of a head of V vertices and P parameters."""
@@ -50,7 +56,7 @@ def appearance_arrays(appearance: Appearance | None) -> dict[str, Any]:
         return {}
     parts = {TEXTURE: appearance.texture.arrays(), LOCAL: appearance.local.arrays()}
     flat = {f"{part}.{name}": v for part, own in parts.items() for name, v in own.items()}
-    return {**flat, PER_MM: appearance.per_mm, **TWINS}
+    return {**flat, **{name: getattr(appearance, own) for name, own in NUMBERS.items()}, **TWINS}
 
 
 def appearance_of(data: Mapping[str, Any], parameters: int) -> Appearance | None:
@@ -76,7 +82,7 @@ def appearance_of(data: Mapping[str, Any], parameters: int) -> Appearance | None
     la = LocalModel.from_arrays(_part(data, LOCAL))
     if not all(data[name] for name in TWINS) or {len(tex.modes), len(la.modes)} != {parameters}:
         raise ParameterError("the appearance is not of these postures", "learn it again")
-    return Appearance(tex, la, float(data[PER_MM]))
+    return Appearance(tex, la, **{own: float(data[name]) for name, own in NUMBERS.items()})
 
 
 def _part(data: Mapping[str, Any], name: str) -> dict[str, NDArray[np.generic]]:

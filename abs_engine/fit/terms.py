@@ -117,12 +117,14 @@ def colour_term(face: Face, view: View) -> Term:
 def texture_term(face: Face, view: View) -> Term:
     """The error of luminance-normalised texture (Odisio and Bailly, section 4), by its noise.
 
-    As many observations are independent as `likelihood_of` counts for colours.
+    As many observations are independent as was measured, or as `likelihood_of` counts for colours.
     """
     looks: TextureLooks = face.learned("texture")
     start = view.frame.candidates(view.start[None])
     given = view.image, view.camera, view.window, start, view.renderer
     error = texture_error(looks.model, looks.surface, *given, looks.dressed)
+    if looks.observations:
+        return Weighted(error, 0.5 * looks.observations / looks.noise**2)
     mouth = lip_window(face.border, view.frame.base, view.camera)
     side = independent_side(mouth) / mouth.scale * view.window.scale
     return Weighted(error, 1.5 * error.drawn / side**2 / looks.noise**2)
@@ -134,7 +136,7 @@ def local_term(face: Face, view: View) -> Term:
     pixel = pixels_per_mm(face.pivot, view)
     window = replace(view.window, scale=looks.scale_at(pixel))
     given = view.image, view.camera, window, view.renderer
-    error = local_error(looks.model, looks.surface, *given, whiten="all")
+    error = local_error(looks.model, looks.surface, *given, "all", looks.whitener)
     return Weighted(error, 0.5 * 8 * len(looks.model))
 
 

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.atlas import SIZES, fitting_size, lay_atlas
+from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import LocalModel, learn_local
+from abs_engine.face.appearance.local import ALONE, LocalModel, learn_local_frames, own_share
 from abs_engine.face.appearance.point_selection import N_POINTS
-from abs_engine.face.appearance.texture import learn_texture
+from abs_engine.face.appearance.texture import learn_shared_texture, learn_texture
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.compared import ComparedHead
@@ -27,8 +28,9 @@ SPACING = 4.0
 FINEST = 1.0
 """Drawn pixels per mm of local appearance, at most: its filters are to reach 2 mm and more, or a
 fit that starts far away does not come home."""
-LARGEST = 512
-"""Side of a speaker's texture, texels, at most: a millimetre and less of the face."""
+COARSE = 0.4
+"""Pixels per mm of a speaker's texture, at most: between recordings a frame's texture is worth a
+dozen of independent observations, and finer ones only take longer."""
 
 
 def learn_face(
@@ -65,27 +67,32 @@ def learn_face(
     tex = learn_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
     scale = min(1.0, FINEST * depth / float(camera.matrix[0, 0]))
-    local = _local(shape.compared, seen, camera, renderer, scale, count).within(shape.kept)
+    local = _local(shape.compared, seen, camera, renderer, scale, count)[0].within(shape.kept)
     return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)
 
 
 def learn_appearance(
     head: ComparedHead,
     seen: Sequence[Sighting],
+    recordings: NDArray[np.int64],
     camera: Camera,
     renderer: Renderer,
     *,
     count: int = N_POINTS,
 ) -> Appearance:
-    """Learn texture and local appearance of what is compared of a head.
+    """Learn texture and local appearance of what is compared of a head from several recordings.
 
-    Pictures finer than `FINEST` are made as coarse.
+    How far they depend on the posture, and how far off they are, is measured on recordings that
+    are left out: the next frame of the same recording would be foretold too well. Pictures finer
+    than `COARSE` and `FINEST` are made as coarse.
 
     Parameters
     ----------
     head : ComparedHead
     seen : sequence of Sighting
         Of ``head.scene``.
+    recordings : (T,) int64
+        Which of them were recorded together; two recordings at least.
     camera : Camera
     renderer : Renderer
     count : int
@@ -101,16 +108,25 @@ def learn_appearance(
     if not seen:
         raise ParameterError("there are no pictures to learn from", "give some")
     depth = float(np.median([one.pose.apply(head.pivot[None])[0, 2] for one in seen]))
-    per_mm = min(FINEST, float(camera.matrix[0, 0]) / depth)
-    scale = per_mm * depth / float(camera.matrix[0, 0])
-    coarse, whole = camera.scaled(scale), Window(0, 0, *camera.size, scale)
-    some = [replace(one, image=whole.sample(one.image)) for one in seen]
-    side = min(LARGEST, fitting_size(head.surface, coarse, some[0].pose)[0])
-    atlas = lay_atlas(head.scene, (max(side, SIZES[0]),) * 2, renderer)
+    pixel = float(camera.matrix[0, 0]) / depth
+    per_mm, texels = min(FINEST, pixel), min(COARSE, pixel)
+    some, own = _sampled(seen, camera, texels / pixel)
+    atlas = lay_atlas(head.scene, fitting_size(head.surface, own, some[0].pose), renderer)
     atlas = atlas.on(facets_of_part(head.scene, head.surface))
-    texture = learn_texture(some, head.scene, atlas, coarse, renderer)
-    local = _local(head, some, coarse, renderer, 1.0, count)
-    return Appearance(texture, local, per_mm)
+    shared = learn_shared_texture(some, head.scene, atlas, own, renderer, recordings)
+    some, own = _sampled(seen, camera, per_mm / pixel)
+    local, share = _local(head, some, own, renderer, 1.0, count, recordings)
+    texture, noise, worth = shared
+    return Appearance(texture, local, per_mm, texels, noise, worth, share)
+
+
+def _sampled(
+    seen: Sequence[Sighting], camera: Camera, scale: float
+) -> tuple[list[Sighting], Camera]:
+    """Frames and their camera with so many pixels for one."""
+    whole = Window(0, 0, *camera.size, scale)
+    some = [replace(one, image=whole.sample(one.image)) for one in seen]
+    return some, camera.scaled(scale)
 
 
 def _local(
@@ -120,9 +136,19 @@ def _local(
     renderer: Renderer,
     scale: float,
     count: int,
-) -> LocalModel:
-    """Local appearance of the points that say most of pose and posture together."""
-    every = learn_local(seen, head.scene, head.marks, camera, renderer, scale=scale)
+    recordings: NDArray[np.int64] | None = None,
+) -> tuple[LocalModel, float]:
+    """Local appearance of the points that say most of pose and posture together.
+
+    And the share of their noise that is taken for their own.
+    """
+    given = seen, head.scene, head.marks, camera, renderer
+    every, frames, ridge = learn_local_frames(*given, scale=scale, recordings=recordings)
     places = head.scene.mean[head.marks].astype(np.float64)
     told = information(every, seen, head.scene, camera, renderer, head.moved, scale)
-    return every.only(choose_informative(every, told, head.about, count, places, SPACING))
+    chosen = choose_informative(every, told, head.about, count, places, SPACING)
+    if recordings is None:
+        return every.only(chosen), ALONE
+    some = np.zeros(len(every), np.bool_)
+    some[chosen] = True
+    return every.only(chosen), own_share(frames.of(some), ridge)

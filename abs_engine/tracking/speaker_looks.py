@@ -34,6 +34,8 @@ LOOKS = (TEXTURE.name, LOCAL.name)
 """Evidence that needs a learned appearance."""
 MOST = 100
 """Frames that appearance is learned from, of all recordings together."""
+LEAST = 5
+"""Recordings of which each is foretold by the others; of fewer, each is cut into parts."""
 
 
 def can_look(speaker: Speaker) -> bool:
@@ -86,8 +88,18 @@ def with_appearance(
         If they do not show the face.
     """
     head, each = compared(face, speaker), max(2, MOST // len(recordings))
-    seen = [one for r in recordings for one in _sightings(face, head, space, r, each)]
-    return replace(face, appearance=learn_appearance(head, seen, camera, renderer))
+    seen = [list(_sightings(face, head, space, r, each)) for r in recordings]
+    counts = [
+        len(part) for own in seen for part in np.array_split(np.arange(len(own)), parts(seen))
+    ]
+    together = np.repeat(np.arange(len(counts)), counts)
+    every = [one for own in seen for one in own]
+    return replace(face, appearance=learn_appearance(head, every, together, camera, renderer))
+
+
+def parts(recordings: Sequence[object]) -> int:
+    """Number of parts of a recording that are left out one by one, so that there are `LEAST`."""
+    return -(-LEAST // len(recordings))
 
 
 def _sightings(
@@ -123,8 +135,9 @@ def looking(face: Face, own: Appearance, head: ComparedHead) -> Face:
         What it was learned of.
     """
     dressed = own.texture.dress(head.surface)
-    texture = TextureLooks(own.texture, head.surface, dressed, own.texture_noise)
+    noise = own.texture_noise, own.texture_observations
+    texture = TextureLooks(own.texture, head.surface, dressed, *noise)
     # the texture is rendered no finer, the descriptors just as finely as they were learned
-    local = LocalLooks(own.local.within(head.kept), head.outer, 1.0, own.per_mm)
+    local = LocalLooks(own.local.within(head.kept), head.outer, 1.0, own.per_mm, own.own_share)
     looks: dict[str, object] = dict(zip(LOOKS, (texture, local), strict=True))
-    return replace(face.looking(**looks), own_terms=over_face(head.surface, own.per_mm))
+    return replace(face.looking(**looks), own_terms=over_face(head.surface, own.texture_per_mm))

@@ -131,7 +131,11 @@ def test_appearance_is_learned(learned):
 
 @pytest.mark.parametrize(
     "words",
-    [("colour+texture+local",), ("local", "--driver", "levenberg"), ("texture", "--driver", "axes")],
+    [
+        ("colour+texture+local",),
+        ("local", "--driver", "levenberg"),
+        ("texture", "--driver", "axes"),
+    ],
     ids=lambda words: "-".join(words),
 )
 def test_another_camera_and_distance_fit_by_appearance(learned, nearer, tmp_path, words):
