@@ -375,8 +375,33 @@ def speaker_face(_: Path) -> bytes:
         expression_mean=VERTICES, expression_modes=draw.random((2, V, 3), np.float32),
         expression_mixing=draw.random((2, 3)), expression_offset=np.zeros(3),
         expression_variance=np.array([0.5, 0.4]), scale_source="given", scale_pupils=63.0,
-        scale_uncertainty=0.01, **colour, **noise_arrays(),
+        scale_uncertainty=0.01, **colour, **noise_arrays(), **appearance(),
     )  # fmt: skip
+
+
+def appearance() -> dict[str, Any]:
+    """Texture of 4x5 texels and local appearance of three points, by two parameters."""
+    draw, flat, points = rng(), (4, 5), 3
+    tex = {
+        "base": draw.random((*flat, 3), np.float32), "mean": draw.random((*flat, 3), np.float32),
+        "modes": draw.random((2, *flat, 3), np.float32), "frames": np.ones(flat, np.int32),
+        "explained": 0.5, "spread": np.ones(flat, np.float32),
+        "common": draw.random((1, *flat, 3), np.float32),
+    }  # fmt: skip
+    local = {
+        "vertices": np.arange(points), "base": draw.random((points, 8)),
+        "modes": draw.random((2, points, 8)), "mean": draw.random((points, 8)),
+        "sigma": np.full(points, 2.0), "spread": np.ones((points, 8)),
+        "left_out": draw.random((6, points, 8), np.float32), "seen": np.ones(points),
+        "facing": np.ones(points), "reach": np.ones(2), "explained": 0.5, "unit": 0.0,
+    }  # fmt: skip
+    return {
+        **{f"tex_lin.{name}": value for name, value in tex.items()},
+        **{f"la_lin.{name}": value for name, value in local.items()},
+        "la_per_mm": 0.8, "la_own_share": 0.5, "tex_per_mm": 0.4,
+        "tex_noise": 0.01, "tex_observations": 9.0,
+        "tex_cst_is_constant_tex_lin": True, "la_cst_is_constant_la_lin": True,
+    }  # fmt: skip
 
 
 def talking_face(folder: Path) -> bytes:

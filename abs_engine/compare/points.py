@@ -111,6 +111,7 @@ def local_error(
     window: Window,
     renderer: Renderer,
     whiten: Whiten = "no",
+    mixer: FloatArray | None = None,
 ) -> LocalError:
     """The local appearance error of a frame.
 
@@ -129,6 +130,8 @@ def local_error(
         Divide differences by the spread that the model leaves unexplained, so that all components
         have a like weight, or whiten all of them together, so that what many points miss alike
         counts once; the paper compares them raw.
+    mixer : (8 N, 8 N) float64, optional
+        What whitens all of them together, by default the model's `whitener`.
 
     Raises
     ------
@@ -140,7 +143,10 @@ def local_error(
     windows = Windows(Patches.around(scene, model.vertices), model.sigma, model.unit)
     maps = DescriptorMaps.of(window.sample(np.asarray(frame, np.float32)), windows.scales)
     inverse = np.ones_like(model.spread) if whiten == "no" else model.inverse
-    mixer = model.whitener if whiten == "all" else None
+    if whiten != "all":
+        mixer = None
+    elif mixer is None:
+        mixer = model.whitener
     factor = inverse if mixer is None else inverse * _own(mixer)
     cost = np.empty(len(model))
     for n, (scale, own) in enumerate(zip(windows.at_rest, factor, strict=True)):

@@ -162,6 +162,13 @@ class MixturePrior(Prior):
         """That of the Gaussian (N, N): between the centres the mixture bends as much or less."""
         return self.gaussian.curvature(x)
 
+    def roots(self, vectors: FloatArray) -> FloatArray:
+        """Those of the Gaussian parameters, and one root (B, 1) of what the shapes cost."""
+        first = vectors.shape[-1] - self.seen.shape[1]
+        apart = self.gaussian.roots(vectors)[:, :first]
+        rest = self.negative_logs(vectors) - (apart**2).sum(axis=1)
+        return np.column_stack([apart, np.sqrt(np.maximum(rest, 0.0))])
+
     def _scaled(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Standard deviations (N,) from the mean, and the last ones (K, P) from each centre."""
         scaled = (x - self.gaussian.mean) / self.gaussian.deviation

@@ -96,6 +96,20 @@ class Camera:
         """The window that covers the image, one drawn pixel for each image pixel."""
         return Window(0, 0, *self.size)
 
+    def scaled(self, scale: float) -> Camera:
+        """The camera of the whole picture as a window of that scale samples it.
+
+        Parameters
+        ----------
+        scale : float
+            Its pixels per pixel of this camera.
+        """
+        matrix = self.matrix.copy()
+        matrix[:2] *= scale
+        matrix[:2, 2] += 0.5 * scale - 0.5  # pixel centres are whole numbers in both
+        size = Window(0, 0, *self.size, scale).drawn
+        return Camera(matrix, size, self.distortion, self.near, self.far)
+
     @cached_property
     def distorted(self) -> bool:
         """Whether any distortion coefficient is not zero."""

@@ -9,20 +9,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.blocks import POSE, POSTURE, Blocks
+from abs_engine.core.blocks import Blocks
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import PoseFrame, pose_and
-from abs_engine.core.scene import Candidates, Scene
-from abs_engine.face.appearance.visibility import Sighting
+from abs_engine.core.pose import pose_and
+from abs_engine.core.scene import Scene
+from abs_engine.face.compared import ComparedHead
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 
 FloatArray = NDArray[np.float64]
-STEP = 0.5
-"""First step of a parameter, standard deviations, at a solver's step 1."""
-_POSE_KNOWN = 1e-3
-"""1 / variance of the pose beforehand, per squared first step: next to nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,17 +84,12 @@ class FaceShape:
         """The pose, then the articulatory parameters."""
         return pose_and(self.spec)
 
-    def moved(self, sighting: Sighting) -> Candidates:
-        """A frame's pose and posture, then each of the 13 parameters moved by its first step."""
-        here = self.blocks.vector({POSTURE: sighting.parameters})
-        rows = np.vstack([here, here + np.diag(self.blocks.spec.scale)])
-        return PoseFrame(sighting.pose, self.pivot).candidates(rows)
-
-    @property
-    def about(self) -> FloatArray:
-        """Prior knowledge of the 13 parameters, 1 / variance per squared first step."""
-        own = np.full(len(self.spec), STEP**2)
-        return self.blocks.vector({POSE: np.float64(_POSE_KNOWN), POSTURE: own})
+    @cached_property
+    def compared(self) -> ComparedHead:
+        """The parts that appearance is learned of."""
+        return ComparedHead(
+            self.scene, self.surface, self.outer, self.kept, self.marks, self.spec, self.pivot
+        )
 
     @cached_property
     def pivot(self) -> FloatArray:

@@ -175,7 +175,7 @@ class Problem:
 
         Terms give what they gain as the borders between drawn classes move, looked for `reach`
         drawn pixels to either side; `local`, the slopes where they are. Those without borders that
-        are sums of squares, and draw nothing, give Gauss-Newton's.
+        are sums of squares give Gauss-Newton's.
 
         Raises
         ------
@@ -236,7 +236,7 @@ class Problem:
                 found.append(self._bordered(cast("Bordered", term), x, reach, local, floor))
                 cost, fall, bend = found[-1]
                 finite(name, "borders", cost, fall, np.diagonal(bend))
-            elif getattr(term, "drawn", True):
+            elif not hasattr(term, "rows"):
                 raise ParameterError(
                     f"the evidence '{name}' has no borders",
                     "choose another driver, such as simplex",

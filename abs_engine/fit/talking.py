@@ -18,7 +18,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, free_blocks
-from abs_engine.core.scene import Renderer
+from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.articulated import FaceShape
 from abs_engine.face.talking import MODELS, TEXTURES, TalkingFace
 from abs_engine.fit.problem import Problem
@@ -53,15 +53,38 @@ def explained_share(problem: Problem, value: Evaluation) -> float:
 
 def face_window(shape: FaceShape, alpha: FloatArray, pose: Pose, camera: Camera) -> Window:
     """The part of the picture where S is at a posture and pose, and some pixels around it."""
-    surface = shape.surface
-    place = pose.apply(surface.vertices(alpha))
+    return surface_window(shape.surface, alpha, pose, camera)
+
+
+def surface_window(
+    surface: Scene, weights: FloatArray, pose: Pose, camera: Camera, scale: float = 1.0
+) -> Window:
+    """The part of the picture where a surface is at weights and a pose, and pixels around it.
+
+    Parameters
+    ----------
+    surface : Scene
+    weights : (P,) float64
+    pose : Pose
+        Head to camera.
+    camera : Camera
+    scale : float
+        Drawn pixels per image pixel.
+
+    Raises
+    ------
+    OutOfPictureError
+        If it lies outside of the picture.
+    """
+    place = pose.apply(surface.vertices(weights))
     flat = camera.project(place)
     margin = TALKING_FIT.margin * max(1.0, camera.matrix[0, 0] / float(np.median(place[:, 2])))
     low = np.floor(np.maximum(flat.min(axis=0) - margin, 0))
     high = np.ceil(np.minimum(flat.max(axis=0) + margin, camera.size))
     if not (high - low >= 8).all():
         raise OutOfPictureError("the face lies outside of the picture", "start where the face is")
-    return Window(float(low[0]), float(low[1]), *map(float, high - low))
+    (x, y), (width, height) = low, high - low
+    return Window(float(x), float(y), float(width), float(height), scale)
 
 
 def talking_problem(

@@ -116,12 +116,14 @@ def colour_term(face: Face, view: View) -> Term:
 def texture_term(face: Face, view: View) -> Term:
     """The error of luminance-normalised texture (Odisio and Bailly, section 4), by its noise.
 
-    As many observations are independent as `likelihood_of` counts for colours.
+    As many observations are independent as was measured, or as `likelihood_of` counts for colours.
     """
     looks: TextureLooks = face.learned("texture")
     start = view.frame.candidates(view.start[None])
     given = view.image, view.camera, view.window, start, view.renderer
     error = texture_error(looks.model, looks.surface, *given, looks.dressed)
+    if looks.observations:
+        return Weighted(error, 0.5 * looks.observations / looks.noise**2)
     mouth = lip_window(face.border, view.frame.base, view.camera)
     side = independent_side(mouth) / mouth.scale * view.window.scale
     return Weighted(error, 1.5 * error.drawn / side**2 / looks.noise**2)
@@ -130,10 +132,17 @@ def texture_term(face: Face, view: View) -> Term:
 def local_term(face: Face, view: View) -> Term:
     """The error of local descriptors, made white by what the model leaves unexplained."""
     looks: LocalLooks = face.learned("local")
-    window = replace(view.window, scale=looks.scale)
+    pixel = pixels_per_mm(face.pivot, view)
+    window = replace(view.window, scale=looks.scale_at(pixel))
     given = view.image, view.camera, window, view.renderer
-    error = local_error(looks.model, looks.surface, *given, whiten="all")
+    error = local_error(looks.model, looks.surface, *given, "all", looks.whitener)
     return Weighted(error, 0.5 * 8 * len(looks.model))
+
+
+def pixels_per_mm(pivot: FloatArray, view: View) -> float:
+    """Image pixels of a mm where a point (3,), mm, of the head is in a view."""
+    depth = float(view.frame.base.apply(pivot[None])[0, 2])
+    return float(view.camera.matrix[0, 0]) / depth
 
 
 COLOUR = TermKind("colour", colour_term, ("values", "forces", "borders"))
@@ -158,8 +167,13 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
 
 
 def bends(kinds: Mapping[str, TermKind]) -> bool:
-    """Whether all of the evidence has borders, for Newton's steps."""
-    return all("borders" in kind.gives for kind in kinds.values())
+    """Whether all of the evidence has borders or residuals, for Newton's steps."""
+    return all(_gives(kind, "borders") for kind in kinds.values())
+
+
+def _gives(kind: TermKind, need: Need) -> bool:
+    """Whether evidence gives what a driver needs; residuals bend as borders do."""
+    return need in kind.gives or (need == "borders" and "residuals" in kind.gives)
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
@@ -215,8 +229,8 @@ def check_leaves(
                 "talking face (--model face.npz)",
             )
     need, enough = driver.needs, all if driver.needs in ("residuals", "borders") else any
-    if not enough(need in kind.gives for kind in kinds.values()):
-        lacks = next(n for n, kind in kinds.items() if need not in kind.gives)
+    if not enough(_gives(kind, need) for kind in kinds.values()):
+        lacks = next(n for n, kind in kinds.items() if not _gives(kind, need))
         raise ParameterError(
             f"the driver '{chosen}' needs {need}, which the evidence '{lacks}' does not give",
             "use --driver simplex, which needs values alone",

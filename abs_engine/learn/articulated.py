@@ -10,7 +10,8 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
-from abs_engine.face.articulated import STEP, FaceShape
+from abs_engine.face.articulated import FaceShape
+from abs_engine.face.compared import STEP, ComparedHead
 from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.rings import jaw_ring, lip_rings
@@ -76,19 +77,49 @@ def shape_of(
     lips = set(built.model.groups["lips"])
     at_lips = np.flatnonzero([name in lips for name in built.model.names])
     marks = _marks(speaker)
-    surface = _facets(speaker, marks)
-    inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
-    outer, kept = part(scene, surface | inside)
+    surface, outer, kept = _parts(speaker, scene, marks)
     lower = built.alpha.min(axis=0) - LEARNING.beyond
     upper = built.alpha.max(axis=0) + LEARNING.beyond
     names = built.model.parameters
     return FaceShape(
         built.model, frame, scene, vertices, at_lips.astype(np.int64),
-        part(scene, surface)[0], outer, kept, marks,
+        surface, outer, kept, marks,
         ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper),
         ImprobablePenalty.of_corpus(built.alpha), neutral, _rings(speaker),
         colour_classes(speaker),
     )  # fmt: skip
+
+
+def compared_head(
+    speaker: Speaker, scene: Scene, spec: ParamSpec, pivot: FloatArray
+) -> ComparedHead:
+    """The parts of a head that are compared, whatever moves it.
+
+    Parameters
+    ----------
+    speaker : Speaker
+        Whose mesh it is.
+    scene : Scene
+        The whole head; its modes are the parameters.
+    spec : ParamSpec
+        Names and bounds of the parameters.
+    pivot : (3,) float64, mm, head frame
+        Point that the head is turned about.
+    """
+    listed = _marks(speaker)
+    surface, outer, kept = _parts(speaker, scene, listed)
+    marks = listed[np.isin(listed, kept)]  # a few have no facet that stays where it is
+    return ComparedHead(scene, surface, outer, kept, marks, spec, pivot)
+
+
+def _parts(
+    speaker: Speaker, scene: Scene, marks: NDArray[np.int64]
+) -> tuple[Scene, Scene, NDArray[np.int64]]:
+    """Skin and lips of a head; the same with what stands in the mouth; and its vertices (V',)."""
+    surface = _facets(speaker, marks)
+    inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
+    outer, kept = part(scene, surface | inside)
+    return part(scene, surface)[0], outer, kept
 
 
 def _rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:

@@ -48,6 +48,10 @@ class PostureSpace:
         Share of each component's variance that is noise, those left out among them.
     model : ArticulatoryModel
         The same of the points that guided it; all components.
+    centre : (M,) float64
+        Posture of anybody's modes at which its parameters are 0.
+    back : (M, P) float64
+        What parameters are of postures less that, as nearly as can be.
     """
 
     expression: LinearShape
@@ -56,6 +60,12 @@ class PostureSpace:
     seen: FloatArray
     noise: dict[str, float]
     model: ArticulatoryModel
+    centre: FloatArray
+    back: FloatArray
+
+    def parameters(self, postures: FloatArray) -> FloatArray:
+        """Parameters (..., P) of postures (..., M) of anybody's modes."""
+        return np.asarray((postures - self.centre) @ self.back, np.float64)
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -117,7 +127,7 @@ def learn_postures(
     shares = dict(zip(names, map(float, noise), strict=True))
     some = np.linspace(0, len(scores) - 1, min(LEARNING.most_seen, len(scores))).round().astype(int)
     seen = scores[some][:, kept]
-    return PostureSpace(shape, spec, steps[kept], seen, shares, model)
+    return PostureSpace(shape, spec, steps[kept], seen, shares, model, centre, back[:, kept])
 
 
 def _well_seen(clips: Sequence[FloatArray]) -> FloatArray:

@@ -66,6 +66,9 @@ class LearningSettings:
         That postures are learned from. Not measured.
     spacing : float, mm
         Between the points of local appearance at least. Not measured.
+    coarse : float, px per mm
+        Of a speaker's texture, at most: between recordings a frame's texture is worth a dozen of
+        independent observations, and finer ones only take longer. Not measured.
     finest : float, drawn pixels per mm
         Of local appearance at most: its filters are to reach 2 mm and more, or a fit that starts
         far away does not come home. Not measured.
@@ -129,6 +132,7 @@ class LearningSettings:
     most_seen: int = 300
     least_frames: int = 40
     spacing: float = 4.0
+    coarse: float = 0.4
     finest: float = 1.0
     modes: int = 10
     trained: int = 140

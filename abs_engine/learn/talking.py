@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from abs_engine.core.camera import Camera
+from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local import LocalModel, learn_local_frames, own_share
 from abs_engine.face.appearance.point_selection import N_POINTS
-from abs_engine.face.appearance.texture import learn_texture
+from abs_engine.face.appearance.texture import learn_shared_texture, learn_texture
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
+from abs_engine.face.compared import ComparedHead
+from abs_engine.face.learned_appearance import Appearance
+from abs_engine.face.scene_arrays import facets_of_part
+from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.face.talking import TalkingFace
 from abs_engine.learn.settings import LEARNING
 
@@ -54,9 +60,88 @@ def learn_face(
     tex = learn_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
     scale = min(1.0, LEARNING.finest * depth / float(camera.matrix[0, 0]))
-    every = learn_local(seen, textured, shape.marks, camera, renderer, scale=scale)
-    places = textured.mean[shape.marks].astype(np.float64)
-    told = information(every, seen, textured, camera, renderer, shape.moved, scale)
-    chosen = choose_informative(every, told, shape.about, count, places, LEARNING.spacing)
-    local = every.only(chosen).within(shape.kept)
+    local = _local(shape.compared, seen, camera, renderer, scale, count)[0].within(shape.kept)
     return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)
+
+
+def learn_appearance(
+    head: ComparedHead,
+    seen: Sequence[Sighting],
+    recordings: NDArray[np.int64],
+    camera: Camera,
+    renderer: Renderer,
+    *,
+    count: int = N_POINTS,
+) -> Appearance:
+    """Learn texture and local appearance of what is compared of a head from several recordings.
+
+    How far they depend on the posture, and how far off they are, is measured on recordings that
+    are left out: the next frame of the same recording would be foretold too well. Pictures finer
+    than the settings allow are made as coarse.
+
+    Parameters
+    ----------
+    head : ComparedHead
+    seen : sequence of Sighting
+        Of ``head.scene``.
+    recordings : (T,) int64
+        Which of them were recorded together; two recordings at least.
+    camera : Camera
+    renderer : Renderer
+    count : int
+        Points of local appearance.
+
+    Raises
+    ------
+    NothingSeenError
+        If the pictures do not show the face.
+    ParameterError
+        If there are no pictures, or no point is seen squarely in most of them.
+    """
+    if not seen:
+        raise ParameterError("there are no pictures to learn from", "give some")
+    depth = float(np.median([one.pose.apply(head.pivot[None])[0, 2] for one in seen]))
+    pixel = float(camera.matrix[0, 0]) / depth
+    per_mm, texels = min(LEARNING.finest, pixel), min(LEARNING.coarse, pixel)
+    some, own = _sampled(seen, camera, texels / pixel)
+    atlas = lay_atlas(head.scene, fitting_size(head.surface, own, some[0].pose), renderer)
+    atlas = atlas.on(facets_of_part(head.scene, head.surface))
+    shared = learn_shared_texture(some, head.scene, atlas, own, renderer, recordings)
+    some, own = _sampled(seen, camera, per_mm / pixel)
+    local, share = _local(head, some, own, renderer, 1.0, count, recordings)
+    texture, noise, worth = shared
+    return Appearance(texture, local, per_mm, texels, noise, worth, share)
+
+
+def _sampled(
+    seen: Sequence[Sighting], camera: Camera, scale: float
+) -> tuple[list[Sighting], Camera]:
+    """Frames and their camera with so many pixels for one."""
+    whole = Window(0, 0, *camera.size, scale)
+    some = [replace(one, image=whole.sample(one.image)) for one in seen]
+    return some, camera.scaled(scale)
+
+
+def _local(
+    head: ComparedHead,
+    seen: Sequence[Sighting],
+    camera: Camera,
+    renderer: Renderer,
+    scale: float,
+    count: int,
+    recordings: NDArray[np.int64] | None = None,
+) -> tuple[LocalModel, float]:
+    """Local appearance of the points that say most of pose and posture together.
+
+    And the share of their noise that is taken for their own.
+    """
+    given = seen, head.scene, head.marks, camera, renderer
+    every, frames, ridge = learn_local_frames(*given, scale=scale, recordings=recordings)
+    places = head.scene.mean[head.marks].astype(np.float64)
+    told = information(every, seen, head.scene, camera, renderer, head.moved, scale)
+    chosen = choose_informative(every, told, head.about, count, places, LEARNING.spacing)
+    if recordings is None:
+        return every.only(chosen), APPEARANCE.alone
+    some = np.zeros(len(every), np.bool_)
+    some[chosen] = True
+    return every.only(chosen), own_share(frames.of(some), ridge)

@@ -12,6 +12,7 @@ from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
+from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.evidence import own
 from abs_engine.io.assets import Speaker, load_speaker
@@ -180,12 +181,16 @@ def head_setting(
     leaves: Leaves,
     choice: FaceChoice,
     found: Sequence[Landmarks | None] = (),
+    face: Face | None = None,
 ) -> ClipSetting:
-    """A clip of a person whose head and colours are known; `found` are its first landmarks."""
+    """A clip of a person whose head and colours are known.
+
+    `found` are its first landmarks; `face` is the person's, with what else was learned of it.
+    """
     model, classes, shape = fitted.model, fitted.classes, fitted.shape
     lips = LipLandmarks.of(fitted.noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
-    face = fitted.face
+    face = fitted.face if face is None else face
     binder = HeadBinder(
         model,
         face,

@@ -17,7 +17,10 @@ from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import LAYOUT as COLOURS
 from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance_file import LAYOUT as APPEARANCE
+from abs_engine.face.appearance_file import appearance_arrays, appearance_of
 from abs_engine.face.head import build_mouth_model
+from abs_engine.face.learned_appearance import Appearance
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.arrays import Layout, real, text, whole
@@ -72,6 +75,7 @@ _LAYOUT: Layout = {
     "scale_uncertainty": real(low=0.0),
     **NOISE,
     **{f"colours_{name}": array for name, array in COLOURS.items()},
+    **APPEARANCE,
 }
 
 
@@ -109,6 +113,8 @@ class SpeakerFace:
     classes : ColourClasses
     light : SkinLight
     look : UsualLook or None
+    appearance : Appearance or None
+        Texture and local appearance by this person's postures, where they were learned.
     """
 
     head: str
@@ -127,6 +133,7 @@ class SpeakerFace:
     classes: ColourClasses
     light: SkinLight
     look: UsualLook | None
+    appearance: Appearance | None = None
 
     @classmethod
     def of(cls, fitted: FittedPerson, scale: Scale, head: str) -> SpeakerFace:
@@ -152,6 +159,7 @@ class SpeakerFace:
             posture=space.spec,
             steps=space.steps,
             seen=space.seen,
+            appearance=None,
         )
 
     def coloured(self, classes: ColourClasses, light: SkinLight) -> SpeakerFace:
@@ -216,7 +224,7 @@ class SpeakerFace:
         own |= {f"expression_{name}": getattr(self.expression, name) for name in _SHAPE}
         own |= {f"scale_{name}": value for name, value in asdict(self.scale).items()}
         own |= {f"colours_{name}": value for name, value in self.classes.arrays().items()}
-        return own | self.noise.arrays()
+        return own | self.noise.arrays() | appearance_arrays(self.appearance)
 
     def save(self, path: Path) -> None:
         """Write an ``.npz`` that `load_speaker_face` reads, whole or not at all.
@@ -270,6 +278,7 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
         spec, data["steps"], data["seen"],
         data["bias"], data["deviation"], LandmarkNoise.of_arrays(data), views, data["shift"],
         camera, ColourClasses.of_arrays(own), SkinLight(data["cheeks"]), look,
+        appearance_of(data, len(names)),
     )  # fmt: skip
 
 

@@ -19,7 +19,6 @@ from abs_engine.io.video import probe, read_frames
 from abs_engine.learn.choice import choose_points
 from abs_engine.learn.posture_space import PostureSpace, learn_postures
 from abs_engine.learn.training import checksum
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmarks import Landmarks
@@ -37,6 +36,7 @@ from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace
+from abs_engine.tracking.speaker_looks import can_look, sighted, with_appearance
 from abs_engine.tracking.speakers import track_speaker
 
 FloatArray = NDArray[np.float64]
@@ -82,7 +82,17 @@ class Learned:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
         rounds = ", ".join(f"{share:.3f}" for share in self.explained)
         told.append(f"explained of frames left out, by round: {rounds}; kept: {self.kept}")
-        return told
+        return [*told, self._appearance_line]
+
+    @property
+    def _appearance_line(self) -> str:
+        own = self.face.appearance
+        if own is None:
+            return "no texture or local appearance: the head has no texture coordinates"
+        return (
+            f"appearance that depends on the postures: texture, {own.texture.explained:.0%} of its "
+            f"variance explained; local, {len(own.local)} points, {own.local.explained:.0%}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +160,14 @@ class Learner:
         scores = [self.explained(r, face) for r in again]
         return face, space, again, float(np.mean(np.concatenate(scores)))
 
+    def looks(self, learned: Learned, recordings: Sequence[Recording]) -> Learned:
+        """The same with texture and local appearance, from recordings of the round it is of."""
+        if not can_look(self.speaker):
+            return learned
+        self.tell("learning texture and local appearance")
+        given = self.speaker, learned.space, recordings, self.camera, self.renderer
+        return replace(learned, face=with_appearance(learned.face, *given))
+
     def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
         """Share of the picture that a face explains in each frame that was left out; 0 if lost."""
         recorder = self.followed(recording.video, face, recording.first_left_out)
@@ -198,13 +216,16 @@ def learn_speaker(
     average = AverageHead.of(speaker, correspondence, pupil_scale(options.pupil_distance))
     learner = Learner(speaker, average, camera, renderer, tell or _silent)
     learned: list[Learned] = []
+    tracked_then: list[Sequence[Recording]] = []
     for number in range(1, rounds + 1):
         face, space, recordings, share = learner.round(recordings)
         frames = int(sum(one.usable.sum() for one in recordings))
         explained = (*(one.explained[-1] for one in learned), share)
         learned.append(Learned(face, space, frames, explained, number))
-    best = learned[int(np.argmax(learned[-1].explained))]
-    return replace(best, explained=learned[-1].explained)
+        tracked_then.append(recordings)
+    best = int(np.argmax(learned[-1].explained))
+    done = learner.looks(learned[best], tracked_then[best])
+    return replace(done, explained=learned[-1].explained)
 
 
 def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording:
@@ -219,13 +240,7 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
 
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
     """Frames of a video with the landmarks of its face, where they are seen."""
-    follower, wanted = FaceFollower(FaceChoice()), set(map(int, frames))
-    found = []
-    for index, image in enumerate(islice(read_frames(video), max(wanted, default=-1) + 1)):
-        seen = follower.step(image)
-        if index in wanted and seen is not None:
-            found.append((image, seen))
-    return found
+    return [(image, marks) for _, image, marks in sighted(video, frames)]
 
 
 def _silent(_stage: str) -> None:

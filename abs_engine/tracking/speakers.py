@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import islice
+from pathlib import Path
 
 from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, ParameterError
 from abs_engine.core.scene import Renderer
@@ -24,6 +25,7 @@ from abs_engine.tracking.options import (
 )
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace, load_speaker_face
+from abs_engine.tracking.speaker_looks import LOOKS, compared, looking
 
 
 def prepare_speaker(
@@ -40,7 +42,6 @@ def prepare_speaker(
     ParameterError
         If no file is given, or the clip has no colour but the face was learned in colour.
     """
-    leaves.check("speaker", ("colour",))
     path, speaker = options.model_file, load_speaker(options.speaker)
     if path is None:
         raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
@@ -49,7 +50,26 @@ def prepare_speaker(
         raise ModelFormatError(
             f"{path} is made of another head", "give that head with --speaker, or learn it again"
         )
+    _check(path, face, leaves, options)
     return track_speaker(clip, face, options, leaves, renderer, tell, speaker=speaker)
+
+
+def _check(path: Path, face: SpeakerFace, leaves: Leaves, options: TrackOptions) -> None:
+    """Raise `ParameterError` if the evidence does not go with the face, or with other choices."""
+    asked = [name for name in LOOKS if name in leaves.kinds]
+    if asked and face.appearance is None:
+        raise ParameterError(
+            f"{path} has no {asked[0]} to compare",
+            "use --terms colour, or learn it again: with an earlier release, or of a head without "
+            "texture coordinates, none is learned",
+        )
+    if asked and options.colours is not None:
+        raise ParameterError(
+            f"{asked[0]} is compared in the light that the face was learned in, not in that of "
+            "--colours",
+            "leave out --colours, or use --terms colour",
+        )
+    leaves.check("speaker", ("colour", *LOOKS))
 
 
 def track_speaker(
@@ -94,7 +114,10 @@ def track_speaker(
     several = len(follower.faces) > 1
     faces = face_lines(follower.faces, options.face or 1) if several else ""
     before = clip.first(follower.found)
-    setting = head_setting(clip, fitted, renderer, options, leaves, choice, before)
+    head = fitted.face
+    if face.appearance is not None and any(name in leaves.kinds for name in LOOKS):
+        head = looking(head, face.appearance, compared(face, speaker))
+    setting = head_setting(clip, fitted, renderer, options, leaves, choice, before, head)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, face.scale, faces, facts)
 

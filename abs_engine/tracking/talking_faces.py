@@ -16,11 +16,8 @@ from abs_engine.face.articulated import FaceShape
 from abs_engine.face.base import Face
 from abs_engine.face.talking import TalkingFace, as_face, shape_as_face
 from abs_engine.face.talking_file import StoredTalker, load_talking
-from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import contact_of
-from abs_engine.fit.talking import face_window
 from abs_engine.fit.terms import LOCAL, TEXTURE
-from abs_engine.fit.view import View
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.blob_start import by_blobs
@@ -35,6 +32,7 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
+from abs_engine.tracking.over_face import over_face
 
 FloatArray = NDArray[np.float64]
 
@@ -73,23 +71,9 @@ class Talker:
     @property
     def face(self) -> Face:
         """The talking face with the clip's colours; textures are compared over all of it."""
-        shape, talking = self.shape, self.talking
-
-        def wide(view: View) -> View:
-            alpha = shape.blocks.part(view.start, POSTURE)
-            window = face_window(shape, alpha, view.frame.base, view.camera)
-            return replace(view, window=window)
-
-        def texture(face: Face, view: View) -> Term:
-            return TEXTURE.bind(face, wide(view))
-
-        def local(face: Face, view: View) -> Term:
-            return LOCAL.bind(face, wide(view))
-
         colours = self.base.setting.face.learned("colour")
-        own = {TEXTURE.name: texture, LOCAL.name: local}
-        face = shape_as_face(shape) if talking is None else as_face(talking)
-        return replace(face.looking(colour=colours), own_terms=own)
+        face = shape_as_face(self.shape) if self.talking is None else as_face(self.talking)
+        return replace(face.looking(colour=colours), own_terms=over_face(self.shape.surface))
 
 
 def found_talker(

@@ -13,7 +13,10 @@ from heads import seen_at
 from runs import write_kind, write_noise
 
 from abs_engine.cli import main
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ModelFormatError
+from abs_engine.dataset.camera_file import camera_json
+from abs_engine.face.learned_appearance import LocalLooks
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn import posture_space
 from abs_engine.learn.settings import LEARNING
@@ -22,9 +25,10 @@ from abs_engine.tracking.record import load_run
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import load_speaker_face
 
-FRAMES = 16
+FRAMES, AGAIN = 24, 8
 TIME = np.arange(FRAMES)
 OPEN = np.clip(0.35 * np.sin(0.9 * TIME), 0, None)
+NEAR = np.clip(0.3 * np.sin(0.9 * np.arange(AGAIN) - 0.5), 0, None)
 ROUND = np.clip(0.8 * np.sin(0.5 * TIME + 1), 0, None)
 pytestmark = pytest.mark.slow
 
@@ -43,6 +47,20 @@ def video(tmp_path_factory):
         for k in range(FRAMES)
     ]  # fmt: skip
     return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+
+
+@pytest.fixture(scope="module")
+def nearer(tmp_path_factory):
+    """The same head in another movement, nearer to a camera of another size and focal length."""
+    camera = Camera.ideal((400, 320), focal=560.0)
+    pictures = [
+        lit("amara", seen_at([0, -0.08 * np.cos(0.5 * k), 0], [5, 3, 520]), camera, jawOpen=NEAR[k])
+        for k in range(AGAIN)
+    ]
+    folder = tmp_path_factory.mktemp("nearer")
+    text = camera_json(camera)
+    (folder / "camera.json").write_text(text, encoding="utf-8")
+    return write_kind(folder / "near.mp4", "libx264", pictures)
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +121,46 @@ def test_the_file_comes_back(learned, tmp_path):
         np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
 
+def test_appearance_is_learned(learned):
+    own = load_speaker_face(learned[0], load_speaker()).appearance
+    said = learned[1]["appearance"]
+    assert said["texture"] == own.texture.explained > 0.05
+    assert said["local"] == own.local.explained > 0.2
+    assert said["points"] == len(own.local) > 20
+    assert 0 < own.texture_noise < 0.05
+    assert own.texture_observations > 0 < own.own_share <= 1
+    assert 0.3 < own.per_mm <= 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("colour+texture+local",),
+        ("local", "--driver", "levenberg"),
+        ("texture", "--driver", "axes"),
+    ],
+    ids=lambda words: "-".join(words),
+)
+def test_another_camera_and_distance_fit_by_appearance(learned, nearer, tmp_path, words):
+    folder, camera = tmp_path / "run", nearer.with_name("camera.json")
+    typed = "--renderer", "cpu", "--model", learned[0], "--camera", camera, "--terms", *words
+    assert run("track", nearer, "-o", folder, *typed, "--quiet") == 0
+    found = load_run(folder)
+    assert found["found"].all()
+    names = [str(name) for name in found["term_names"]]
+    assert names == [*words[0].split("+"), "prior"]
+    assert np.corrcoef(found["aperture"], NEAR)[0, 1] > 0.95
+    shut, wide = found["aperture"][NEAR == 0], found["aperture"][NEAR > 0.2]
+    assert shut.max() + 2 < wide.min()
+
+
+def test_descriptors_keep_their_scale_in_millimetres(learned):
+    own = load_speaker_face(learned[0], load_speaker()).appearance
+    looks = LocalLooks(own.local, None, 1.0, own.per_mm)
+    assert looks.scale_at(2.0) == pytest.approx(own.per_mm / 2)
+    assert LocalLooks(own.local, None, 0.7).scale_at(2.0) == 0.7
+
+
 def test_a_file_without_a_part_is_refused(learned, tmp_path):
     with np.load(learned[0]) as data:
         left = {name: data[name] for name in data.files if name != "steps"}
@@ -115,7 +173,31 @@ def test_a_file_without_a_part_is_refused(learned, tmp_path):
 def test_what_a_speakers_face_cannot_do_is_refused(learned, video, refused, tmp_path):
     typed = "track", video, "-o", tmp_path / "run", "--model", learned[0]
     assert "--pupil-distance does nothing" in refused(*typed, "--pupil-distance", 60)
-    assert "no texture to compare" in refused(*typed, "--terms", "texture")
+    assert "needs residuals" in refused(*typed, "--terms", "colour+local", "--driver", "levenberg")
+
+
+def test_appearance_in_the_light_of_other_colours_is_refused(learned, video, refused, tmp_path):
+    colours = tmp_path / "colours.npz"
+    load_speaker_face(learned[0], load_speaker()).classes.save(colours)
+    typed = "track", video, "-o", tmp_path / "run", "--model", learned[0], "--colours", colours
+    assert "texture is compared in the light" in refused(*typed, "--terms", "texture")
+
+
+def test_a_face_without_appearance_tracks_by_colour_alone(learned, video, refused, tmp_path):
+    bare = replace(load_speaker_face(learned[0], load_speaker()), appearance=None)
+    bare.save(tmp_path / "bare.face")
+    assert load_speaker_face(tmp_path / "bare.face", load_speaker()).appearance is None
+    typed = "track", video, "-o", tmp_path / "run", "--model", tmp_path / "bare.face"
+    assert "bare.face has no texture to compare" in refused(*typed, "--terms", "colour+texture")
+
+
+def test_half_an_appearance_is_refused(learned, tmp_path):
+    with np.load(learned[0]) as data:
+        left = {name: data[name] for name in data.files if name != "la_lin.spread"}
+    with (tmp_path / "half.face").open("wb") as file:
+        np.savez(file, **left)
+    with pytest.raises(ModelFormatError, match="complete"):
+        load_speaker_face(tmp_path / "half.face", load_speaker())
 
 
 def test_recordings_that_cannot_be_used_are_refused(video, refused, tmp_path):

@@ -72,6 +72,15 @@ def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:
         "frames": done.frames,
         "postures": {name: float(share) for name, share in shares},
         "left_out": list(done.space.left_out),
+        "appearance": _appearance(done),
         "explained": list(done.explained),
         "round": done.kept,
     }
+
+
+def _appearance(done: Learned) -> dict[str, object] | None:
+    own = done.face.appearance
+    if own is None:
+        return None
+    explained = {"texture": own.texture.explained, "local": own.local.explained}
+    return {**explained, "points": len(own.local)}

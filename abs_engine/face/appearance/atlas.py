@@ -7,7 +7,7 @@ posture (the inside of the lips, the teeth) is in it too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
@@ -56,6 +56,11 @@ class Atlas:
         points = np.einsum("kc,kcx->kx", self.barycentrics[self.texels], corners)
         a, b, c = (vertices[self.faces[:, k]] for k in range(3))
         return points, np.cross(b - a, c - a)[facet]
+
+    def on(self, facets: NDArray[np.bool_]) -> Atlas:
+        """The atlas of some facets (F,) of the mesh alone."""
+        covered = (self.facet_id > 0) & facets[self.facet_id - 1]
+        return replace(self, facet_id=np.where(covered, self.facet_id, 0).astype(np.int32))
 
     def picture(self, values: FloatArray, known: NDArray[np.bool_]) -> NDArray[np.float32]:
         """Values of texels (K, C) as an image (H, W, C).

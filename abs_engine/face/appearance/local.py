@@ -21,6 +21,8 @@ from abs_engine.face.appearance.windows import Windows
 from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.io.arrays import Layout, real, whole
 
+SHARES = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
+"""What is tried for `AppearanceSettings.alone` where there are several recordings."""
 N_D = len(COMPONENTS)
 
 
@@ -88,8 +90,7 @@ class LocalModel:
     @property
     def inverse(self) -> FloatArray:
         """One over `spread` (N, 8), which counts as a tenth of its median where it is smaller."""
-        floor = 0.1 * np.median(self.spread, axis=0) + 1e-6
-        return np.asarray(1 / np.maximum(self.spread, floor))
+        return _inverse(self.spread)
 
     @cached_property
     def whitener(self) -> FloatArray:
@@ -99,12 +100,14 @@ class LocalModel:
         falls otherwise, all around them are off alike. The inverse root of the correlation of
         what was left out, drawn by `APPEARANCE.alone` to the identity.
         """
+        return self.whitened_by(APPEARANCE.alone)
+
+    def whitened_by(self, alone: float) -> FloatArray:
+        """The same with another share, 0 to 1, for `AppearanceSettings.alone`."""
         rows = (self.left_out * self.inverse).reshape(len(self.left_out), -1)
         together = rows.T @ rows / max(len(rows), 1)
-        values, axes = np.linalg.eigh(
-            (1 - APPEARANCE.alone) * together + APPEARANCE.alone * np.eye(len(together))
-        )
-        return np.asarray((axes / np.sqrt(np.maximum(values, APPEARANCE.alone))) @ axes.T)
+        values, axes = np.linalg.eigh((1 - alone) * together + alone * np.eye(len(together)))
+        return np.asarray((axes / np.sqrt(np.maximum(values, alone))) @ axes.T)
 
     def at(self, parameters: ArrayLike) -> FloatArray:
         """Descriptors (..., N, 8) at parameters (..., P); those beyond the model's are not read."""
@@ -220,6 +223,38 @@ def learn_local(
     ParameterError
         If there are no frames, or shapes or numbers of parameters differ.
     """
+    return learn_local_frames(
+        sightings, scene, vertices, camera, renderer, sigma, scale, ridge, unit
+    )[0]
+
+
+def learn_local_frames(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    vertices: NDArray[np.integer],
+    camera: Camera,
+    renderer: Renderer,
+    sigma: float | FloatArray = APPEARANCE.sigma,
+    scale: float = 1.0,
+    ridge: float = APPEARANCE.ridge,
+    unit: float = 0.0,
+    recordings: NDArray[np.int64] | None = None,
+) -> tuple[LocalModel, Frames, float]:
+    """The same with the descriptors that it was learned from, and the ridge.
+
+    Parameters
+    ----------
+    sightings, scene, vertices, camera, renderer, sigma, scale, ridge, unit
+        As of `learn_local`.
+    recordings : (T,) int64, optional
+        Which frames were recorded together. Then the ridge is that with which recordings foretell
+        others best, and what is left out is so by whole recordings.
+
+    Raises
+    ------
+    NothingSeenError, PictureError, ParameterError
+        As `learn_local`.
+    """
     patches = Patches.around(scene, vertices)
     windows = Windows(patches, np.full(len(vertices), sigma, np.float64), unit)
     window = Window(0, 0, *camera.size, scale)
@@ -239,8 +274,44 @@ def learn_local(
         facing += weights
     if fits is None:
         raise ParameterError("there are no frames to learn appearance from", "give some")
-    frames = Frames(np.stack(values), np.stack(shown), np.stack(rows))
-    return _model(fits.solve(ridge), windows, np.asarray(vertices, np.int64), facing, frames, ridge)
+    frames = Frames(np.stack(values), np.stack(shown), np.stack(rows), recordings)
+    ridge = frames.ridge(ridge)
+    at = np.asarray(vertices, np.int64)
+    return _model(fits.solve(ridge), windows, at, facing, frames, ridge), frames, ridge
+
+
+def own_share(frames: Frames, ridge: float) -> float:
+    """The share for `AppearanceSettings.alone` by which recordings predict others' noise best.
+
+    Parameters
+    ----------
+    frames : Frames
+        Descriptors of the points that are compared, of three recordings and more.
+    ridge : float
+        Of their fits.
+    """
+    recordings = np.zeros(len(frames.seen)) if frames.recordings is None else frames.recordings
+    missed, gained = frames.left_out(ridge), np.zeros(len(SHARES))
+    for name in np.unique(recordings):
+        others = frames.recorded(recordings != name)
+        off = others.left_out(ridge)
+        count = np.maximum(others.seen.sum(axis=0), 1)
+        scale = _inverse(np.sqrt((off**2).sum(axis=0) / count[:, None]))
+        kept, out = (
+            (part * scale).reshape(len(part), -1) for part in (off, missed[recordings == name])
+        )
+        values, axes = np.linalg.eigh(kept.T @ kept / len(kept))
+        along = (out @ axes) ** 2
+        for k, share in enumerate(SHARES):
+            wide = (1 - share) * np.maximum(values, 0.0) + share
+            gained[k] -= 0.5 * float((along / wide + np.log(wide)).sum())
+    return SHARES[int(np.argmax(gained))]
+
+
+def _inverse(spread: FloatArray) -> FloatArray:
+    """One over spreads (N, 8), none of which counts as less than a tenth of their median."""
+    floor = 0.1 * np.median(spread, axis=0) + 1e-6
+    return np.asarray(1 / np.maximum(spread, floor))
 
 
 def _model(

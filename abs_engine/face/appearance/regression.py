@@ -6,7 +6,8 @@ number. `Frames`, what a texture's leftover is measured on, keeps them all.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from abs_engine.face.settings.appearance import APPEARANCE
 
 FloatArray = NDArray[np.float64]
 BLOCK = 20_000  # items solved at once
+RIDGES = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+"""Frames; the last leaves a fit nearly constant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +64,73 @@ class Frames:
     seen : (T, K) bool
         Which frames show which items.
     parameters : (T, P) float64
+    recordings : (T,) int64, optional
+        Which frames were recorded together: they are left out together.
     """
 
     values: NDArray[np.float32]
     seen: NDArray[np.bool_]
     parameters: FloatArray
+    recordings: NDArray[np.int64] | None = None
+
+    def of(self, items: NDArray[np.bool_]) -> Frames:
+        """The same of some items, (K,)."""
+        return replace(self, values=self.values[:, items], seen=self.seen[:, items])
+
+    def recorded(self, kept: NDArray[np.bool_]) -> Frames:
+        """Some of the frames, (T,)."""
+        names = None if self.recordings is None else self.recordings[kept]
+        return Frames(self.values[kept], self.seen[kept], self.parameters[kept], names)
+
+    def ridge(self, usual: float) -> float:
+        """The one of `RIDGES` with which recordings foretell others best; `usual` without any."""
+        if self.recordings is None:
+            return usual
+        lost = [float((self.left_out(ridge) ** 2).sum()) for ridge in RIDGES]
+        return RIDGES[int(np.argmin(lost))]
 
     def left_out(self, ridge: float) -> FloatArray:
         """Residual of each frame from the fit of all others, (T, K, C); 0 where it shows no item.
+
+        Where recordings are known, of all other recordings.
+        """
+        if self.recordings is None:
+            return self._frame_out(ridge)
+        return self._recording_out(self.recordings, ridge)
+
+    def _recording_out(self, recordings: NDArray[np.int64], ridge: float) -> FloatArray:
+        names = np.unique(recordings)
+        held = np.diag(np.r_[1e-9, np.full(self.parameters.shape[1], ridge)])
+        off, sums = np.zeros(self.values.shape), self._sums
+        for name in names:
+            out = recordings == name
+            gram, cross = (part[names != name].sum(axis=0) for part in sums)
+            found = np.linalg.solve(gram + held, cross)
+            rows, seen = self._rows[out], self.seen[out]
+            off[out] = (self.values[out] - np.einsum("ti,kic->tkc", rows, found)) * seen[..., None]
+        return off
+
+    @cached_property
+    def _rows(self) -> FloatArray:
+        return np.column_stack([np.ones(len(self.parameters)), self.parameters])
+
+    @cached_property
+    def _sums(self) -> tuple[FloatArray, FloatArray]:
+        """Sums of each recording's squares (R, K, 1 + P, 1 + P), and with its values."""
+        grams, crosses = [], []
+        given = np.zeros(len(self.parameters)) if self.recordings is None else self.recordings
+        for name in np.unique(given):
+            own = given == name
+            rows, seen = self._rows[own], self.seen[own].astype(np.float64)
+            pairs = (rows[:, :, None] * rows[:, None]).reshape(len(rows), -1)
+            size = rows.shape[1]
+            grams.append((seen.T @ pairs).reshape(-1, size, size))
+            shown = self.values[own] * seen[..., None]
+            crosses.append(np.einsum("ti,tkc->kic", rows, shown, optimize=True))
+        return np.array(grams), np.array(crosses)
+
+    def _frame_out(self, ridge: float) -> FloatArray:
+        """Residuals of frames that are left out one by one.
 
         The residuals over one minus the leverage, which for a ridge is the same as to fit again
         without the frame. A frame that alone decides about an item has a leverage of nearly 1,

@@ -70,8 +70,7 @@ def leftover(frames: Frames, ridge: float, atlas: Atlas) -> Leftover:
     size = atlas.facet_id.shape
     if not known.any():
         return Leftover(np.ones(size, np.float32), np.zeros((0, *size, 3), np.float32))
-    part = Frames(frames.values[:, known], frames.seen[:, known], frames.parameters)
-    off = part.left_out(ridge)
+    off = frames.of(known).left_out(ridge)
     wide = np.zeros(len(known))
     wide[known] = np.sqrt((off**2).sum(axis=0).mean(axis=1) / count[known])
     scaled = floored(wide[known])

@@ -202,6 +202,61 @@ def learn_texture(
     than this one. For it the texels of all frames are kept, in float32, so memory grows with the
     number of frames.
     """
+    fits, frames = _gathered(sightings, scene, atlas, camera, renderer, None)
+    return _solved(fits, frames, ridge, atlas)
+
+
+def learn_shared_texture(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    atlas: Atlas,
+    camera: Camera,
+    renderer: Renderer,
+    recordings: NDArray[np.int64],
+) -> tuple[TextureModel, float, float]:
+    """Learn the texture that several recordings share, and how far a recording is off it.
+
+    The ridge is that with which recordings foretell others best.
+
+    Parameters
+    ----------
+    sightings, scene, atlas, camera, renderer
+        As of `learn_texture`.
+    recordings : (T,) int64
+        Which frames were recorded together.
+
+    Returns
+    -------
+    TextureModel
+    float
+        Standard deviation, luminance-normalised, of a frame about what other recordings foretell.
+    float
+        Number of independent observations that a frame is worth: its sum of squares varies from
+        frame to frame as that of so many does (Satterthwaite, Biometrics 1946).
+
+    Raises
+    ------
+    NothingSeenError, PictureError, ParameterError
+        As `learn_texture`.
+    """
+    fits, frames = _gathered(sightings, scene, atlas, camera, renderer, recordings)
+    ridge = frames.ridge(APPEARANCE.ridge)
+    squared = (frames.left_out(ridge) ** 2).mean(axis=2).sum(axis=1)
+    each = squared / np.maximum(frames.seen.sum(axis=1), 1)
+    worth = 2 * each.mean() ** 2 / max(each.var(), 1e-300)
+    model = _solved(fits, frames, ridge, atlas)
+    return model, float(np.sqrt(each.mean())), float(worth)
+
+
+def _gathered(
+    sightings: Iterable[Sighting],
+    scene: Scene,
+    atlas: Atlas,
+    camera: Camera,
+    renderer: Renderer,
+    recordings: NDArray[np.int64] | None,
+) -> tuple[LinearFits, Frames]:
+    """Sums of colours for the fits, and all frames' luminance-normalised ones."""
     fits: LinearFits | None = None
     values, seen, parameters = [], [], []
     for sighting in sightings:
@@ -214,9 +269,13 @@ def learn_texture(
         parameters.append(sighting.parameters)
     if fits is None:
         raise ParameterError("there are no frames to learn a texture from", "give some")
-    found = fits.solve(ridge)
-    frames = Frames(np.array(values), np.array(seen), np.array(parameters, np.float64))
-    return _model(found, atlas, leftover(frames, ridge, atlas))
+    rows = np.array(parameters, np.float64)
+    return fits, Frames(np.array(values), np.array(seen), rows, recordings)
+
+
+def _solved(fits: LinearFits, frames: Frames, ridge: float, atlas: Atlas) -> TextureModel:
+    """The model of what was gathered."""
+    return _model(fits.solve(ridge), atlas, leftover(frames, ridge, atlas))
 
 
 def _model(found: Fitted, atlas: Atlas, left: Leftover) -> TextureModel:
