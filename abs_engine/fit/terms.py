@@ -167,13 +167,23 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
 
 
 def bends(kinds: Mapping[str, TermKind]) -> bool:
-    """Whether all of the evidence has borders or residuals, for Newton's steps."""
-    return all(_gives(kind, "borders") for kind in kinds.values())
+    """Whether some of the evidence has borders, and all else residuals, for Newton's steps."""
+    return _lacking(kinds, "borders") is None
 
 
-def _gives(kind: TermKind, need: Need) -> bool:
-    """Whether evidence gives what a driver needs; residuals bend as borders do."""
-    return need in kind.gives or (need == "borders" and "residuals" in kind.gives)
+def _lacking(kinds: Mapping[str, TermKind], need: Need) -> str | None:
+    """The name of evidence by which a driver goes without what it needs; None if there is none.
+
+    Forces and values of one kind are enough; beside borders, residuals will do.
+    """
+    has = [need in kind.gives for kind in kinds.values()]
+    if need == "residuals":
+        fine = has
+    elif need == "borders" and any(has):
+        fine = [need in kind.gives or "residuals" in kind.gives for kind in kinds.values()]
+    else:
+        fine = [any(has)] * len(has)
+    return next((name for name, one in zip(kinds, fine, strict=True) if not one), None)
 
 
 def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Term]:
@@ -228,10 +238,10 @@ def check_leaves(
                 f"use --terms {'+'.join(has)}, or a model that was learned with one, such as a "
                 "talking face (--model face.npz)",
             )
-    need, enough = driver.needs, all if driver.needs in ("residuals", "borders") else any
-    if not enough(_gives(kind, need) for kind in kinds.values()):
-        lacks = next(n for n, kind in kinds.items() if not _gives(kind, need))
+    lacks = _lacking(kinds, driver.needs)
+    if lacks is not None:
         raise ParameterError(
-            f"the driver '{chosen}' needs {need}, which the evidence '{lacks}' does not give",
+            f"the driver '{chosen}' needs {driver.needs}, which the evidence '{lacks}' does not "
+            "give",
             "use --driver simplex, which needs values alone",
         )

@@ -69,7 +69,7 @@ class TrackOptions:
         The evidence that is rendered and compared, of `core.registry.TERMS`; by default colour.
     driver : str or None
         What moves the parameters, of `core.registry.DRIVERS`; by default "newton" for a head or a
-        speaker's own face, else "simplex".
+        speaker's own face seen by colour, else "simplex".
     preset : str or None
         A choice of all of these together, of `core.registry.PRESETS`.
     worn : bool

@@ -89,3 +89,10 @@ def test_of_shrunk_shapes_the_variance_is_below_the_gaussian_s():
     density = np.exp([-prior.negative_log(np.r_[0.5, p]) for p in grid])
     density /= density.sum()
     np.testing.assert_allclose(density @ grid**2, 0.36 + 0.64 * 0.81, atol=0.01)
+
+
+@pytest.mark.parametrize("width", [0.4, 0.7, 1.0])
+def test_squared_roots_add_up_to_the_value(width):
+    rows = np.array([[1.0, -2, 0.5], [0.0, 0.3, 1], [0.5, *SEEN[0]]])
+    roots = mixture(width).roots(rows)
+    np.testing.assert_allclose((roots**2).sum(axis=1), mixture(width).negative_logs(rows))

@@ -29,7 +29,8 @@ x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the
 taken as they are with --person, otherwise as a first guess; frames without one are not tracked.
 """
 _NEEDS = """\
-The drivers forces and fixed-step need colour; axes and levenberg take texture and local alone.
+The drivers forces, fixed-step and newton need colour; axes and levenberg need texture or local,
+and take no colour.
 """
 
 
@@ -78,8 +79,8 @@ def _notes() -> str:
         take.option("--terms", metavar="NAME+NAME", type=take.Named(TERMS, join="+"),
             text="evidence that is rendered and compared, names joined by + (default: colour)"),
         take.option("--driver", metavar="NAME", type=take.Named(DRIVERS),
-            text="what moves the parameters (default: newton for a head or a speaker's own face, "
-            "else simplex)"),
+            text="what moves the parameters (default: newton for a head or a speaker's own face "
+            "seen by colour, else simplex)"),
         take.option("--start", type=take.Choice(("landmarks", "blobs")),
             text="how an unknown head is placed: by a landmark network, or by colour as in the "
             "papers (default: landmarks)"),
