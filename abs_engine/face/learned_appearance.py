@@ -72,7 +72,7 @@ class LocalLooks:
 
     @cached_property
     def whitener(self) -> FloatArray:
-        """What makes the noise of all descriptors white, (8 N, 8 N)."""
+        """Matrix (8 N, 8 N) that makes the noise of all descriptors white."""
         usual = self.own_share == APPEARANCE.alone  # of which the model keeps it
         return self.model.whitener if usual else self.model.whitened_by(self.own_share)
 

@@ -125,7 +125,7 @@ def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:
 
 
 def _before_ears(body: HeadBody, view: HeadView) -> float:
-    """How far forward of the head, mm, its ears reach: the jaw line begins there."""
+    """Depth of the head, mm, up to which its ears reach: the jaw line begins there."""
     return float(view.vertices[body.speaker.points["landmark_68"][[0, 16]], 2].mean())
 
 
@@ -209,7 +209,7 @@ def _for_skin(away: FloatArray) -> FloatArray:
 
 
 def _edges(profile: FloatArray, beside: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Where skin as it is beside each place (N, 3) ends (N,), mm outward, and whether it does.
+    """Ends (N,), mm outward, of skin as it is beside each place (N, 3), and whether it does end.
 
     The most probable end of a stretch whose colours are as those beside the place, the others being
     any.

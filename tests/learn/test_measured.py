@@ -75,7 +75,8 @@ def test_lips_close_at_rest_and_open_as_they_did(spoken, face):
     wide = face.shape.invert(face.shape.frame.inverse.apply(spoken.corpus.points))
     heights = [np.ptp(face.shape.scene.vertices(row)[points[[14, 18]], 1]) for row in wide]
     truth = np.ptp(true_heads(spoken)[:, points[[14, 18]], 1], axis=1)
-    assert np.abs(np.array(heights) - truth).max() < 1.5
+    assert rms((np.array(heights) - truth)[:, None]) < 1.2  # of openings of up to 23 mm
+    assert np.abs(np.array(heights) - truth).max() < 1.7
 
 
 def test_teeth_keep_their_form(spoken, built, face):

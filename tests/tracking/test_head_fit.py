@@ -133,13 +133,13 @@ def test_directions_of_people_are_targets_of_the_speaker_and_pairs_are_one():
 def test_directions_of_heads_are_those_of_targets_and_of_smooth_fields():
     """Principal directions: the variance of all points is that of both together, less a little.
 
-    As far as proportions of the skull leave it.
+    As far as proportions of the skull leave it, and without what turns a face.
     """
     one = speaker()
     modes, targets = head_modes(one), identity_shape(one).modes(one)
     free = np.concatenate([targets, mirrored_modes(one.vertices.astype(float), 0.1)])
     both = proportioned(one, free.reshape(len(free), -1)) @ free.reshape(len(free), -1)
-    assert 0.7 < (both**2).sum() / (free.astype(float) ** 2).sum() < 0.9
+    assert 0.6 < (both**2).sum() / (free.astype(float) ** 2).sum() < 0.9
     kept, whole = ((m.astype(float) ** 2).sum() for m in (modes, both))
     assert 0.97 * whole < kept < whole
     lengths = (modes.astype(float) ** 2).sum(axis=(1, 2))

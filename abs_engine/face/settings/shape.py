@@ -57,7 +57,7 @@ class ShapeSettings:
     asymmetry : float, ratio
         Standard deviation of what smooth fields let the two sides of a face differ by, over that of
         what they share. Chosen on eight films of other heads: with 0.1, 0.25, 0.5 and 1 the fitted
-        head lies 1.5, 1.7, 2.3 and 2.6 degrees off the true one.
+        head lies 1.7, 1.9, 2.3 and 2.6 degrees off the true one, before outlines were looked at.
     usual_weight : float, weight
         Standard deviation of a face unit, where nothing is known of the speaker. Not measured.
     border_spring : float, N/mm

@@ -50,10 +50,10 @@ def mirrored_modes(
     vertices : (V, 3) float64, mm
         x runs across, and is 0 in the plane of the mirror.
     asymmetry : float
-        Standard deviation of what the mirror image does not share over that of what it does. At 1
-        both sides differ as if each were another body.
+        By how much less the sides differ than those of `smooth_modes`, which are free; what both
+        share is as there.
     scales : sequence of (float, float)
-        Standard deviation of each, away from the plane, as of `smooth_modes`, and its reach, mm.
+        As of `smooth_modes`.
     """
     half = vertices[vertices[:, 0] >= 0]
     here = half[_spread(half, min(_SAMPLES // 2, len(half)))]
@@ -61,12 +61,8 @@ def mirrored_modes(
     near, far = (_kernel(vertices, x, scales) for x in (here, there))
     own, across = (_kernel(here, x, scales) for x in (here, there))
     even, odd = (_fields(0.5 * (near + s * far), 0.5 * (own + s * across)) for s in (1.0, -1.0))
-    shared, other = np.array([1.0, asymmetry**2]) * 2 / (1 + asymmetry**2)
-    # In the plane, where a point is its own image, what both share would come twice
-    alike = _image_share(vertices, scales)
-    along = np.sqrt(1 + 0.5 * alike * (shared - other))
-    across_face = _widest(np.concatenate([odd * np.sqrt(shared), even * np.sqrt(other)]))
-    in_plane = _widest(np.concatenate([even * np.sqrt(shared), odd * np.sqrt(other)]) / along)
+    across_face = _widest(np.concatenate([odd, asymmetry * even]))
+    in_plane = _widest(np.concatenate([even, asymmetry * odd]))
     each = np.zeros((3, _RANK, len(vertices), 3))
     each[0, : len(across_face), :, 0] = across_face
     each[1, : len(in_plane), :, 1] = each[2, : len(in_plane), :, 2] = in_plane
@@ -76,14 +72,6 @@ def mirrored_modes(
 def _widest(fields: FloatArray) -> FloatArray:
     """The fields (K, V) that move most, at most `_RANK`."""
     return np.asarray(fields[np.argsort(-(fields**2).sum(axis=1))[:_RANK]])
-
-
-def _image_share(vertices: FloatArray, scales: Sequence[tuple[float, float]]) -> FloatArray:
-    """Correlation (V,) that a point and its mirror image would have without a mirror."""
-    apart = 2 * vertices[:, 0]
-    variances = np.array([sd**2 for sd, _ in scales])
-    parts = np.stack([np.exp(-0.5 * (apart / reach) ** 2) for _, reach in scales])
-    return np.asarray(variances @ parts / variances.sum())
 
 
 def _fields(kernel: FloatArray, samples: FloatArray) -> FloatArray:
