@@ -70,6 +70,8 @@ def outline(
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), view.pose), camera, window)[0]
     scale = _pixels_a_mm(view, camera)
     at, normal = _rim(drawn, max(1, round(OUTLINE.apart * window.scale * scale)))
+    if len(at) < OUTLINE.least:
+        return None
     weights = drawn.barycentrics[at[:, 1], at[:, 0]].astype(np.float64)
     corners = body.speaker.faces[drawn.facet_id[at[:, 1], at[:, 0]] - 1]
     points = between(corners, weights, view.vertices)
