@@ -61,19 +61,43 @@ def film(tmp_path_factory):
     return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
 
 
+class Listener(threading.Thread):
+    """Takes UDP packets as they come: what waits in a socket is limited, and the rest is lost."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.packets, self._come = [], threading.Condition()
+
+    def run(self) -> None:
+        while packet := self.socket.recv(1000):
+            with self._come:
+                self.packets.append(packet)
+                self._come.notify_all()
+
+    def first(self, count: int) -> list[bytes]:
+        """So many packets, once they have come."""
+        with self._come:
+            assert self._come.wait_for(lambda: len(self.packets) >= count, 10), len(self.packets)
+            return self.packets[:count]
+
+
 @pytest.fixture
 def listener():
-    """A UDP socket that waits for packets."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
-        opened.bind(("127.0.0.1", 0))
-        opened.settimeout(1.0)
-        yield opened
+    """A UDP socket whose packets are kept."""
+    found = Listener()
+    found.start()
+    yield found
+    found.socket.sendto(b"", found.socket.getsockname())  # ends the thread
+    found.join(10)
+    found.socket.close()
 
 
 @pytest.fixture
 def session(film, tmp_path, listener):
     """A session that goes on until it is stopped; what it says on stderr, and its lines."""
-    to = f"127.0.0.1:{listener.getsockname()[1]}"
+    to = f"127.0.0.1:{listener.socket.getsockname()[1]}"
     words = ["live", film, "--repeat", 100000, "--renderer", "cpu", "--port", 0, "--delay", 4000]
     words += ["--learn", 0.16, "--live-link", to, "-o", tmp_path / "run"]
     command = [sys.executable, "-m", "abs_engine", *map(str, words)]
@@ -137,8 +161,7 @@ def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
     assert recording.frames == len(lines)
     np.testing.assert_allclose(recording.times, run["time"] - run["time"][0], atol=0.03)
     assert export_run(tmp_path / "run", "arkit", tmp_path / "run.csv")
-    packets = [listener.recv(1000) for _ in range(len(lines))]
-    assert {len(one) for one in packets} == {316}
+    assert {len(one) for one in listener.first(len(lines))} == {316}
 
 
 def test_a_feed_that_ends_before_a_frame_is_tracked_is_refused(film):
