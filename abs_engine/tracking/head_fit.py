@@ -1,4 +1,4 @@
-"""Somebody's whole head, by the landmarks, pupils and texture of several frames, at a scale."""
+"""Somebody's whole head, by landmarks, pupils, texture and outline of some frames, at a scale."""
 
 from __future__ import annotations
 
