@@ -54,25 +54,12 @@ class Seal:
         share = float((gaps < closed).mean())
         if not 0 < share < 1:
             return None
-        return cls(
-            gap, slope, float(np.log(share / (1 - share) * gaps.max() / HEAD_FIT.resolution))
-        )
+        return cls(gap, slope, _worth(share, float(gaps.max())))
 
     @classmethod
     def usual(cls, gap: float, slope: FloatArray) -> Seal:
         """Of anybody's lips (`gap`, `slope`), which touch as often as people's do in speech."""
-        return cls(
-            gap,
-            slope,
-            float(
-                np.log(
-                    HEAD_FIT.usually_closed
-                    / (1 - HEAD_FIT.usually_closed)
-                    * HEAD_FIT.usual_gap
-                    / HEAD_FIT.resolution
-                )
-            ),
-        )
+        return cls(gap, slope, _worth(HEAD_FIT.usually_closed, HEAD_FIT.usual_gap))
 
     def apart(self, x: FloatArray) -> float:
         """The gap, mm, at parameters (N,)."""
@@ -81,6 +68,11 @@ class Seal:
     def closed(self, x: FloatArray) -> FloatArray:
         """The nearest parameters (N,) at which the lips touch."""
         return np.asarray(x - self.apart(x) / (self.slope @ self.slope) * self.slope)
+
+
+def _worth(share: float, widest: float) -> float:
+    """Log odds, nats, of lips that touch in a share of frames and part by `widest` mm at most."""
+    return float(np.log(share / (1 - share) * widest / HEAD_FIT.resolution))
 
 
 def sealed(problem: Problem, found: Found, seal: Seal) -> Found:

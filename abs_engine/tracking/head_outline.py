@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.buffers import Buffers
-from abs_engine.core.camera import Camera, Window
+from abs_engine.core.camera import Camera
 from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.tracking.head_equations import Equations
 from abs_engine.tracking.head_texture import HeadBody, HeadView, between, picture_motion
+from abs_engine.tracking.head_window import pixels_a_mm, window_about
 from abs_engine.tracking.settings.outline import OUTLINE
 
 FloatArray = NDArray[np.float64]
@@ -66,9 +67,14 @@ def outline(
     """The outline of a placed head in a frame (H, W, 3) RGB; None where hardly any of it shows."""
     if "landmark_68" not in body.speaker.points:
         return None
-    window, scene = _window(body, view, camera), body.scene.at(view.vertices.astype(np.float32))
+    low, high = _heights(body, view)
+    about = view.vertices[(view.vertices[:, 1] > low) & (view.vertices[:, 1] < high)]
+    if not len(about):
+        return None
+    window = window_about(about, view.pose, camera, OUTLINE.side)
+    scene = body.scene.at(view.vertices.astype(np.float32))
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), view.pose), camera, window)[0]
-    scale = _pixels_a_mm(view, camera)
+    scale = pixels_a_mm(view.pose, camera)
     at, normal = _rim(drawn, max(1, round(OUTLINE.apart * window.scale * scale)))
     if len(at) < OUTLINE.least:
         return None
@@ -84,7 +90,6 @@ def outline(
     further, ear = _ear_edges(profile, skin)
     ear &= points[:, 2] < _before_ears(body, view)
     off, found = np.where(ear, further, off), found | ear
-    low, high = _heights(body, view)
     found &= (points[:, 1] > low) & (points[:, 1] < high)
     if found.sum() < OUTLINE.least:
         return None
@@ -102,7 +107,7 @@ def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Ca
     far it goes across the outline counts.
     """
     there = view.pose.apply(between(found.corners, found.weights, view.vertices))
-    scale = _pixels_a_mm(view, camera)
+    scale = pixels_a_mm(view.pose, camera)
     across = np.einsum("nij,ni->nj", picture_motion(there, camera), found.normal) / scale
     moves = pose_moves(there - view.pose.apply(body.pivot))
     modes = np.concatenate([found.identity, found.posture])
@@ -129,22 +134,6 @@ def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:
 def _before_ears(body: HeadBody, view: HeadView) -> float:
     """Depth of the head, mm, up to which its ears reach: the jaw line begins there."""
     return float(view.vertices[body.speaker.points["landmark_68"][[0, 16]], 2].mean())
-
-
-def _pixels_a_mm(view: HeadView, camera: Camera) -> float:
-    """Size at which the camera shows the head."""
-    return float(camera.matrix[0, 0] / view.pose.translation[2])
-
-
-def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
-    """About the head between the heights of its outline."""
-    low, high = _heights(body, view)
-    part = view.vertices[(view.vertices[:, 1] > low) & (view.vertices[:, 1] < high)]
-    pixels = camera.project(view.pose.apply(part))
-    corner, end = pixels.min(axis=0) - 4, pixels.max(axis=0) + 4
-    size = np.clip(end - corner, 8.0, 4.0 * max(camera.size))
-    scale = min(1.0, OUTLINE.side / float(size.max()))
-    return Window(float(corner[0]), float(corner[1]), float(size[0]), float(size[1]), scale)
 
 
 def _rim(drawn: Buffers, apart: int) -> tuple[NDArray[np.int_], FloatArray]:

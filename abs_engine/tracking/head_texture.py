@@ -20,6 +20,7 @@ from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.io.assets import Speaker
+from abs_engine.tracking.head_window import pixels_a_mm, window_about
 from abs_engine.tracking.interpolation import at_pixels
 from abs_engine.tracking.rigid_motion import flow
 from abs_engine.tracking.settings.head import HEAD_POSE
@@ -186,7 +187,7 @@ def match(
     """Points of the skin in both frames; None where there are too few."""
     if not body.skull.any():
         return None
-    window = _window(body, second, camera)
+    window = window_about(second.vertices[body.skin], second.pose, camera, HEAD_POSE.side)
     one, scene = body.speaker, body.scene.at(second.vertices.astype(np.float32))
     drawn = renderer.draw(scene, Candidates.one(np.zeros(0), second.pose), camera, window)[0]
     # Facets are so small that what is straight in space is straight in the picture, too
@@ -194,7 +195,7 @@ def match(
     carried_to = at_pixels(drawn.facet_id, drawn.barycentrics, one.faces, first.shown(own))
     there, shown = carried_to[..., :2], drawn.covered & (carried_to[..., 2] > HEAD_POSE.facing)
     seen = _sampled(second.gray, _pixels(window), window.scale)
-    finer = _pixels_a_mm(second.pose, camera) / _pixels_a_mm(first.pose, own)
+    finer = pixels_a_mm(second.pose, camera) / pixels_a_mm(first.pose, own)
     coarse = window.scale * (1.0 if first.camera is None else finer)
     carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
     still = shown & body.skull[np.maximum(drawn.facet_id - 1, 0)]
@@ -216,20 +217,6 @@ def _pixels(window: Window) -> NDArray[np.float32]:
     x, y = window.to_image(drawn).T.astype(np.float32)
     width, height = window.drawn
     return np.stack(np.meshgrid(x[:width], y[:height]), axis=-1)
-
-
-def _pixels_a_mm(pose: Pose, camera: Camera) -> float:
-    """Size at which a camera shows a head."""
-    return float(camera.matrix[0, 0] / pose.translation[2])
-
-
-def _window(body: HeadBody, view: HeadView, camera: Camera) -> Window:
-    """About the skin that moves with the skull."""
-    pixels = camera.project(view.pose.apply(view.vertices[body.skin]))
-    low, high = pixels.min(axis=0) - 4, pixels.max(axis=0) + 4
-    size = np.clip(high - low, 8.0, 4.0 * max(camera.size))
-    scale = min(1.0, HEAD_POSE.side / float(size.max()))
-    return Window(float(low[0]), float(low[1]), float(size[0]), float(size[1]), scale)
 
 
 def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
