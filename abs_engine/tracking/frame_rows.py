@@ -67,7 +67,7 @@ class FrameRows:
         row = self._row[0]
         for name, number in _numbers(self._face, result).items():
             row[name] = number
-        self._file.write(self._row)
+        self._file.write(self._row.tobytes())
         for name in result.terms:
             self._terms.setdefault(name, array("d", [np.nan]) * len(self))
         for name, values in self._terms.items():
