@@ -10,6 +10,9 @@ from abs_engine.core.threads import Behind
 from abs_engine.io.video import VideoInfo, VideoWriter, read_frames
 from abs_engine.live.release import Released
 from abs_engine.tracking.clip_setting import FrameResult
+from abs_engine.tracking.frame_journal import FRAMES, FrameJournal
+from abs_engine.tracking.frame_state import Shot
+from abs_engine.tracking.loop import NOTHING
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.run import settings_of
@@ -34,14 +37,17 @@ class Keeper:
         self._video = VideoWriter(folder / RECORDING, info.size, info.rate, *_CODING)
         self._behind = Behind()
         self._times: list[float] = []
-        self._results: list[FrameResult] = []
+        self._frames = FrameJournal(folder / FRAMES, "")
 
     def add(self, released: Released) -> None:
-        """Keep the next result; its frame is written beside other work."""
-        shot = released.shot
-        self._results.append(replace(released.result, index=len(self._results), highest=None))
+        """Keep the next result and its frame; they are written beside other work."""
+        shot, index = released.shot, len(self._times)
         self._times.append(shot.time)
-        self._behind.call(self._video.write, shot.image, shot.time - self._times[0])
+        self._behind.call(self._append, shot, replace(released.result, index=index))
+
+    def _append(self, shot: Shot, result: FrameResult) -> None:
+        self._video.write(shot.image, shot.time - self._times[0])
+        self._frames.add(result, NOTHING)
 
     def write(
         self, options: TrackOptions, facts: dict[str, Any], progress: Progress | None = None
@@ -55,7 +61,7 @@ class Keeper:
             What `run.json` says of the session, JSON values.
         progress : callable, optional
         """
-        with self._video, self._behind:
+        with self._frames, self._video, self._behind:
             pass
         path, count, old = self._folder / RECORDING, len(self._times), self._tracker
         seconds = self._times[-1] - self._times[0]
@@ -68,5 +74,11 @@ class Keeper:
             setting=replace(old.setting, rate=rate, times=tuple(self._times)),
         )
         settings = {**settings_of(made, options), "video_path": RECORDING, "live": facts}
-        results = zip(read_frames(path), self._results, strict=True)
-        return write_run(self._folder, made.setting, results, RunFacts(settings, count), progress)
+        with FrameJournal(self._folder / FRAMES, "") as journal:
+            found = (result for result, _ in iter(journal.earlier, None))
+            results = zip(read_frames(path), found, strict=True)
+            told = write_run(
+                self._folder, made.setting, results, RunFacts(settings, count), progress
+            )
+        (self._folder / FRAMES).unlink()
+        return told

@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 from abs_engine.live.release import Released
+from abs_engine.tracking.frame_rows import BELIEVED, believed
 from abs_engine.tracking.measures import ANGLES, angles
-from abs_engine.tracking.run_table import BELIEVED, believed, closed_frames
+from abs_engine.tracking.run_table import closed_frames
 
 _DIGITS = 4
 
@@ -18,8 +19,8 @@ def told(released: Released) -> dict[str, Any]:
     numbers = {
         "score": result.score,
         **{name: getattr(result, name) for name in BELIEVED},
-        **{f"{name}_sd": float(believed(result, f"{name}_sd", ())) for name in BELIEVED},
-        "closed_probability": float(believed(result, "closed_probability", ())),
+        **{f"{name}_sd": float(believed(result, f"{name}_sd")) for name in BELIEVED},
+        "closed_probability": float(believed(result, "closed_probability")),
         **dict(zip(ANGLES, angles(result.pose), strict=True)),
     }
     return {

@@ -14,9 +14,9 @@ import os
 import time
 import zlib
 from base64 import b64decode, b64encode
-from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -61,32 +61,22 @@ class FrameJournal:
         heading = {"format": FORMAT, "version": VERSION, "basis": basis}
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file, self._ends = path.open("ab", buffering=0), ends
-        self._synced, self._kept = time.monotonic(), deque[Found]()
+        self._synced = time.monotonic()
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX)
-            self._begin(path, heading)
+            self.resumed, end = _known(path, heading)
+            self._file.truncate(end)
+            if end == 0:
+                self._write(heading)
         except BaseException:
             self._file.close()  # else the next one would wait for it
             raise
-        self.resumed = len(self._kept)
-
-    def _begin(self, path: Path, heading: dict[str, Any]) -> None:
-        """Take over the frames that a file holds, and cut off what comes after them."""
-        known, end = _read(path)
-        if known and known[0] == heading:
-            try:
-                self._kept.extend(_found(line) for line in known[1:])
-            except (LookupError, TypeError, ValueError, AttributeError, AbsEngineError):
-                known, self._kept = [], deque()  # begun anew, as with another heading
-        if not known or known[0] != heading:
-            end = 0
-        self._file.truncate(end)
-        if end == 0:
-            self._write(heading)
+        self._earlier = islice(_lines(path), 1, 1 + self.resumed)
 
     def earlier(self) -> Found | None:
         """The next frame of those that were done before; None after the last of them."""
-        return self._kept.popleft() if self._kept else None
+        line = next(self._earlier, None)
+        return None if line is None else _found(line[0])
 
     def add(self, result: FrameResult, memory: Memory) -> None:
         """Keep the next frame.
@@ -122,23 +112,35 @@ class FrameJournal:
         self._file.close()
 
 
-def _read(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """Content of the whole lines of a file, and the number of bytes that they take."""
-    lines: list[dict[str, Any]] = []
-    end = 0
-    if not path.is_file():
-        return lines, end
+def _known(path: Path, heading: Mapping[str, Any]) -> tuple[int, int]:
+    """Number of frames that a file holds, and of the bytes that they take with their heading.
+
+    None, where it has another heading, or a frame makes no sense: it is begun anew.
+    """
+    lines, count = _lines(path), 0
+    first, end = next(lines, (None, 0))
+    if first != heading:
+        return 0, 0
+    try:
+        for told, size in lines:
+            _found(told)
+            count, end = count + 1, end + size
+    except (LookupError, TypeError, ValueError, AttributeError, AbsEngineError):
+        return 0, 0
+    return count, end
+
+
+def _lines(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
+    """Content of each of a file's whole lines, and the number of bytes that it takes."""
     with path.open("rb") as file:
         for line in file:
             checksum, _, text = line.rstrip(b"\n").partition(b" ")
             if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text):
-                break
+                return
             try:
-                lines.append(json.loads(text, object_hook=_whole))
+                yield json.loads(text, object_hook=_whole), len(line)
             except (ValueError, TypeError, RecursionError):
-                break
-            end += len(line)
-    return lines, end
+                return
 
 
 def _plain(value: Any) -> Any:

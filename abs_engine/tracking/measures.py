@@ -7,13 +7,14 @@ is the midpoint between the ear canals.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.geometry import Pose
-from abs_engine.face.base import Face
+from abs_engine.face.base import RINGS, Face
 from abs_engine.io.assets import CLOSED_APERTURE
 
 FloatArray = NDArray[np.float64]
@@ -21,9 +22,16 @@ FloatArray = NDArray[np.float64]
 UPPER, LOWER = 3, 9  # the outer lips' middles, points 51 and 57 of the usual 68
 ANGLES = ("head_pitch", "head_yaw", "head_roll")
 LIPS = ("upper_protrusion", "lower_protrusion", "opening_area", "lip_area")
-VELOCITIES = ("aperture_velocity", "width_velocity", "jaw_velocity")
+VELOCITIES = {
+    "aperture_velocity": "aperture",
+    "width_velocity": "width",
+    "jaw_velocity": "jaw_opening",
+}
+"""Velocities, and the curves that they are those of."""
+OF_FRAME = (*LIPS, "jaw_opening", *ANGLES)
+"""Measures of a frame by itself, which `of_frame` gives."""
 NAMES = (*LIPS, "jaw_opening", *VELOCITIES, *ANGLES)
-"""Columns of ``results.csv`` that `measures` gives."""
+"""Columns of ``results.csv`` that are measured here."""
 
 _FACING = np.diag([1.0, -1.0, -1.0])  # head to camera, of a face that looks straight at it
 
@@ -50,55 +58,45 @@ class Closure:
     least: float
 
 
-def measures(
-    face: Face, time: FloatArray, postures: FloatArray, poses: list[Pose | None]
-) -> dict[str, FloatArray]:
-    """All of `NAMES`, (T,) each.
+def of_frame(face: Face, vertices: FloatArray | None, pose: Pose | None) -> dict[str, float]:
+    """All of `OF_FRAME`.
 
     Parameters
     ----------
     face : Face
-    time : (T,) float64, s
-    postures : (T, P) float64
-        NaN in frames whose lips were not found.
-    poses : list of (Pose or None)
-        Head to camera, T of them.
+    vertices : (V, 3) float64, mm, head frame, or None
+        Of its scene; None where the lips were not found.
+    pose : Pose or None
+        Head to camera.
 
     Returns
     -------
-    dict of str to (T,) float64
+    dict of str to float
         mm: `upper_protrusion` and `lower_protrusion`, z of the outer lips' middles; `jaw_opening`,
         how far the lower teeth lie below their place at rest, NaN for a face without teeth. mm^2,
         seen along z: `opening_area` between the inner contours, `lip_area` within the outer one.
-        mm/s, central differences: `aperture_velocity`, `width_velocity`, `jaw_velocity`. Degrees:
-        `head_pitch` (up is positive), `head_yaw` (to the subject's left), `head_roll` (to the
-        subject's right shoulder), 0, 0, 0 for a face turned straight to the camera; the head is
+        Degrees: `head_pitch` (up is positive), `head_yaw` (to the subject's left), `head_roll` (to
+        the subject's right shoulder), 0, 0, 0 for a face turned straight to the camera; the head is
         turned by its yaw, then about its own axes by pitch and roll.
     """
-    rows = [_of_posture(face, posture) for posture in postures]
-    table = np.array(rows, np.float64).reshape(len(rows), len(LIPS) + 3).T
-    found = dict(zip((*LIPS, "jaw_opening", "aperture", "width"), table, strict=True))
-    slopes = {
-        f"{name}_velocity": velocity(found[key], time)
-        for name, key in (("aperture", "aperture"), ("width", "width"), ("jaw", "jaw_opening"))
+    turned = dict(zip(ANGLES, angles(pose), strict=True))
+    if vertices is None:
+        return dict.fromkeys(OF_FRAME, np.nan) | turned
+    outer, upper, lower = (vertices[face.rings[name]] for name in RINGS)
+    points = vertices[face.rings["points"]]
+    return {
+        "upper_protrusion": float(points[UPPER, 2]),
+        "lower_protrusion": float(points[LOWER, 2]),
+        "opening_area": opening_area(upper, lower),
+        "lip_area": abs(enclosed(outer)),
+        "jaw_opening": jaw_opening(face, vertices),
+        **turned,
     }
-    turned = np.array([angles(pose) for pose in poses], np.float64).reshape(-1, 3).T
-    every = {**found, **slopes, **dict(zip(ANGLES, turned, strict=True))}
-    return {name: every[name] for name in NAMES}
 
 
-def _of_posture(face: Face, posture: FloatArray) -> list[float]:
-    """`LIPS`, the jaw's opening, aperture and width of a posture (P,); NaN of an unknown one."""
-    if not np.isfinite(posture).all():
-        return [np.nan] * (len(LIPS) + 3)
-    vertices = np.asarray(face.scene.vertices(posture), np.float64)
-    outer, upper, lower = (vertices[face.rings[name]] for name in ("outer", "upper", "lower"))
-    points, corners = vertices[face.rings["points"]], vertices[face.rings["corners"]]
-    return [
-        float(points[UPPER, 2]), float(points[LOWER, 2]), opening_area(upper, lower),
-        abs(enclosed(outer)), jaw_opening(face, vertices), face.aperture(vertices),
-        float(np.linalg.norm(corners[1] - corners[0])),
-    ]  # fmt: skip
+def velocities(curves: Mapping[str, FloatArray], time: FloatArray) -> dict[str, FloatArray]:
+    """Those of `VELOCITIES` whose curves (T,) are given: mm/s, central differences."""
+    return {v: velocity(curves[of], time) for v, of in VELOCITIES.items() if of in curves}
 
 
 def jaw_opening(face: Face, vertices: FloatArray) -> float:

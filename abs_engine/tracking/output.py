@@ -99,7 +99,8 @@ def write_run(
     OSError
         If the folder cannot be written.
     """
-    recorder, sheet = Recorder(setting) if recorder is None else recorder, ContactSheet(setting)
+    recorder = Recorder(setting, folder) if recorder is None else recorder
+    sheet = ContactSheet(setting)
     head = HeadKeeper(setting, facts.frames)
     start, busy = time.perf_counter(), time.process_time()
     with closed_after(results), Overlay(folder / OVERLAY, setting) as overlay:

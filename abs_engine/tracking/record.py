@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,28 +25,25 @@ from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.measures import NAMES, Closure, closures, measures
-from abs_engine.tracking.run_mesh import RunMesh
-from abs_engine.tracking.run_summary import summary
-from abs_engine.tracking.run_table import (
+from abs_engine.tracking.frame_rows import (
+    BELIEFS,
     BELIEVED,
     LANDMARK_MEASURES,
-    believed,
-    cells,
-    closed_frames,
-    closure_table,
-    contradicted_frames,
-    rotation_vector,
-    table_of,
-    translation,
+    MEASURES,
+    OWN,
+    FrameRows,
 )
+from abs_engine.tracking.measures import NAMES, closures, velocities
+from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.run_summary import summary
+from abs_engine.tracking.run_table import cells, closed_frames, closure_table, table_of
+from abs_engine.tracking.run_warnings import contradicted
 
 FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
 CLOSURES = "closures.csv"
 
-_MEASURES = ("width", "aperture", "value", "score", "evaluations")
 _OF_FRAME = real("T", gaps=True)
 _MORE = replace(_OF_FRAME, optional=True)
 _PLACE_SD = real("T", 3, gaps=True, optional=True)
@@ -62,7 +60,7 @@ _LAYOUT: Layout = {
     "lip_vertex": whole("N", dtype=np.int32, low=0),
     "closed": truth("T"),
     **dict.fromkeys(("covered", "contradicted"), truth("T", optional=True)),
-    **dict.fromkeys(_MEASURES, _OF_FRAME),
+    **dict.fromkeys(MEASURES, _OF_FRAME),
     "evaluations": whole("T", low=0),
     "status": text("T"),
     "protrusion": _MORE,
@@ -85,20 +83,32 @@ _LAYOUT: Layout = {
 
 
 class Recorder:
-    """Collects the results of a clip."""
+    """Collects the results of a clip.
 
-    def __init__(self, setting: ClipSetting) -> None:
-        self._setting = setting
-        self._results: list[FrameResult] = []
+    Parameters
+    ----------
+    setting : ClipSetting
+    folder : Path, optional
+        Where their numbers are kept until they are written; see `FrameRows`.
+    """
+
+    def __init__(self, setting: ClipSetting, folder: Path | None = None) -> None:
+        self._setting, self._rows = setting, FrameRows(setting.face, folder)
         self._made = made_by()  # before the first frame: the code may change meanwhile
 
     def __len__(self) -> int:
         """Return the number of frames so far."""
-        return len(self._results)
+        return len(self._rows)
 
     def add(self, result: FrameResult) -> None:
-        """Append the next frame, without the end of its search, which no run holds."""
-        self._results.append(replace(result, highest=None))
+        """Append the next frame, without the end of its search, which no run holds.
+
+        Raises
+        ------
+        OSError
+            If it cannot be kept.
+        """
+        self._rows.add(result)
 
     def arrays(self) -> dict[str, Any]:
         """Content of ``results.npz``, T frames.
@@ -123,102 +133,62 @@ class Recorder:
             (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
             `engine_version`, `format`, `version`.
         """
-        results, setting = self._results, self._setting
-        camera = setting.camera
-        each = {
-            k: np.array([getattr(r, k) for r in results])
-            for k in ("index", "found", "covered", "protrusion", *_MEASURES, *LANDMARK_MEASURES)
-        }
+        found = self._arrays(self._rows.columns())
+        return {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in found.items()}
+
+    def _arrays(self, rows: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+        """The same; what is of a frame by itself lies where its rows do."""
+        setting, time, aperture = self._setting, self._times(), rows["aperture"]
+        found = closures(aperture, time)
+        frames = np.array([(c.first, c.last) for c in found], np.int64)
+        times = np.array([(c.onset, c.release) for c in found], np.float64)
+        measured = {**rows, **velocities(rows, time)}
         return {
             "format": FORMAT,
             "version": VERSION,
             "engine_version": self._made["engine_version"],
             "renderer": setting.renderer.description,
-            **each,
-            "time": self._times(),
-            "parameters": np.array([r.vector for r in results]),
+            **{name: rows[name] for name in OWN},
+            "time": time,
+            "parameters": rows["parameters"],
             "parameter_names": setting.face.blocks.spec.names,
-            "rotation": np.array([rotation_vector(r) for r in results]),
-            "translation": np.array([translation(r) for r in results]),
-            "lip_points": np.array([r.lips for r in results]),
+            **{name: rows[name] for name in ("rotation", "translation", "lip_points")},
             "lip_vertex": setting.face.body.lips,
-            "closed": closed_frames(each["aperture"]),
-            "contradicted": contradicted_frames(results),
-            "status": np.array([r.status for r in results]),
-            **self._terms(),
-            **self._beliefs(),
-            **self._measured(),
-            **self._closures(),
+            "closed": closed_frames(aperture),
+            "contradicted": contradicted(aperture, rows["aperture_sd"], rows["landmark_aperture"]),
+            **{name: rows[name] for name in ("status", "term_names", "term_values", "value_unit")},
+            **{name: rows[name] for name in BELIEFS},
+            **{name: measured[name] for name in NAMES},
+            "closure_frames": frames.reshape(-1, 2),
+            "closure_times": times.reshape(-1, 2),
             "person_weights": setting.face.identity,
-            "camera_matrix": camera.matrix,
-            "camera_distortion": camera.distortion,
-            "camera_size": np.array(camera.size),
+            "camera_matrix": setting.camera.matrix,
+            "camera_distortion": setting.camera.distortion,
+            "camera_size": np.array(setting.camera.size),
             "rate": setting.rate,
-        }
-
-    def _terms(self) -> dict[str, Any]:
-        """Parts of each value, `term_values` (T, K) by `term_names` (K,)."""
-        names = list(dict.fromkeys(name for r in self._results for name in r.terms))
-        values = [[r.terms.get(name, np.nan) for name in names] for r in self._results]
-        return {
-            "term_names": np.array(names, np.str_),
-            "term_values": np.array(values, np.float64).reshape(len(values), len(names)),
-            "value_unit": np.array([r.unit for r in self._results]),
-        }
-
-    def _beliefs(self) -> dict[str, Any]:
-        """Standard deviations, and the probability that lips are closed; NaN where not known."""
-        count = len(self._setting.face.body.lips)
-        sizes = {
-            **{f"{name}_sd": () for name in BELIEVED},
-            "lip_points_sd": (count, 3), "rotation_sd": (3,), "translation_sd": (3,),
-            "closed_probability": (),
-        }  # fmt: skip
-        return {
-            name: np.array([believed(r, name, size) for r in self._results]).reshape(-1, *size)
-            for name, size in sizes.items()
         }
 
     def mesh(self) -> RunMesh:
         """The whole head in every frame."""
         body = self._setting.face.body
-        weights = np.array([parted(r.vector)[1] for r in self._results])
-        return RunMesh(body.mean, body.modes, weights.reshape(-1, len(body.modes)), body.faces)
+        weights = parted(self._rows.columns()["parameters"])[1].copy()
+        return RunMesh(body.mean, body.modes, weights, body.faces)
 
-    def table(self) -> list[list[Any]]:
+    def table(self) -> Iterator[list[Any]]:
         """The table of all frames, its heading first."""
-        return table_of(self._setting, self._results, self._times(), self._measured())
+        rows = self._rows.columns()
+        return table_of(self._setting, self._arrays(rows), rows["points"])
 
     def _times(self) -> NDArray[np.float64]:
         """Time at which each frame is shown, (T,), seconds: as the video says, or by its rate."""
-        count, setting = len(self._results), self._setting
+        count, setting = len(self), self._setting
         if len(setting.times) == count:
             return np.array(setting.times, np.float64)
         return np.arange(count) / setting.rate
 
-    def _measured(self) -> dict[str, FloatArray]:
-        """Measures of lips, jaw and head by their names, (T,) each."""
-        results, face = self._results, self._setting.face
-        lost = np.full(len(face.blocks.spec), np.nan)
-        postures = [parted(r.vector if r.found else lost)[1] for r in results]
-        flat = np.array(postures, np.float64).reshape(len(results), -1)
-        return measures(face, self._times(), flat, [r.pose for r in results])
-
-    def closures(self) -> list[Closure]:
-        """Each time that the lips close."""
-        aperture = np.array([r.aperture for r in self._results], np.float64)
-        return closures(aperture, self._times())
-
-    def _closures(self) -> dict[str, NDArray[Any]]:
-        """Closures as arrays of C rows."""
-        found = self.closures()
-        frames = np.array([(c.first, c.last) for c in found], np.int64)
-        times = np.array([(c.onset, c.release) for c in found], np.float64)
-        return {"closure_frames": frames.reshape(-1, 2), "closure_times": times.reshape(-1, 2)}
-
     def summary(self) -> dict[str, Any]:
         """Counts of frames, means of those tracked, and warnings; see `run_summary.summary`."""
-        return summary(self._results, self._setting.face)
+        return summary(self._arrays(self._rows.columns()), self._setting.face)
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
         """Write tables, arrays and mesh into an existing folder.
@@ -234,15 +204,19 @@ class Recorder:
         dict
             What ``run.json`` holds.
         """
-        arrays = self.arrays()
+        rows = self._rows.columns()
+        arrays = self._arrays(rows)
         np.savez_compressed(folder / RESULTS, **arrays)
         self.mesh().save(folder)
-        with (folder / TABLE).open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(map(cells, self.table()))
-        with (folder / CLOSURES).open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(map(cells, closure_table(self.closures())))
+        found = closures(arrays["aperture"], arrays["time"])
+        tables = {TABLE: table_of(self._setting, arrays, rows["points"]),
+                  CLOSURES: closure_table(found)}  # fmt: skip
+        for name, table in tables.items():
+            with (folder / name).open("w", encoding="utf-8", newline="") as file:
+                csv.writer(file).writerows(map(cells, table))
         heading = {k: arrays[k] for k in ("format", "version", "renderer")} | self._made
-        told = {**heading, **facts, "summary": {**self.summary(), **facts.get("summary", {})}}
+        counts = summary(arrays, self._setting.face)
+        told = {**heading, **facts, "summary": {**counts, **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told
 

@@ -176,7 +176,7 @@ def track_video(
                 remark(tracker.faces)
             where = os.path.relpath(video.resolve(), folder.resolve())
             settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
-            recorder = Recorder(tracker.setting)
+            recorder = Recorder(tracker.setting, made.partial)
             smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
             if smoothing is not None:
                 smoothing.check(tracker.setting.rate, np.asarray(tracker.setting.times))

@@ -2,69 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
-from abs_engine.tracking.clip_setting import FrameResult
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.run_table import closed_frames, contradicted_frames
 from abs_engine.tracking.run_warnings import doubts
 
 
-def summary(results: Sequence[FrameResult], face: Face) -> dict[str, Any]:
-    """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost."""
-    tracked = [r for r in results if r.found]
-    work = [r.evaluations for r in tracked]
+def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
+    """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost.
+
+    Parameters
+    ----------
+    arrays : mapping of str to (T, ...)
+        As ``results.npz`` has them.
+    face : Face
+    """
+    found = arrays["found"]
+    work = arrays["evaluations"][found]
     return {
-        "frames": len(results),
-        "lost_frames": len(results) - len(tracked),
-        "covered_frames": sum(r.covered for r in results),
-        "closed_frames": int(sum(bool(closed_frames(r.aperture)) for r in tracked)),
-        "mean_evaluations": float(np.mean(work)) if work else 0.0,
-        "mean_score": _mean_score(tracked),
-        **_score_of(results, face.name),
-        **_by_landmarks(tracked, face),
+        "frames": len(found),
+        "lost_frames": len(found) - len(work),
+        "covered_frames": int(arrays["covered"].sum()),
+        "closed_frames": int(arrays["closed"].sum()),
+        "mean_evaluations": float(work.mean()) if len(work) else 0.0,
+        "mean_score": _mean_score(arrays["score"][found]),
+        **_score_of(arrays["term_names"].tolist(), face.name),
+        **_by_landmarks(arrays, face),
     }
 
 
-def _mean_score(tracked: Sequence[FrameResult]) -> float | None:
+def _mean_score(scores: NDArray[np.float64]) -> float | None:
     """Mean of the scores; None where no evidence can say how much it explains."""
-    scores = [r.score for r in tracked]
     if not np.isfinite(scores).all():
         return None
-    return float(np.mean(scores)) if scores else 0.0
+    return float(scores.mean()) if len(scores) else 0.0
 
 
-def _score_of(results: Sequence[FrameResult], model: str) -> dict[str, str]:
+def _score_of(terms: list[str], model: str) -> dict[str, str]:
     """Name of the scores' source, where results state it: a head's colours'."""
-    first = next((r for r in results if r.terms), None)
-    if first is None:
+    if not terms:
         return {}
-    name = next(iter(first.terms))
-    return {"score_of": name if model == "head" else f"{model}: {name}"}
+    return {"score_of": terms[0] if model == "head" else f"{model}: {terms[0]}"}
 
 
-def _by_landmarks(tracked: Sequence[FrameResult], face: Face) -> dict[str, Any]:
+def _by_landmarks(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
     """Agreement of landmarks and colours, where landmarks were asked."""
-    asked = [r for r in tracked if np.isfinite(r.landmark_aperture)]
-    if not asked or "colour" not in face.appearance:
+    asked = arrays["found"] & np.isfinite(arrays["landmark_aperture"])
+    if not asked.any() or "colour" not in face.appearance:
         return {}
-    held, against = [r.status == HELD for r in asked], contradicted_frames(asked)
-    off = np.array([r.landmark_distance for r in asked])
-    drawn, seen = (
-        np.array([getattr(r, k) for r in asked]) for k in ("aperture", "landmark_aperture")
+    held, against = arrays["status"][asked] == HELD, arrays["contradicted"][asked]
+    off, drawn, seen = (
+        arrays[k][asked] for k in ("landmark_distance", "aperture", "landmark_aperture")
     )
     classes: ColourClasses = face.learned("colour")
     apart = classes.separability
     return {
-        "held_frames": int(sum(held)),
+        "held_frames": int(held.sum()),
         "landmark_distance_mm": float(np.median(off)),
         "aperture_difference_mm": float(np.sqrt(np.mean((drawn - seen) ** 2))),
-        "contradicted_frames": int(sum(against)),
+        "contradicted_frames": int(against.sum()),
         "separability": dict(apart),
         "colour_agreement": classes.agreement,
         "colour_weight": classes.weight,

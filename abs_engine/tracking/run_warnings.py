@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ def contradicted(
 
 def doubts(
     against: NDArray[np.bool_],
-    held: Sequence[bool],
+    held: NDArray[np.bool_],
     separability: Mapping[str, float],
     agreement: float = 1.0,
     chromatic: bool = True,
@@ -47,8 +47,8 @@ def doubts(
     ----------
     against : (T,) bool
         Frames that landmarks contradict, see `contradicted`.
-    held : sequence of bool, T
-        Which frames were held to the landmarks.
+    held : (T,) bool
+        Frames that were held to the landmarks.
     separability : mapping of str to float
         See `ColourClasses`.
     agreement : float

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
-from abs_engine.tracking.measures import ANGLES, LIPS, VELOCITIES, velocity
+from abs_engine.tracking.measures import ANGLES, LIPS, velocities
 from abs_engine.tracking.run_table import cells
 
 FloatArray = NDArray[np.float64]
@@ -135,8 +135,7 @@ class Smoothing:
         for name in _NEVER_BELOW_0:
             if name in out:
                 out[name] = out[name].clip(min=0.0)
-        curves = dict(zip(VELOCITIES, ("aperture", "width", "jaw_opening"), strict=True))
-        return out | {v: velocity(out[of], time) for v, of in curves.items() if of in out}
+        return out | velocities(out, time)
 
     def write(self, folder: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write ``smoothed.csv`` into a run's folder."""

@@ -157,6 +157,7 @@ def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
     assert run["index"].tolist() == list(range(len(lines)))
     told = json.loads((tmp_path / "run" / "run.json").read_text())["settings"]
     assert (told["video_path"], told["live"]["end"]) == ("recording.mkv", "stopped")
+    assert not list((tmp_path / "run").glob("*.journal"))
     recording = probe(tmp_path / "run" / "recording.mkv")
     assert recording.frames == len(lines)
     np.testing.assert_allclose(recording.times, run["time"] - run["time"][0], atol=0.03)

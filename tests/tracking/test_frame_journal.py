@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -121,6 +122,19 @@ def test_frames_are_read_again_bit_by_bit_up_to_a_line_that_was_cut_off(tmp_path
             if end < size:
                 journal.add(*frames[2])
         assert path.read_bytes() == whole
+
+
+def test_earlier_frames_are_read_one_at_a_time(tmp_path):
+    path = tmp_path / FRAMES
+    with FrameJournal(path, "basis") as journal:
+        for k in range(300):
+            journal.add(*found(k))
+    tracemalloc.start()
+    with FrameJournal(path, "basis") as journal:
+        assert sum(1 for _ in iter(journal.earlier, None)) == journal.resumed == 300
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < path.stat().st_size / 2
 
 
 def test_frames_that_follow_from_something_else_are_forgotten(tmp_path):

@@ -8,12 +8,13 @@ from runs import toy_setting
 
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.measures import (
-    NAMES,
+    OF_FRAME,
     angles,
     closures,
     enclosed,
-    measures,
+    of_frame,
     opening_area,
+    velocities,
     velocity,
 )
 
@@ -96,12 +97,19 @@ def test_closures_have_onset_and_release_between_frames():
 def test_a_head_that_opens_its_mouth():
     """Opening the jaw lowers the teeth, widens the gap; a frame without numbers has none."""
     face = toy_setting().face
-    postures = np.stack([face.starts[0], face.starts[4], np.full(len(face.posture), np.nan)])
-    got = measures(face, np.arange(3) / 25, postures, [None, None, None])
-    assert set(got) == set(NAMES)
-    assert got["jaw_opening"][0] == 0
-    assert got["jaw_opening"][1] > 3
-    assert got["opening_area"][1] > got["opening_area"][0] + 100
-    assert got["lip_area"][1] > got["opening_area"][1] + 200
-    assert got["lower_protrusion"][1] < got["lower_protrusion"][0]
-    assert all(np.isnan(values[2]) for values in got.values())
+    rest, wide = (of_frame(face, face.scene.vertices(face.starts[k]), None) for k in (0, 4))
+    assert set(rest) == set(OF_FRAME)
+    assert rest["jaw_opening"] == 0
+    assert wide["jaw_opening"] > 3
+    assert wide["opening_area"] > rest["opening_area"] + 100
+    assert wide["lip_area"] > wide["opening_area"] + 200
+    assert wide["lower_protrusion"] < rest["lower_protrusion"]
+    assert np.isnan(list(of_frame(face, None, None).values())).all()
+
+
+def test_velocities_are_those_of_the_curves_that_are_known():
+    time = np.arange(4) / 25
+    got = velocities({"width": 3 * time, "jaw_opening": -2 * time}, time)
+    np.testing.assert_allclose(got["width_velocity"][1:-1], 3)
+    np.testing.assert_allclose(got["jaw_velocity"][1:-1], -2)
+    assert set(got) == {"width_velocity", "jaw_velocity"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gc
 import json
+import tracemalloc
 import weakref
 from dataclasses import replace
 
@@ -47,6 +48,37 @@ def test_the_end_of_a_search_takes_no_memory_once_its_frame_is_recorded():
     gc.collect()
     assert found() is None
     assert len(recorder) == 1
+
+
+def test_frames_stay_in_a_file_until_they_are_written(tmp_path):
+    recorder, result = Recorder(toy_setting(), tmp_path), toy_result(0)
+    recorder.add(result)  # what the face keeps for itself
+    tracemalloc.start()
+    for index in range(500):
+        recorder.add(replace(result, index=index, lips=result.lips + index, terms={"a": 1.0}))
+    gc.collect()
+    grown = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert grown < 500 * 200  # bytes; a row takes 8 kB
+    assert list(tmp_path.iterdir()) == []  # the file has no name, and goes with its process
+    np.testing.assert_array_equal(recorder.arrays()["lip_points"][500], result.lips + 499)
+
+
+def test_terms_are_columns_from_their_first_frame_on():
+    recorder = Recorder(toy_setting())
+    for terms in ({}, {"colour": 1.5}, {"prior": 2.0, "colour": 3.0}):
+        recorder.add(replace(toy_result(0), terms=terms))
+    arrays, nan = recorder.arrays(), np.nan
+    assert arrays["term_names"].tolist() == ["colour", "prior"]
+    np.testing.assert_array_equal(arrays["term_values"], [[nan, nan], [1.5, nan], [3.0, 2.0]])
+
+
+def test_a_run_without_frames_has_empty_columns():
+    recorder = Recorder(toy_setting())
+    arrays = recorder.arrays()
+    assert arrays["lip_points"].shape == (0, len(toy_setting().face.body.lips), 3)
+    assert len(list(recorder.table())) == 1
+    assert recorder.summary()["frames"] == 0
 
 
 @pytest.fixture(scope="module")

@@ -71,7 +71,7 @@ def test_lost_frames_contradict_nothing():
 
 
 def test_frames_that_were_held_to_the_landmarks():
-    held = [k < 10 for k in range(40)]
+    held = np.arange(40) < 10
     (line,) = doubts(NONE, held, GOOD)
     assert line.startswith("in 25% of the frames what is drawn led off the lips")
     assert doubts(NONE, [k < 4 for k in range(40)], GOOD) == []
