@@ -12,12 +12,10 @@ from typing import BinaryIO
 
 import c3d
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.inputs import MOST, check_file, to_number
-
-FloatArray = NDArray[np.float64]
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """Millimetres of each unit."""

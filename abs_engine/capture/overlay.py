@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.dot_tracking import USUAL, Sighting
-from abs_engine.capture.dots import Image
+from abs_engine.core.arrays import Image
 
 SURE, UNSURE, GIVEN = (60, 230, 90), (255, 60, 40), (80, 170, 255)
 """RGB of a dot that was surely found, that is uncertain, that a person placed."""

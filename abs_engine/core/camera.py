@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 WIDEST_SIDE = 1 << 15
 """px: no picture is wider or higher."""
 

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.measures import true_pixels
 from abs_engine.io.assets import CLOSED_APERTURE
 
-FloatArray = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+Flags = BoolArray
 Closures = tuple[Flags, Flags]
 """Frames (T,) that are called closed, and those that are."""
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING
-from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 
 _AXES = "XYZ"
 GAZE = (*(f"gaze_{eye}_{axis}" for eye in (0, 1) for axis in "xyz"), "gaze_angle_x", "gaze_angle_y")

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.blocks import Blocks
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
@@ -17,8 +18,6 @@ from abs_engine.core.scene import Scene
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +57,12 @@ class FaceShape:
     model: ArticulatoryModel
     frame: Pose
     scene: Scene
-    vertices: NDArray[np.int64]
-    lips: NDArray[np.int64]
+    vertices: IntArray
+    lips: IntArray
     surface: Scene
     outer: Scene
-    kept: NDArray[np.int64]
-    marks: NDArray[np.int64]
+    kept: IntArray
+    marks: IntArray
     spec: ParamSpec
     penalty: ImprobablePenalty
     neutral: FloatArray

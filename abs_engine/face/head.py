@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
@@ -19,8 +20,6 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 from abs_engine.face.shape.mouth_fields import mouth_fields
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
 
 # Postures that a fit is started from, in weights of face units
 PROTOTYPES: tuple[dict[str, float], ...] = (
@@ -78,7 +77,7 @@ class MouthModel:
     head: Scene
     scene: Scene
     kept: NDArray[np.int32]
-    rigid: NDArray[np.bool_]
+    rigid: BoolArray
     prototypes: FloatArray
     pivot: FloatArray
     rings: Mapping[str, NDArray[np.int32]]
@@ -231,7 +230,7 @@ def build_mouth_model(
     )  # fmt: skip
 
 
-def _inside(speaker: Speaker) -> NDArray[np.bool_]:
+def _inside(speaker: Speaker) -> BoolArray:
     """Facets (F,) that an open mouth shows."""
     ids = [k for k, name in enumerate(speaker.class_names) if name in IN_OPEN_MOUTH]
     return np.isin(speaker.facet_class, ids)
@@ -248,7 +247,7 @@ def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
     return np.asarray(modes, np.float32)
 
 
-def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> NDArray[np.bool_]:
+def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> BoolArray:
     """Skin from below the nose to the brow, to the front; neither eyes nor what speech moves."""
     centre = neutral[speaker.faces].mean(axis=1)
     nose = neutral[speaker.landmarks["nose_tip"][0]]

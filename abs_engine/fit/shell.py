@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.compare.prior import GaussianPrior, MixturePrior
 from abs_engine.compare.pull import Pull, PullRule
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import Blocks
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
@@ -27,8 +27,6 @@ from abs_engine.fit.head_frame import COLOUR, zone
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 POSE_FREE = np.array(SHELL_FIT.pose_free)
 
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import unit_of
-
-FloatArray = NDArray[np.float64]
 
 
 class Quadratic(Protocol):

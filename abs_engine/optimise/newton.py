@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
@@ -20,7 +20,6 @@ from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import checked_start
 from abs_engine.optimise.settings import SOLVING
 
-FloatArray = NDArray[np.float64]
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 

@@ -7,15 +7,14 @@ from dataclasses import replace
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.dataset import Truth
 from abs_engine.report import film
-from abs_engine.report.data import Film, FloatArray, System, TrueClip, WorstFrame
+from abs_engine.report.data import Film, System, TrueClip, WorstFrame
 from abs_engine.report.drawing.colours import TRUTH_ON_PICTURES, picture_colour
 from abs_engine.report.quantities import PRIMARY
 
-Image = NDArray[np.uint8]
 WORST = 8
 _APART_SECONDS = 0.12
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
@@ -28,7 +29,6 @@ from abs_engine.tracking.run_mesh import RunMesh
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-FloatArray = NDArray[np.float64]
 _PATHS = ("speaker", "colours", "physics", "poses")
 
 
@@ -87,7 +87,7 @@ class Run:
         return self["time"]
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> BoolArray:
         """Whether the lips were followed, (T,)."""
         return self["found"]
 
@@ -117,7 +117,7 @@ class Run:
         return self["closed_probability"]
 
     @property
-    def closed(self) -> NDArray[np.bool_]:
+    def closed(self) -> BoolArray:
         """Whether the lips are closed, (T,)."""
         return self["closed"]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -42,8 +43,6 @@ from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.scale import known_scale, pupil_distance
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.visibility import ByBlob
-
-FloatArray = NDArray[np.float64]
 
 
 def by_blobs(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
@@ -27,8 +28,6 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.pupils import pupils_of
 from abs_engine.tracking.scale import Scale, pupil_distance, pupil_vertices
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

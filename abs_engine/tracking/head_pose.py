@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
@@ -38,8 +39,6 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
-
-FloatArray = NDArray[np.float64]
 
 _STEPS, _SETTLED = 5, 1e-3
 _DAMPING = 1e-6

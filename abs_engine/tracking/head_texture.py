@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import pose_moves
@@ -25,7 +26,6 @@ from abs_engine.tracking.interpolation import at_pixels
 from abs_engine.tracking.rigid_motion import flow
 from abs_engine.tracking.settings.head import HEAD_POSE
 
-FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 
 _TINY = np.zeros((4, 4, 3), np.uint8)
@@ -51,7 +51,7 @@ class HeadBody:
     identity: FloatArray
     posture: FloatArray
     pivot: FloatArray
-    skull: NDArray[np.bool_]
+    skull: BoolArray
 
     @classmethod
     def of(
@@ -227,9 +227,7 @@ def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     return np.asarray(cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=edge), np.uint8)
 
 
-def _matched(
-    before: Gray, after: Gray, where: NDArray[np.bool_]
-) -> tuple[NDArray[np.int_], FloatArray]:
+def _matched(before: Gray, after: Gray, where: BoolArray) -> tuple[NDArray[np.int_], FloatArray]:
     """Whole pixels (N, 2) of corners in one picture, and where they are in another (N, 2)."""
     mask = cv2.erode(where.astype(np.uint8), np.ones((5, 5), np.uint8))
     apart = max(3.0, min(before.shape) / 40)

@@ -14,12 +14,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.tracking.settings.registration import REGISTRATION
 
-FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 
 
@@ -66,7 +66,7 @@ def rigid_reference(
     image: NDArray[np.uint8],
     pose: Pose,
     scene: Scene,
-    rigid: NDArray[np.bool_],
+    rigid: BoolArray,
     camera: Camera,
     renderer: Renderer,
     most: int = 150,
@@ -140,7 +140,7 @@ def flow(
     pixels: NDArray[np.float32],
     guess: NDArray[np.float32],
     levels: int = 3,
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+) -> tuple[NDArray[np.float32], BoolArray]:
     """Places of one image's `pixels` (N, 2) in another, near `guess`; and a mask of those found."""
     there, found, _ = cv2.calcOpticalFlowPyrLK(
         before,

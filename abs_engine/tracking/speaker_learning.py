@@ -8,8 +8,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
@@ -39,8 +39,6 @@ from abs_engine.tracking.speaker_face import SpeakerFace
 from abs_engine.tracking.speaker_looks import can_look, sighted, with_appearance
 from abs_engine.tracking.speakers import track_speaker
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Tell = Callable[[str], None]
 
 _OWN = TrackOptions(terms=("colour",), driver="newton")

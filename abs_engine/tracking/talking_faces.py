@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import PenaltyPrior
 from abs_engine.core.blocks import POSTURE
@@ -33,8 +32,6 @@ from abs_engine.tracking.options import (
     TrackOptions,
 )
 from abs_engine.tracking.over_face import over_face
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.descriptors import COMPONENTS, DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
-from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
+from abs_engine.face.appearance.regression import Fitted, Frames, LinearFits
 from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 from abs_engine.face.settings.appearance import APPEARANCE
@@ -60,7 +61,7 @@ class LocalModel:
         `windows.Windows`.
     """
 
-    vertices: NDArray[np.int64]
+    vertices: IntArray
     base: FloatArray
     modes: FloatArray
     mean: FloatArray
@@ -238,7 +239,7 @@ def learn_local_frames(
     scale: float = 1.0,
     ridge: float = APPEARANCE.ridge,
     unit: float = 0.0,
-    recordings: NDArray[np.int64] | None = None,
+    recordings: IntArray | None = None,
 ) -> tuple[LocalModel, Frames, float]:
     """The same with the descriptors that it was learned from, and the ridge.
 
@@ -317,7 +318,7 @@ def _inverse(spread: FloatArray) -> FloatArray:
 def _model(
     fitted: Fitted,
     windows: Windows,
-    vertices: NDArray[np.int64],
+    vertices: IntArray,
     facing: FloatArray,
     frames: Frames,
     ridge: float,

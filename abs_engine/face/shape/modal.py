@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.arrays import Layout, plain, real, text
 from abs_engine.io.npz import read_npz, write_npz
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2
 _STILL = 1e-12  # mm^2: variance of a mode that is rounding, not motion
 

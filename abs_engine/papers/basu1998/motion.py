@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.dot_annotations import LIPS17
 from abs_engine.capture.observations import Observations
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
@@ -23,8 +24,6 @@ from abs_engine.studio.speech import (
     play_recording,
     read_livelink,
 )
-
-FloatArray = NDArray[np.float64]
 
 FRAMES, RATE = 150, 30.0
 """Section 3: 150 frames at 30 Hz."""

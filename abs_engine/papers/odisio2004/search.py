@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.objective import Evaluation
@@ -25,7 +25,6 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 from abs_engine.papers.odisio2004.visemes import Speech
 
-FloatArray = NDArray[np.float64]
 FAILED = 2.0
 """mm of residual above which a fit has failed."""
 BUDGETS = (150, 300, 600)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import OutOfPictureError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -27,9 +27,6 @@ from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.loop import AGAIN, at_rest
 from abs_engine.tracking.loop import track as track_frames
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -107,8 +104,8 @@ class Tracked:
     alpha: FloatArray
     poses: tuple[Pose, ...]
     value: FloatArray
-    evaluations: NDArray[np.int64]
-    restarted: NDArray[np.bool_]
+    evaluations: IntArray
+    restarted: BoolArray
     seconds: float = 0.0
 
     def __len__(self) -> int:

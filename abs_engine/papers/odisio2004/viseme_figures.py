@@ -9,12 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.face.talking import TalkingFace
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED, Speech, VisemeError
-from abs_engine.report.drawing.layout import Image, beside, captioned, stacked
+from abs_engine.report.drawing.layout import beside, captioned, stacked
 from abs_engine.report.drawing.lines import draw_circles
 
 DEVIATIONS = (-2.0, 0.0, 2.0)

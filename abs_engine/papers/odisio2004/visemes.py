@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
@@ -37,7 +37,6 @@ from abs_engine.papers.odisio2004.filmed import (
 )
 from abs_engine.studio.corpus import NOISE, PAPER_VISEMES, speak_corpus
 
-FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"
 PRINTED = {"tex_lin_printed": "tex_lin", "tex_cst_printed": "tex_cst"}
 """Textures compared by epsilon as printed, beside the whitened comparison of `talking_problem`."""
@@ -209,7 +208,7 @@ def _rms(distances: FloatArray) -> float:
     return float(np.sqrt((distances**2).mean()))
 
 
-def splits(count: int, seed: int, rounds: int) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+def splits(count: int, seed: int, rounds: int) -> list[tuple[IntArray, IntArray]]:
     """Random shares of four fifths to learn from, and the rest to test on.
 
     Of five rounds each viseme is tested once: the shuffled visemes are cut into five parts; fewer

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.io.inputs import MOST, check_file
 from abs_engine.io.npz import BROKEN, read_arrays
@@ -22,7 +22,6 @@ from abs_engine.report.drawing.palette import colours_of, rounded_up
 from abs_engine.report.drawing.view import View, views_of
 from abs_engine.report.inspect.body import Body
 
-Image = NDArray[np.uint8]
 HEAT_COLOURS = colours_of("viridis")
 HEAT_AMBIENT = 0.8
 """Much of the light comes from everywhere, so that colours can be compared with the bar."""
