@@ -136,9 +136,7 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
     return Markers(names, points, residual, _rate(path, told_rate or rate))
 
 
-def _c3d_parts(
-    file: BinaryIO,
-) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
+def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
     """Names, frames (N, 5), rate, unit (empty where it is not stated), number of frames."""
     reader = c3d.Reader(file)
     names = tuple(str(label).strip() for label in reader.point_labels)

@@ -99,10 +99,7 @@ def curve_means(
     name: str, found: FloatArray, true: FloatArray, estimate: Estimate
 ) -> dict[str, Mean]:
     """RMS, bias and coverage of a lip curve."""
-    means = {
-        f"{name}_rms_mm": _rms((found - true) ** 2),
-        f"{name}_bias_mm": Mean.of(found - true),
-    }
+    means = {f"{name}_rms_mm": _rms((found - true) ** 2), f"{name}_bias_mm": Mean.of(found - true)}
     if name in estimate.intervals:
         means[f"{name}_coverage_95"] = Mean.of(metrics.covered(*estimate.intervals[name], true))
     return means

@@ -107,10 +107,7 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
         failed = failed | given.failed
     means["failure_share"] = Mean.share(failed, seen)
     means |= pose_means(said, truth)
-    numbers = {
-        "frames": float(seen.sum()),
-        "frames_lost": float((~said.found & seen).sum()),
-    }
+    numbers = {"frames": float(seen.sum()), "frames_lost": float((~said.found & seen).sum())}
     if said.curves_on == "rest" and landmark_68 is not None:
         rest = truth.neutral[landmark_68].astype(np.float64)
         true_curves = landmark_curves(truth.points(landmark_68), rest)

@@ -124,10 +124,7 @@ def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
 
 
 def head_problem(
-    likelihood: FacetLikelihood,
-    frame: PoseFrame,
-    priors: tuple[Prior, ...],
-    modes: int,
+    likelihood: FacetLikelihood, frame: PoseFrame, priors: tuple[Prior, ...], modes: int
 ) -> Problem:
     """A frame of a head as a problem over its pose and the posture of so many modes.
 
@@ -192,11 +189,7 @@ def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) ->
 
 
 def contact_of(
-    scene: Scene,
-    rings: Rings,
-    rest: FloatArray,
-    thick: bool = False,
-    still: Scene | None = None,
+    scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False, still: Scene | None = None
 ) -> ContactPrior:
     """Contact of the lips as a prior over (6 + P).
 

@@ -54,9 +54,7 @@ class Build:
 
 
 def build(
-    corpus: Corpus,
-    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
-    missing: Missing = "refuse",
+    corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> Build:
     """Build the model of a corpus and invert the corpus with it.
 

@@ -73,10 +73,7 @@ class PostureSpace:
 
 
 def learn_postures(
-    expression: LinearShape,
-    chosen: Points,
-    clips: Sequence[FloatArray],
-    rate: float = 25.0,
+    expression: LinearShape, chosen: Points, clips: Sequence[FloatArray], rate: float = 25.0
 ) -> PostureSpace:
     """Guided components of tracked postures.
 

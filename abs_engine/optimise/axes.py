@@ -85,12 +85,7 @@ class AxesSimplex:
         return descent.descend(held, start, limit)
 
     def polish(
-        self,
-        objective: Quadratic,
-        found: Solution,
-        spec: ParamSpec,
-        centre: FloatArray,
-        limit: int,
+        self, objective: Quadratic, found: Solution, spec: ParamSpec, centre: FloatArray, limit: int
     ) -> Solution:
         """Nelder-Mead along the axes of a Gauss-Newton matrix, from where a descent ended.
 

@@ -142,12 +142,7 @@ class Newton:
         )
 
     def polish(
-        self,
-        objective: Curved,
-        found: Solution,
-        spec: ParamSpec,
-        centre: FloatArray,
-        limit: int,
+        self, objective: Curved, found: Solution, spec: ParamSpec, centre: FloatArray, limit: int
     ) -> Solution:
         """Nelder-Mead along the axes of the curvature, from where a descent ended.
 

@@ -10,13 +10,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
-from abs_engine.optimise.history import (
-    CONVERGED,
-    LIMIT,
-    History,
-    LimitReachedError,
-    checked_start,
-)
+from abs_engine.optimise.history import CONVERGED, LIMIT, History, LimitReachedError, checked_start
 
 
 @dataclass(frozen=True)

@@ -77,12 +77,7 @@ class CpuRenderer:
         return found
 
     def measure(
-        self,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        term: PixelTerm,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
     ) -> Sums:
         """Draw every candidate and sum `term` over its drawn pixels; see `Renderer.measure`.
 

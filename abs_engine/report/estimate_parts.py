@@ -50,9 +50,7 @@ def _head(estimate: Estimate, played: int) -> Head | None:
         motion = compress(motion.vertices, played)
     posed = estimate.turned == "head"
     return Head(
-        motion,
-        estimate.rotations if posed else None,
-        estimate.translations if posed else None,
+        motion, estimate.rotations if posed else None, estimate.translations if posed else None
     )
 
 

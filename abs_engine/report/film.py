@@ -74,9 +74,7 @@ def shorten(
 
 
 def mouth_picture(
-    picture: Image,
-    loops: Iterable[tuple[FloatArray, str]],
-    mouth: FloatArray,
+    picture: Image, loops: Iterable[tuple[FloatArray, str]], mouth: FloatArray
 ) -> bytes:
     """The mouth, enlarged, with contours, as WebP.
 

@@ -20,11 +20,7 @@ _APART_SECONDS = 0.12
 
 
 def filmed(
-    pictures: Iterable[Image],
-    truth: Truth,
-    systems: Sequence[System],
-    true: TrueClip,
-    played: int,
+    pictures: Iterable[Image], truth: Truth, systems: Sequence[System], true: TrueClip, played: int
 ) -> tuple[Film, list[System]]:
     """The film, and the systems with pictures of their worst frames."""
     apart = max(1, round(_APART_SECONDS * truth.rate))
@@ -39,8 +35,7 @@ def filmed(
         colour = picture_colour(number)
         drawn.append(
             replace(
-                system,
-                worst=tuple(_worst(system, colour, k, kept[k], truth, true) for k in frames),
+                system, worst=tuple(_worst(system, colour, k, kept[k], truth, true) for k in frames)
             )
         )
     return shown, drawn

@@ -170,11 +170,7 @@ def check_view(plan: ClipPlan, view: View) -> None:
 
 
 def _check_free(
-    plan: ClipPlan,
-    view: View,
-    vertices: NDArray[np.float32],
-    placed: list[Pose],
-    name: str,
+    plan: ClipPlan, view: View, vertices: NDArray[np.float32], placed: list[Pose], name: str
 ) -> None:
     """Raise `ParameterError` if a camera is within the hull of a thing, or nearly, at some time."""
     hull = ConvexHull(vertices).equations

@@ -73,11 +73,7 @@ class Surface:
     """
 
     def __init__(
-        self,
-        ids: NDArray[np.uint16],
-        geometry: Geometry,
-        faces: NDArray[np.int32],
-        camera: Camera,
+        self, ids: NDArray[np.uint16], geometry: Geometry, faces: NDArray[np.int32], camera: Camera
     ) -> None:
         self.ids, self._faces, self._camera = ids, faces, camera
         self._geometry = geometry

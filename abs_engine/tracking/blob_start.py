@@ -31,14 +31,7 @@ from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.multistart import calibrate_well
-from abs_engine.tracking.options import (
-    BLOBS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.scale import known_scale, pupil_distance
 from abs_engine.tracking.shifted_motion import ShiftedMotion

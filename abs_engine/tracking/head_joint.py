@@ -16,11 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads, workers
-from abs_engine.tracking.head_equations import (
-    Equations,
-    landmark_equations,
-    pupil_equations,
-)
+from abs_engine.tracking.head_equations import Equations, landmark_equations, pupil_equations
 from abs_engine.tracking.head_outline import Outline, outline, outline_equations
 from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, JointHead, views_of
 from abs_engine.tracking.head_texture import HeadView, Matches, linearised, match

@@ -26,13 +26,7 @@ from abs_engine.tracking.head_texture import (
     linearised_at,
     match,
 )
-from abs_engine.tracking.landmark_fit import (
-    FrameLandmarks,
-    HeldPose,
-    fit_frame,
-    sound_fit,
-    turned,
-)
+from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, sound_fit, turned
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape

@@ -31,14 +31,7 @@ from abs_engine.tracking.blob_motion import BlobMotion
 from abs_engine.tracking.heads import prepare_head
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
-from abs_engine.tracking.options import (
-    BLOBS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.settings.blobs import BLOB_START
 from abs_engine.tracking.shell_frame import ShellBinder
 

@@ -167,11 +167,7 @@ class SpeakerFace:
         return replace(self, classes=classes, light=light, look=None)
 
     def fitted(
-        self,
-        speaker: Speaker,
-        correspondence: Correspondence,
-        camera: Camera,
-        renderer: Renderer,
+        self, speaker: Speaker, correspondence: Correspondence, camera: Camera, renderer: Renderer
     ) -> FittedPerson:
         """The person as frames of a camera are tracked.
 

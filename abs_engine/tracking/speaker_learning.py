@@ -26,12 +26,7 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.recordings import (
-    Recording,
-    check_one_camera,
-    check_same,
-    check_variety,
-)
+from abs_engine.tracking.recordings import Recording, check_one_camera, check_same, check_variety
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION

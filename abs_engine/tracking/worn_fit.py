@@ -19,11 +19,7 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.fit.opening import NAME, Opening
 from abs_engine.optimise.newton import Newton
-from abs_engine.tracking.identity_fit import (
-    TOLD_DEVIATION,
-    fit_posture,
-    person_problem,
-)
+from abs_engine.tracking.identity_fit import TOLD_DEVIATION, fit_posture, person_problem
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.worn import CLOSE_UP

@@ -170,11 +170,7 @@ def look(truth: Truth, frame: int) -> Sight:
 
 
 def _meet(
-    truth: Truth,
-    head: Head,
-    x: IntArray,
-    y: IntArray,
-    facet: IntArray,
+    truth: Truth, head: Head, x: IntArray, y: IntArray, facet: IntArray
 ) -> tuple[FloatArray, ...]:
     """Weights, depth, slope, edges, outside; see `Sight`."""
     inverse = np.linalg.inv(truth.camera.matrix)

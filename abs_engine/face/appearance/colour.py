@@ -151,10 +151,7 @@ class ColourClasses:
         return 1 + self.weight * float(more)
 
     def probabilities(
-        self,
-        image: NDArray[np.generic],
-        smoothing: float = 0.0,
-        place: MouthPlace | None = None,
+        self, image: NDArray[np.generic], smoothing: float = 0.0, place: MouthPlace | None = None
     ) -> FloatArray:
         """Probability maps of the classes.
 

@@ -13,14 +13,7 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh, vertex_normals
 from abs_engine.face.base import lip_gap
-from abs_engine.face.schema import (
-    CLASS_NAMES,
-    COMPONENT,
-    FACE_UNITS,
-    ICT_68,
-    PERSON,
-    face_unit,
-)
+from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON, face_unit
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
@@ -176,10 +169,7 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
 
 
 def _identity(
-    mesh: MorphMesh,
-    people: Mapping[str, Path],
-    frame: HeadFrame,
-    origin: IntArray,
+    mesh: MorphMesh, people: Mapping[str, Path], frame: HeadFrame, origin: IntArray
 ) -> dict[str, NDArray[np.float32]]:
     """Differences between people, by name of target, (V, 3), mm."""
     out = {f"{COMPONENT}{name}": frame.moves(d) for name, d in mesh.components.items()}
@@ -215,10 +205,7 @@ def _textures(
 
 
 def _speaker(
-    parts: _Parts,
-    marks: Marks,
-    contours: Contours,
-    identity: Mapping[str, NDArray[np.float32]],
+    parts: _Parts, marks: Marks, contours: Contours, identity: Mapping[str, NDArray[np.float32]]
 ) -> Speaker:
     count = len(parts.vertices)
     targets = np.zeros((len(identity), count, 3), np.float16)

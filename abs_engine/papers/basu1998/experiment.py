@@ -71,11 +71,7 @@ class TrainedLips:
 
 
 def learn_lips(
-    speaker: Speaker,
-    person: str,
-    classes: ColourClasses,
-    seed: int,
-    motion: Motion | None = None,
+    speaker: Speaker, person: str, classes: ColourClasses, seed: int, motion: Motion | None = None
 ) -> TrainedLips:
     """Lips of a person from dots; by default while they speak (`spoken_motion`)."""
     motion = spoken_motion(speaker, person) if motion is None else motion

@@ -22,12 +22,7 @@ from abs_engine.face.talking import TalkingFace
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
-from abs_engine.papers.odisio2004.sentences_filmed import (
-    Filmed,
-    cut,
-    film_plan,
-    plan_sentence,
-)
+from abs_engine.papers.odisio2004.sentences_filmed import Filmed, cut, film_plan, plan_sentence
 from abs_engine.papers.odisio2004.sentences_scores import Curves
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
@@ -98,10 +93,7 @@ def film_worn(
 
 
 def learn_at_once(
-    shape: FaceShape,
-    filmed: Filmed,
-    beads: NDArray[np.integer],
-    renderer: Renderer,
+    shape: FaceShape, filmed: Filmed, beads: NDArray[np.integer], renderer: Renderer
 ) -> TalkingFace:
     """tex_cst from the first image of a sequence, la_lin from all, away from the beads.
 

@@ -12,10 +12,7 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
-from abs_engine.face.talking import (
-    MODELS,
-    TalkingFace,
-)
+from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.fit.talking import fit, talking_problem, usual_tolerance

@@ -93,10 +93,7 @@ def paint_ids(
 
 
 def paint_values(
-    values: NDArray[np.floating],
-    limits: tuple[float, float],
-    colours: Image,
-    known: BoolArray,
+    values: NDArray[np.floating], limits: tuple[float, float], colours: Image, known: BoolArray
 ) -> Image:
     """Numbers (H, W) on a scale of colours (K, 3), white where they are not `known`."""
     share = np.clip((values - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0)
