@@ -11,7 +11,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
-from abs_engine.face.articulated import FaceShape
+from abs_engine.face.articulated import FaceShape, middle
 from abs_engine.face.compared import STEP, ComparedHead
 from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
@@ -75,18 +75,17 @@ def shape_of(
     classes = speaker.facet_class.astype(np.int32)
     scene = Scene(mean, modes, speaker.faces, speaker.uv, classes, texture)
     lips = set(built.model.groups["lips"])
-    at_lips = np.flatnonzero([name in lips for name in built.model.names])
+    at_lips = np.flatnonzero([name in lips for name in built.model.names]).astype(np.int64)
     marks = _marks(speaker)
     surface, outer, kept = _parts(speaker, scene, marks)
     lower = built.alpha.min(axis=0) - LEARNING.beyond
     upper = built.alpha.max(axis=0) + LEARNING.beyond
     names = built.model.parameters
+    spec = ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper)
     return FaceShape(
-        built.model, frame, scene, vertices, at_lips.astype(np.int64),
-        surface, outer, kept, marks,
-        ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper),
-        ImprobablePenalty.of_corpus(built.alpha), neutral, _rings(speaker),
-        colour_classes(speaker),
+        scene, surface, outer, kept, marks, spec, middle(scene, vertices[at_lips]),
+        built.model, frame, vertices, at_lips, ImprobablePenalty.of_corpus(built.alpha),
+        neutral, _rings(speaker), colour_classes(speaker),
     )  # fmt: skip
 
 

@@ -60,7 +60,7 @@ def learn_face(
     tex = learn_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
     scale = min(1.0, LEARNING.finest * depth / float(camera.matrix[0, 0]))
-    local = _local(shape.compared, seen, camera, renderer, scale, count)[0].within(shape.kept)
+    local = _local(shape, seen, camera, renderer, scale, count)[0].within(shape.kept)
     return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)
 
 

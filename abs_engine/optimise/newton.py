@@ -13,7 +13,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.objective import Evaluation
+from abs_engine.core.objective import Batched
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.axes import along_axes
 from abs_engine.optimise.base import Solution, unit_of
@@ -23,16 +23,8 @@ from abs_engine.optimise.settings import SOLVING
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 
-class Curved(Protocol):
+class Curved(Batched, Protocol):
     """An objective that knows its slope and curvature."""
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Evaluate at `x` (N,)."""
-        ...
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Values (B,) at vectors (B, N)."""
-        ...
 
     def newton(
         self, x: FloatArray, reach: int, local: bool = False

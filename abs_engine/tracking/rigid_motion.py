@@ -14,13 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.tracking.settings.registration import REGISTRATION
-
-Gray = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +34,7 @@ class RigidReference:
         The head's pose in this frame.
     """
 
-    gray: Gray
+    gray: Image
     pixels: NDArray[np.float32]
     points: FloatArray
     pose: Pose
@@ -135,8 +133,8 @@ def follow(
 
 
 def flow(
-    before: Gray,
-    after: Gray,
+    before: Image,
+    after: Image,
     pixels: NDArray[np.float32],
     guess: NDArray[np.float32],
     levels: int = 3,

@@ -16,7 +16,6 @@ from abs_engine.papers.odisio2004.sequence import Tracked
 from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.speech import Segment
 
-Flags = BoolArray
 _NEAR = 1
 """Frames by which a closure may be early or late."""
 BILABIALS = ("p", "b", "m")
@@ -181,7 +180,7 @@ def closures(filmed: Filmed, gap: FloatArray, below: float) -> Closures:
     return Closures(spoken, closed, len(runs), true)
 
 
-def _frames(segment: Segment, frames: IntArray) -> Flags:
+def _frames(segment: Segment, frames: IntArray) -> BoolArray:
     """Frames that belong to a segment, one more on either side."""
     times = frames / RATE
     return np.asarray(

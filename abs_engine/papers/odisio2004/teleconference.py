@@ -121,11 +121,11 @@ def learn_at_once(
     marks = shape.marks[away > FREE_OF_BEADS]
     every = learn_local(seen, scene, marks, camera, renderer)
     own = slice(len(shape.blocks) - len(shape.spec), None)  # the pose is known
-    told = information(every, seen, scene, camera, renderer, shape.compared.moved)[:, own, own]
+    told = information(every, seen, scene, camera, renderer, shape.moved)[:, own, own]
     chosen = choose_informative(
         every,
         told,
-        parted(shape.compared.about)[1],
+        parted(shape.about)[1],
         POINTS,
         places[away > FREE_OF_BEADS],
         LEARNING.spacing,
