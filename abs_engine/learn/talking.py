@@ -13,7 +13,8 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import LocalModel, learn_local_frames, own_share
+from abs_engine.face.appearance.local import LocalModel
+from abs_engine.face.appearance.local_learning import learn_local_frames, own_share
 from abs_engine.face.appearance.point_selection import N_POINTS
 from abs_engine.face.appearance.texture import learn_shared_texture, learn_texture
 from abs_engine.face.appearance.visibility import Sighting

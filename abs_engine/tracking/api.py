@@ -20,10 +20,11 @@ from abs_engine.core.threads import closed_after
 from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
+from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.run import check_options, prepare, settings_of, track_video
+from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_mesh import RunMesh
 
 if TYPE_CHECKING:

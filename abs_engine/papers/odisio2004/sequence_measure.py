@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.talking import TalkingFace
 from abs_engine.learn.settings import LEARNING

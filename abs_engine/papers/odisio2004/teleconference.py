@@ -14,7 +14,7 @@ from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
