@@ -9,7 +9,6 @@ from types import TracebackType
 import cv2
 import numpy as np
 
-from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Window
 from abs_engine.core.threads import Behind
 from abs_engine.io.assets import CLOSED_APERTURE
@@ -21,10 +20,11 @@ from abs_engine.tracking.contours import (
     LOST,
     OUTER,
     WHITE,
+    Image,
     LipDrawing,
     cut,
     write_text,
-)
+)  # fmt: skip
 from abs_engine.tracking.run_table import closed_frames, contradicted_frames
 
 OVERLAY = "overlay"  # what it is called among what frames cost

@@ -6,13 +6,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.pose import POSE_NAMES, parted
 from abs_engine.io.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.measures import NAMES, Closure
 from abs_engine.tracking.run_warnings import contradicted
+
+FloatArray = NDArray[np.float64]
 
 POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
@@ -88,7 +90,7 @@ def _cell(value: Any) -> Any:
     return value
 
 
-def believed(result: FrameResult, name: str, size: tuple[int, ...]) -> FloatArray:
+def believed(result: FrameResult, name: str, size: tuple[int, ...]) -> NDArray[np.float64]:
     """A number of a frame's belief by its name in results; NaN where there is none."""
     if result.belief is None:
         return np.full(size, np.nan)
@@ -96,7 +98,7 @@ def believed(result: FrameResult, name: str, size: tuple[int, ...]) -> FloatArra
     return np.asarray(getattr(result.belief, own or name.removesuffix("_sd")), np.float64)
 
 
-def contradicted_frames(results: Sequence[FrameResult]) -> BoolArray:
+def contradicted_frames(results: Sequence[FrameResult]) -> NDArray[np.bool_]:
     """Mask of the frames whose apertures landmarks contradict, (T,)."""
     own = [believed(r, "aperture_sd", ()) for r in results]
     by = [(r.aperture, r.landmark_aperture) for r in results]
@@ -104,16 +106,16 @@ def contradicted_frames(results: Sequence[FrameResult]) -> BoolArray:
     return contradicted(aperture, np.array(own, np.float64).reshape(-1), told)
 
 
-def closed_frames(aperture: Any) -> BoolArray:
+def closed_frames(aperture: Any) -> NDArray[np.bool_]:
     """Whether lips of an aperture in mm count as closed; never where it is NaN."""
     return np.asarray(np.asarray(aperture) < CLOSED_APERTURE)
 
 
-def rotation_vector(result: FrameResult) -> FloatArray:
+def rotation_vector(result: FrameResult) -> NDArray[np.float64]:
     """Head to camera as a rotation vector (3,), radians; NaN in a lost frame."""
     return np.full(3, np.nan) if result.pose is None else result.pose.rotation_vector
 
 
-def translation(result: FrameResult) -> FloatArray:
+def translation(result: FrameResult) -> NDArray[np.float64]:
     """Head to camera, (3,), mm; NaN in a lost frame."""
     return np.full(3, np.nan) if result.pose is None else result.pose.translation

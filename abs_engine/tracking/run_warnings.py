@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.tracking.settings.frames import FRAME_LOOP
+
+FloatArray = NDArray[np.float64]
 
 NO_COLOUR = (
     "the video has no colour: its classes rest on brightness alone, and the result is less exact; "
@@ -17,7 +19,7 @@ NO_COLOUR = (
 
 def contradicted(
     aperture: FloatArray, deviation: FloatArray, by_landmarks: FloatArray
-) -> BoolArray:
+) -> NDArray[np.bool_]:
     """Mask (T,) of the frames in which an aperture and that of the landmarks disagree.
 
     Parameters
@@ -33,7 +35,7 @@ def contradicted(
 
 
 def doubts(
-    against: BoolArray,
+    against: NDArray[np.bool_],
     held: Sequence[bool],
     separability: Mapping[str, float],
     agreement: float = 1.0,

@@ -7,15 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from drawn import (
-    average_shape,
-    correspondence,
-    lit,
-    network_sees,
-    speaker,
-    turned_by,
-    vertices_of,
-)
+from drawn import average_shape, correspondence, lit, network_sees, speaker, turned_by, vertices_of
 from heads import seen_at
 
 from abs_engine.core.camera import Camera
@@ -27,8 +19,9 @@ from abs_engine.tracking.head_fit import fit_head, landmark_shape, seen_in
 from abs_engine.tracking.head_joint import fit_jointly
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.head_problem import HeadProblem
-from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, linearised, match
+from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import turned
+from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.scale import pupil_distance, pupil_scale, pupil_vertices
 
 CAMERA = Camera.ideal((320, 320))
