@@ -182,7 +182,6 @@ def build_mouth_model(
     neutral: NDArray[np.float32],
     texture: NDArray[np.uint8],
     free_person: bool = True,
-    seed: int = 0,
     expression: LinearShape | None = None,
     person_spread: float = 1.0,
 ) -> MouthModel:
@@ -196,8 +195,6 @@ def build_mouth_model(
     texture : (H, W, 3) uint8 RGB
     free_person : bool
         Whether the person's mouth is to be fitted; False for a known person.
-    seed : int
-        Of the training postures.
     expression : LinearShape, optional
         How this head's mouth moves, of the units of `mouth_units`; by default `mouth_shape`.
     person_spread : float
@@ -209,7 +206,7 @@ def build_mouth_model(
         If the speaker lacks a facet class, or its landmarks are not on its mouth.
     """
     if expression is None:
-        expression = mouth_shape(speaker, neutral, SHAPE.expression_modes, seed)
+        expression = mouth_shape(speaker, neutral, SHAPE.expression_modes)
     person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
     none = np.zeros((0, *neutral.shape), np.float32)
     classes = speaker.facet_class.astype(np.int32)

@@ -94,9 +94,7 @@ def mouth_across(setting: ShellSetting, pose: Pose) -> float:
     return float(np.ptp(setting.border[:, 0]) * setting.camera.matrix[0, 0] / depth)
 
 
-def shell_problem(
-    setting: ShellSetting, image: Image, pose: Pose, rule: PullRule = "whole"
-) -> Problem:
+def shell_problem(setting: ShellSetting, image: Image, pose: Pose) -> Problem:
     """-log f(p|O) of one frame over the fitted parameters; knows its forces.
 
     Parameters
@@ -105,10 +103,8 @@ def shell_problem(
     image : (H, W, 3) uint8 RGB
     pose : Pose
         Of the head: known, or a guess.
-    rule : str
-        One of `compare.pull.PULL_RULES`.
     """
-    return problem_of(setting, pose, {COLOUR: shell_colours(setting, image, pose, rule)})
+    return problem_of(setting, pose, {COLOUR: shell_colours(setting, image, pose)})
 
 
 def problem_of(setting: ShellSetting, pose: Pose, terms: Mapping[str, Term]) -> Problem:
@@ -129,7 +125,7 @@ def problem_of(setting: ShellSetting, pose: Pose, terms: Mapping[str, Term]) -> 
 def shell_colours(
     setting: ShellSetting, image: Image, pose: Pose, rule: PullRule = "whole"
 ) -> FacetLikelihood:
-    """The facet likelihood of a frame of a shell; parameters as of `shell_problem`."""
+    """The facet likelihood of a frame of a shell; `rule` is one of `compare.pull.PULL_RULES`."""
     window = shell_window(setting, pose)
     inside = zone(window)
     raw = setting.classes.probabilities(sampled(window, image))

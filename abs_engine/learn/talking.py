@@ -71,8 +71,6 @@ def learn_appearance(
     recordings: NDArray[np.int64],
     camera: Camera,
     renderer: Renderer,
-    *,
-    count: int = N_POINTS,
 ) -> Appearance:
     """Learn texture and local appearance of what is compared of a head from several recordings.
 
@@ -89,8 +87,6 @@ def learn_appearance(
         Which of them were recorded together; two recordings at least.
     camera : Camera
     renderer : Renderer
-    count : int
-        Points of local appearance.
 
     Raises
     ------
@@ -109,7 +105,7 @@ def learn_appearance(
     atlas = atlas.on(facets_of_part(head.scene, head.surface))
     shared = learn_shared_texture(some, head.scene, atlas, own, renderer, recordings)
     some, own = _sampled(seen, camera, per_mm / pixel)
-    local, share = _local(head, some, own, renderer, 1.0, count, recordings)
+    local, share = _local(head, some, own, renderer, 1.0, N_POINTS, recordings)
     texture, noise, worth = shared
     return Appearance(texture, local, per_mm, texels, noise, worth, share)
 

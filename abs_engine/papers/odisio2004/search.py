@@ -238,7 +238,6 @@ def compare_tolerances(
     renderer: Renderer,
     *,
     model: str = "tex_lin",
-    tolerances: Sequence[float] = TOLERANCES,
 ) -> list[StopRow]:
     """Nelder-Mead from neutral, the pose known, with tighter and tighter stopping rules.
 
@@ -246,10 +245,9 @@ def compare_tolerances(
     ----------
     speech, face, tests, renderer, model
         As for `compare_solvers`; the visemes must not be those that results are reported of.
-    tolerances : sequence of float
     """
     tests, rows = list(tests), []
-    for tolerance in tolerances:
+    for tolerance in TOLERANCES:
         errors, counts = [], []
         for k in tests:
             watched = Watched(speech.problem(face, model, k, renderer))

@@ -64,8 +64,6 @@ def texture_nomograms(
     camera: Camera,
     pose: Pose,
     renderer: Renderer,
-    parameters: Sequence[str] = ("jaw1", "lips1"),
-    values: Sequence[float] = DEVIATIONS,
 ) -> Image:
     """Figure 4: textures of one parameter at a time, all on the same, unmoved shape.
 
@@ -75,18 +73,15 @@ def texture_nomograms(
     camera : Camera
     pose : Pose
     renderer : Renderer
-    parameters : sequence of str
-    values : sequence of float
-        Standard deviations.
     """
     scene, names = face.shape.surface, face.shape.model.parameters
     still = Candidates.one(np.zeros(0), pose)
     window = camera.whole
     lines = []
-    for name in parameters:
+    for name in ("jaw1", "lips1"):
         tiles = []
         for value, texture in zip(
-            values, face.tex_lin.nomogram(names.index(name), values), strict=True
+            DEVIATIONS, face.tex_lin.nomogram(names.index(name), DEVIATIONS), strict=True
         ):
             plain = type(scene)(
                 scene.mean, scene.modes[:0], scene.faces, scene.uv, scene.facet_class, texture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,8 +101,6 @@ def film_speech(
     beads: int = BEADS,
     size: tuple[int, int] = SIZE,
     seed: int = 0,
-    visemes: Sequence[str] = PAPER_VISEMES,
-    filming: Callable[[int, int], None] | None = None,
 ) -> Speech:
     """Speak a corpus, build its model, and film its visemes.
 
@@ -119,23 +117,18 @@ def film_speech(
         Of the pictures.
     seed : int
         Of the corpus' noise, the head's motion and the sensor.
-    visemes : sequence of str
-    filming : callable, optional
-        Called with the number of pictures done and of all.
 
     Raises
     ------
     ParameterError, OutputError, StudioError, InputFileError, ModelFormatError
         As `speak_corpus`, `build`, `film_visemes` and `read_visemes`.
     """
-    spoken = speak_corpus(speaker, speaker.named(person), visemes, noise=NOISE, seed=seed)
+    spoken = speak_corpus(speaker, speaker.named(person), PAPER_VISEMES, noise=NOISE, seed=seed)
     built = build(spoken.corpus)
     if made_before(folder):
         pictures = read_visemes(folder, spoken.corpus.visemes)
     else:
-        pictures = film_visemes(
-            speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
-        )
+        pictures = film_visemes(speaker, spoken, person, folder, size=size, beads=beads, seed=seed)
     shape = face_shape(speaker, spoken, built, person)
     return Speech(person, spoken, built, shape, pictures, beads)
 

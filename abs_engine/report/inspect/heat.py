@@ -108,7 +108,6 @@ def heat_map(
     *,
     text: str = "error, mm",
     largest: float | None = None,
-    turns: Sequence[float] = HEAT_TURNS,
 ) -> Image:
     """Numbers on the face from several sides, with a colour bar.
 
@@ -123,14 +122,12 @@ def heat_map(
         What the numbers are, and their unit.
     largest : float, optional
         The end of the scale; by default the greatest value, rounded up.
-    turns : sequence of float
-        Degrees by which the head turns to its left in each view.
 
     Returns
     -------
     (H, W, 3) uint8 RGB
     """
     limits = heat_limits(values, largest)
-    views = views_of(body.vertices, size, turns)
+    views = views_of(body.vertices, size, HEAT_TURNS)
     pictures = heat_pictures(renderer, body, values, views, limits)
     return beside([*pictures, colour_bar(HEAT_COLOURS, limits, text, size[1])])
