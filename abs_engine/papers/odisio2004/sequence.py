@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -176,13 +176,19 @@ def track(
                 progress(len(rows))
     if not rows:
         raise ParameterError("the sequence has no picture", "give at least one")
+    again = journal is not None and journal.resumed
+    return _tracked(rows, float("nan") if again else time.perf_counter() - started)
+
+
+def _tracked(rows: Sequence[FrameResult], seconds: float) -> Tracked:
+    """What was found in frames, all of which show the face."""
     return Tracked(
         np.array([parted(row.vector)[1] for row in rows]),
         tuple(row.pose for row in rows if row.pose is not None),
         np.array([row.value / row.unit for row in rows]),
         np.array([row.evaluations for row in rows], np.int64),
         np.array([row.status == AGAIN for row in rows]),
-        float("nan") if journal is not None and journal.resumed else time.perf_counter() - started,
+        seconds,
     )
 
 
