@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
 from abs_engine.core.camera import Camera
@@ -228,13 +229,19 @@ def eye_centres(person: FloatArray) -> FloatArray:
 def drawn_pupils(head: Head, person: FloatArray) -> FloatArray:
     """Middles (2, 3) of the painted pupils of a person who looks ahead, mm; the left eye first.
 
-    Eyes are painted on the average head, and go with its vertices to each person.
+    Eyes are painted about the axis of the average head's eyeballs, and go with their vertices to
+    each person. An eyeball's vertices lie closer together on one side of its pupil, so that their
+    mean is not its middle.
     """
     found = []
     for centre, (first, end) in zip(eye_centres(head.neutral), EYES, strict=True):
-        away = head.neutral[first:end] - centre
-        own = (np.hypot(away[:, 0], away[:, 1]) < PUPIL) & (away[:, 2] > 0)
-        found.append(person[first:end][own].mean(axis=0))
+        away = head.neutral[first:end].astype(np.float64) - centre
+        front = np.flatnonzero((np.hypot(away[:, 0], away[:, 1]) < PUPIL) & (away[:, 2] > 0))
+        mesh = Delaunay(away[front, :2])
+        simplex = mesh.find_simplex(np.zeros(2))
+        corners = front[mesh.simplices[simplex]]
+        two = mesh.transform[simplex, :2] @ -mesh.transform[simplex, 2]
+        found.append(np.r_[two, 1 - two.sum()] @ person[first:end][corners])
     return np.array(found)
 
 

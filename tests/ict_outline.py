@@ -29,7 +29,9 @@ BANDS = {"ears": (0.0, 0.45), "cheeks": (0.45, 0.75), "jaw": (0.75, 1.0)}
 """Shares of the way from the brows to the chin."""
 
 
-def covered(at: FloatArray, faces: NDArray[np.integer], size: NDArray[np.integer]) -> FloatArray:
+def covered(
+    at: FloatArray, faces: NDArray[np.integer], size: NDArray[np.integer]
+) -> NDArray[np.uint8]:
     """Pixels (H, W), 0 or 1, that triangles (F, 3) of points (V, 2) cover."""
     drawn = np.zeros((int(size[1]), int(size[0])), np.uint8)
     for corners in np.rint(at).astype(np.int32)[faces]:

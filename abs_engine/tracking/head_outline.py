@@ -120,6 +120,7 @@ def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Ca
     moved = ((camera.project(there) - found.begun) * found.normal).sum(axis=1) / scale
     residual = found.off - moved
     sigma = np.where(residual > 0, OUTLINE.grows, OUTLINE.shrinks)
+    sigma = np.hypot(sigma, OUTLINE.pixels / scale)
     weight = 1 / (OUTLINE.alike * sigma**2 * (1 + (residual / (2 * sigma)) ** 2))
     return Equations((slope * weight) @ slope.T, -(slope * weight) @ residual)
 
@@ -203,7 +204,8 @@ def _edges(profile: FloatArray, beside: FloatArray) -> tuple[FloatArray, NDArray
     """Ends (N,), mm outward, of skin as it is beside each place (N, 3), and whether it does end.
 
     The most probable end of a stretch whose colours are as those beside the place, the others being
-    any.
+    any. An edge is blurred, so that skin seems to end about half a pixel early; the places, middles
+    of the last drawn pixels, lie as far within the outline, and the two cancel.
     """
     away = _away(profile, beside[:, None], _SPREAD)
     searched = np.abs(_PLACES) <= OUTLINE.reach

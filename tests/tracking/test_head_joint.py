@@ -131,18 +131,29 @@ def test_slopes_of_matches_are_those_of_another_person(mode):
     np.testing.assert_allclose(slope, told.identity[mode], atol=0.03)
 
 
+def problem():
+    return HeadProblem(
+        body(), landmarks_of_body(), correspondence().noise, pupil_vertices(speaker()),
+        pupil_distance(speaker(), vertices_of(PERSON)), CAMERA,
+    )  # fmt: skip
+
+
+def test_outlines_make_a_head_as_wide_as_it_is_seen():
+    sides = speaker().points["landmark_68"][[0, 1, 2, 3, 13, 14, 15, 16]]  # ears to jaw
+    off = []
+    for seen in ([replace(f, image=None) for f in frames()], frames()):
+        found = fit_jointly(problem(), seen, CpuRenderer())
+        own = body().vertices(found.identity, np.zeros(len(body().posture)))[sides]
+        off.append(np.abs(own - vertices_of(PERSON)[sides])[:, 0].mean())
+    assert off[1] < 0.9 * off[0]
+
+
 def test_texture_ties_the_frames_to_each_other():
     """Turns from frame to frame are nearer to the truth than landmarks alone put them."""
-    one = speaker()
-    shape = landmarks_of_body()
-    problem = HeadProblem(
-        body(), shape, correspondence().noise, pupil_vertices(one),
-        pupil_distance(one, vertices_of(PERSON)), CAMERA,
-    )  # fmt: skip
     errors = []
     plain = [replace(f, image=None) for f in frames()]  # without their outlines
     for rounds in (0, 3):
-        found = fit_jointly(problem, plain, CpuRenderer(), rounds)
+        found = fit_jointly(problem(), plain, CpuRenderer(), rounds)
         off = [between(found.poses[0], p).angle_to(between(POSES[0], q))
                for p, q in zip(found.poses[1:], POSES[1:], strict=True)]  # fmt: skip
         errors.append(np.degrees(np.sqrt(np.mean(np.square(off)))))

@@ -41,6 +41,8 @@ class OutlineSettings:
         The same of one inside of it. Chosen on eight films of other heads and by eye on p01 to p08
         of the strangers' clips: with 6, 3 and 2 heads come out 1.5, 0.8 and 0.4 mm too wide; the
         less it is believed, the less hair over cheeks narrows a head.
+    pixels : float, px
+        Standard deviation of an edge, as small faces are drawn coarsely. Not measured.
     alike : float, places
         That count as one, as they err together. Not measured.
     above_brows : float, mm
@@ -63,6 +65,7 @@ class OutlineSettings:
     ear: float = 15.0
     grows: float = 2.0
     shrinks: float = 3.0
+    pixels: float = 0.5
     alike: float = 4.0
     above_brows: float = 5.0
     above_chin: float = 3.0
