@@ -38,7 +38,7 @@ from abs_engine.io.video import probe
 from abs_engine.learn.articulatory import build
 from abs_engine.render.context import HIDE_VARIABLE
 from abs_engine.studio.corpus import speak_corpus
-from abs_engine.tracking.run import check_options
+from abs_engine.tracking.option_checks import check_options
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = (

@@ -217,7 +217,7 @@ READERS = (
            "tracking.speaker_face:load_speaker_face", lambda path: (path, _head(path)),
            optional=whole.COLOURS_SPARE, gaps=("cheeks",), free=FACE,
            empty=("look", "seen", "noise_between", "noise_within")),
-    Reader("kind of a model", "me.face", whole.speaker_face, "tracking.model_file:model_of_file",
+    Reader("kind of a model", "me.face", whole.speaker_face, "tracking.presets:model_of_file",
            unread=("*",)),
     Reader("talking face", "face.npz", whole.talking_face, "face.talking_file:load_talking",
            free=TALKING,

@@ -13,7 +13,7 @@ from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.region import part
 from abs_engine.face.appearance.visibility import Sighting
-from abs_engine.face.articulated import FaceShape
+from abs_engine.face.articulated import FaceShape, middle
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS
@@ -54,9 +54,10 @@ def _shape() -> FaceShape:
         model.parameters, ("sd",) * PARAMETERS, np.full(PARAMETERS, 0.5), alpha.min(0), alpha.max(0)
     )
     return FaceShape(
-        model, Pose.from_vectors([0.1, 0.2, 0.3], [1, 2, 3]), scene, vertices, np.arange(8),
-        part(scene, depth > 0)[0], outer, kept, np.sort(front[:120]), spec,
-        ImprobablePenalty.of_corpus(alpha), alpha[0], rings, (None, "skin", "lips"),
+        scene, part(scene, depth > 0)[0], outer, kept, np.sort(front[:120]), spec,
+        middle(scene, vertices[:8]), model, Pose.from_vectors([0.1, 0.2, 0.3], [1, 2, 3]),
+        vertices, np.arange(8), ImprobablePenalty.of_corpus(alpha), alpha[0], rings,
+        (None, "skin", "lips"),
     )  # fmt: skip
 
 

@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image, IntArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Kind = Literal["chessboard", "charuco"]
 
 LEAST_CORNERS, LEAST_MARKERS = 8, 4
@@ -37,7 +36,7 @@ class Corners:
         z is 0.
     """
 
-    ids: NDArray[np.int64]
+    ids: IntArray
     pixels: FloatArray
     places: FloatArray
 
@@ -46,7 +45,7 @@ class Corners:
         _, mine, others = np.intersect1d(self.ids, other.ids, return_indices=True)
         return self.at(mine), other.at(others)
 
-    def at(self, which: NDArray[np.int64]) -> Corners:
+    def at(self, which: IntArray) -> Corners:
         """Some of them."""
         return Corners(self.ids[which], self.pixels[which], self.places[which])
 

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.capture.board import Corners
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import CalibrationError
 from abs_engine.core.geometry import Pose
-
-FloatArray = NDArray[np.float64]
 
 LEAST_PICTURES = 3
 _TILT = np.radians(5.0)

@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.inputs import name_problem, parse_json
 from abs_engine.io.npz import read_npz, write_npz
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.corpus", 1
 _LAYOUT: Layout = {
     "points": real("V", "N", 3, gaps=True),

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import FORMAT as CORPUS
-from abs_engine.capture.corpus import Corpus, FloatArray, bite_plane, load_corpus
+from abs_engine.capture.corpus import Corpus, bite_plane, load_corpus
 from abs_engine.capture.corpus_table import HOW, CorpusTable, read_table
 from abs_engine.capture.markers import UNITS, read_markers, refuse_infinite
 from abs_engine.capture.observations import FORMAT as OBSERVATIONS
 from abs_engine.capture.observations import read_observations
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,

@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, TooFewPointsError
 from abs_engine.io.inputs import MOST, parse_json, to_number
-
-FloatArray = NDArray[np.float64]
 
 FORMAT, VERSION = "abs_engine.dots", 1
 

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from abs_engine.capture.dots import DotModel, Image, Map, Peaks, correlate, cut, find_peaks
+from abs_engine.capture.dots import DotModel, Map, Peaks, correlate, cut, find_peaks
 from abs_engine.capture.dots import learn_dots as learn
+from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Corrections = Mapping[int, tuple[float, float] | None]
 """Places in one frame by the number of the dot; None: it cannot be seen."""
 Box = tuple[slice, slice]
@@ -170,7 +168,7 @@ class DotFollower:
         scores[taken] = both
         return places, scores
 
-    def _choose(self, expected: FloatArray, peaks: Peaks, alike: FloatArray) -> NDArray[np.int64]:
+    def _choose(self, expected: FloatArray, peaks: Peaks, alike: FloatArray) -> IntArray:
         """The peak (N,) of each dot, -1 for none."""
         count = len(expected)
         costs = self._costs(expected, peaks, alike)
@@ -270,7 +268,7 @@ class DotFollower:
 
 
 def _with_neighbours(
-    before: FloatArray, expected: FloatArray, peaks: Peaks, chosen: NDArray[np.int64]
+    before: FloatArray, expected: FloatArray, peaks: Peaks, chosen: IntArray
 ) -> FloatArray:
     """Expected places of dots, if each moved as the median of itself and its nearest neighbours."""
     taken = np.flatnonzero(chosen >= 0)

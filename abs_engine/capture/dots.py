@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
+from abs_engine.core.arrays import FloatArray, Image
+
 Map = NDArray[np.float32]
 
 RADII = np.arange(1.0, 8.01, 0.25)

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.capture.headframe import (
     HeadMotion,
@@ -16,9 +15,8 @@ from abs_engine.capture.headframe import (
     reference_of,
     rigid_motion,
 )
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

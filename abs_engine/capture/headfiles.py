@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.capture.headframe import HeadMotion
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
 from abs_engine.io.inputs import to_number
-
-FloatArray = NDArray[np.float64]
 
 
 def read_head_poses(path: Path, frames: int) -> HeadMotion:

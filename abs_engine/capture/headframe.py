@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import (
     DegenerateViewsError,
     ModelFormatError,
@@ -16,8 +16,6 @@ from abs_engine.core.errors import (
     TooFewPointsError,
 )
 from abs_engine.core.geometry import Pose
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDS = 10
 _SETTLED = 1e-6  # mm
@@ -44,7 +42,7 @@ class HeadMotion:
     error: FloatArray
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> BoolArray:
         """In which frames (T,) the head was found."""
         return np.asarray(np.isfinite(self.rotations).all(axis=1))
 
@@ -221,7 +219,7 @@ def _check_spread(points: FloatArray) -> None:
         )
 
 
-def check_names(names: Sequence[str], wanted: Sequence[str]) -> NDArray[np.int64]:
+def check_names(names: Sequence[str], wanted: Sequence[str]) -> IntArray:
     """Numbers of the wanted points.
 
     Raises

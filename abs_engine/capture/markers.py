@@ -12,12 +12,10 @@ from typing import BinaryIO
 
 import c3d
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.inputs import MOST, check_file, to_number
-
-FloatArray = NDArray[np.float64]
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """Millimetres of each unit."""
@@ -138,9 +136,7 @@ def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
     return Markers(names, points, residual, _rate(path, told_rate or rate))
 
 
-def _c3d_parts(
-    file: BinaryIO,
-) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
+def _c3d_parts(file: BinaryIO) -> tuple[tuple[str, ...], list[FloatArray], float, str, int]:
     """Names, frames (N, 5), rate, unit (empty where it is not stated), number of frames."""
     reader = c3d.Reader(file)
     names = tuple(str(label).strip() for label in reader.point_labels)

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from abs_engine.capture.board import Corners
 from abs_engine.capture.view import Plane, View
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import CalibrationError
 from abs_engine.core.geometry import Pose
-
-FloatArray = NDArray[np.float64]
 
 _MARGIN = 0.1
 """How much larger than what was seen in it the mirror is taken to be."""

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.io.arrays import Layout, plain, real, text, truth
 from abs_engine.io.npz import read_npz, write_npz
-
-FloatArray = NDArray[np.float64]
 
 FORMAT, VERSION = "abs_engine.observations", 1
 _LAYOUT: Layout = {
@@ -72,8 +70,8 @@ class Observations:
 
     points: FloatArray
     names: tuple[str, ...]
-    found: NDArray[np.bool_]
-    uncertain: NDArray[np.bool_]
+    found: BoolArray
+    uncertain: BoolArray
     error: FloatArray
     score: FloatArray
     rate: float
@@ -129,7 +127,7 @@ class Observations:
         at = [self.names.index(name) for name in names]
         return np.where(self.found[:, at, None], self.points[:, at], np.nan)
 
-    def doubtful(self, names: Sequence[str]) -> NDArray[np.bool_]:
+    def doubtful(self, names: Sequence[str]) -> BoolArray:
         """In which frames (T,) one of the named points was found, but is uncertain."""
         at = [self.names.index(name) for name in names]
         return np.asarray((self.uncertain & self.found)[:, at].any(axis=1))

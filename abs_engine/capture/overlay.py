@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.dot_tracking import USUAL, Sighting
-from abs_engine.capture.dots import Image
+from abs_engine.core.arrays import Image
 
 SURE, UNSURE, GIVEN = (60, 230, 90), (255, 60, 40), (80, 170, 255)
 """RGB of a dot that was surely found, that is uncertain, that a person placed."""
@@ -17,9 +17,7 @@ SURE, UNSURE, GIVEN = (60, 230, 90), (255, 60, 40), (80, 170, 255)
 _CROSS, _BITS = 5, 4
 
 
-def draw_dots(
-    image: Image, sighting: Sighting, names: Sequence[str], sure: float = USUAL.sure
-) -> Image:
+def draw_dots(image: Image, sighting: Sighting, names: Sequence[str]) -> Image:
     """A copy of a picture with a cross and the number, from 1, at each dot that was found.
 
     A line at the bottom names the dots that are lost.
@@ -29,11 +27,12 @@ def draw_dots(
     image : (H, W, 3) uint8 RGB
     sighting : Sighting
     names : sequence of str
-    sure : float
     """
     out = np.ascontiguousarray(image).copy()
     for i in np.flatnonzero(sighting.found):
-        colour = GIVEN if sighting.corrected[i] else SURE if sighting.scores[i] >= sure else UNSURE
+        colour = (
+            GIVEN if sighting.corrected[i] else SURE if sighting.scores[i] >= USUAL.sure else UNSURE
+        )
         _cross(out, sighting.places[i], colour)
         x, y = np.rint(sighting.places[i] + np.array([_CROSS, -_CROSS])).astype(int).tolist()
         cv2.putText(out, str(i + 1), (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.35, colour, 1, cv2.LINE_AA)

@@ -12,17 +12,14 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.dot_annotations import Mark, check_view, initial_places, needed_among
 from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, Sighting
-from abs_engine.capture.dots import Image
 from abs_engine.capture.head import HeadChoice, head_motion
 from abs_engine.capture.markers import Markers
 from abs_engine.capture.observations import Observations
 from abs_engine.capture.triangulate import triangulate
 from abs_engine.capture.view import View
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.errors import ParameterError, TooFewPointsError, VideoError
 from abs_engine.io.video import probe, read_frames
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _RATES = 1e-3
 """Rates of two videos may differ by this share."""

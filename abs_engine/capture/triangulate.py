@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.capture.view import View
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import DegenerateViewsError, ParameterError
-
-FloatArray = NDArray[np.float64]
 
 NARROWEST = np.radians(3.0)
 """Lines of sight that cross under a smaller angle tell too little about depth."""
@@ -37,7 +35,7 @@ class Triangulated:
     error: FloatArray
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> BoolArray:
         """Mask (...) of the points that have a place."""
         return np.asarray(np.isfinite(self.error))
 
@@ -95,7 +93,7 @@ def crossing_angles(views: Sequence[View], pixels: FloatArray) -> FloatArray:
     return widest
 
 
-def _crossing(views: Sequence[View], pixels: FloatArray) -> NDArray[np.bool_]:
+def _crossing(views: Sequence[View], pixels: FloatArray) -> BoolArray:
     """Mask (N,) of the points that have lines of sight that cross widely enough."""
     angles = crossing_angles(views, pixels)
     middle = float(np.median(angles))  # a point that was mistaken may be seen under any angle
@@ -108,7 +106,7 @@ def _crossing(views: Sequence[View], pixels: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(angles >= NARROWEST)
 
 
-def _linear(views: Sequence[View], pixels: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
+def _linear(views: Sequence[View], pixels: FloatArray, seen: BoolArray) -> FloatArray:
     """Least squares in pinhole coordinates, scaled so that a row is about a pixel at unit depth."""
     rows, right = [], []
     for view, at, mask in zip(views, pixels, seen, strict=True):
@@ -123,7 +121,7 @@ def _linear(views: Sequence[View], pixels: FloatArray, seen: NDArray[np.bool_]) 
 
 
 def _refine(
-    views: Sequence[View], pixels: FloatArray, seen: NDArray[np.bool_], start: FloatArray
+    views: Sequence[View], pixels: FloatArray, seen: BoolArray, start: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     points = start
     for _ in range(_STEPS):
@@ -147,7 +145,7 @@ def _refine(
 
 
 def _residual(
-    views: Sequence[View], pixels: FloatArray, seen: NDArray[np.bool_], points: FloatArray
+    views: Sequence[View], pixels: FloatArray, seen: BoolArray, points: FloatArray
 ) -> FloatArray:
     """Reprojected minus seen, (N, 2 V) px; 0 where a view does not see the point."""
     parts = [
@@ -157,8 +155,6 @@ def _residual(
     return np.concatenate(parts, axis=1)
 
 
-def _behind(
-    views: Sequence[View], points: FloatArray, seen: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def _behind(views: Sequence[View], points: FloatArray, seen: BoolArray) -> BoolArray:
     depth = np.stack([view.seen(points)[:, 2] for view in views])
     return np.asarray(((depth <= 0) & seen).any(axis=0))

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from abs_engine.compare import border_lines
 from abs_engine.compare.settings import COMPARISON
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.buffers import Outlines
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from abs_engine.compare.residual_rows import Rows
 from abs_engine.compare.settings import COMPARISON
 from abs_engine.compare.sums import pixel_sums
 from abs_engine.compare.whiten import TextureNoise
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OutOfPictureError
@@ -26,8 +27,6 @@ from abs_engine.core.scene import Candidates, ColourError, Renderer, Scene
 from abs_engine.face.appearance.residual_covariance import normalised
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.appearance.visibility import check_picture
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +84,7 @@ class TextureError:
             there[i].reshape(frame.shape)[covered] = True
         return Rows(rows, there, data)
 
-    def differences(self, drawn: Buffers) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+    def differences(self, drawn: Buffers) -> tuple[BoolArray, NDArray[np.float32]]:
         """S of a drawing, (H, W), and D^s - D^a of its N pixels as they count, (N, 3)."""
         where = _compared(drawn, self.camera, self.window, self.noise)
         off = normalised(drawn.rgb[where]) - self.term.normalised[where]
@@ -102,12 +101,12 @@ class TextureError:
 
     negative_log = epsilon
 
-    def _sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
+    def _sums(self, many: Candidates) -> tuple[FloatArray, IntArray]:
         """Squared differences (B,) and pixels (B,), by the renderer itself."""
         sums = pixel_sums(self.renderer, self.scene, many, self.camera, self.window, self.term)
         return sums.total, sums.pixels
 
-    def _own_sums(self, many: Candidates) -> tuple[FloatArray, NDArray[np.int64]]:
+    def _own_sums(self, many: Candidates) -> tuple[FloatArray, IntArray]:
         """The same of `differences`."""
         total, pixels = np.empty(len(many)), np.empty(len(many), np.int64)
         drawn = self.renderer.draw(self.scene, many, self.camera, self.window)
@@ -178,7 +177,7 @@ def texture_error(
 
 def _compared(
     drawn: Buffers, camera: Camera, window: Window, noise: TextureNoise | None
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """S, (H, W)."""
     return drawn.covered if noise is None else off_outlines(drawn, camera, window)
 

@@ -14,12 +14,11 @@ from abs_engine.compare.forces import Rule, check_rule, facet_scores
 from abs_engine.compare.pull import Pull
 from abs_engine.compare.settings import COMPARISON
 from abs_engine.compare.sums import outlined, pixel_sums
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +78,7 @@ class FacetLikelihood:
     observations: float
     outside: NDArray[np.float32] | None = None
     rule: Rule = "exact"
-    compared: NDArray[np.bool_] | None = None
+    compared: BoolArray | None = None
     pull: Pull | Callable[[], Pull] | None = None
     seam: tuple[tuple[int, int], int] | tuple[()] = ()
 

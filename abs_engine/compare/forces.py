@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 Rule = Literal["exact", "sample"]
 
 

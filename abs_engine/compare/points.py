@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.compare.descriptor import wrong_match
 from abs_engine.compare.residual_rows import Rows
 from abs_engine.compare.settings import COMPARISON
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.face.appearance.descriptors import DescriptorMaps
@@ -19,7 +20,6 @@ from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.visibility import in_sight
 from abs_engine.face.appearance.windows import Windows
 
-FloatArray = NDArray[np.float64]
 Whiten = Literal["no", "each", "all"]
 
 
@@ -87,7 +87,7 @@ class LocalError:
 
     negative_log = epsilon
 
-    def differences(self, candidates: Candidates) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def differences(self, candidates: Candidates) -> tuple[FloatArray, BoolArray]:
         """Differences of descriptors (B, N, 8), 0 where hidden; visibility (B, N)."""
         many, w = candidates, self.window
         coarse = Window(w.x, w.y, w.width, w.height, w.scale * COMPARISON.depth_scale)

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.settings import COMPARISON
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.penalty import ImprobablePenalty
 
-FloatArray = NDArray[np.float64]
 _SMALL = 1e-4  # step of differences, standard deviations
 
 
@@ -66,15 +65,15 @@ class GaussianPrior(Prior):
 
     bends_alike = True
 
-    mean: NDArray[np.float64]
-    deviation: NDArray[np.float64]
+    mean: FloatArray
+    deviation: FloatArray
 
-    def negative_log(self, x: NDArray[np.float64]) -> float:
+    def negative_log(self, x: FloatArray) -> float:
         """0.5 sum ((x - mean) / deviation)^2."""
         scaled = (x - self.mean) / self.deviation
         return float(0.5 * scaled @ scaled)
 
-    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def slope(self, x: FloatArray) -> FloatArray:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         return np.asarray((x - self.mean) / self.deviation**2)
 
@@ -126,7 +125,7 @@ class MixturePrior(Prior):
     bends_alike = True
 
     gaussian: GaussianPrior
-    seen: NDArray[np.float64]
+    seen: FloatArray
     width: float
 
     def __post_init__(self) -> None:
@@ -140,7 +139,7 @@ class MixturePrior(Prior):
         if not 0 < self.width <= 1:
             raise ParameterError(f"the mixture's width is {self.width}", "give 0 to 1, not 0")
 
-    def negative_log(self, x: NDArray[np.float64]) -> float:
+    def negative_log(self, x: FloatArray) -> float:
         """-log of the mean density of the Gaussians at `x` (N,)."""
         scaled, away = self._scaled(x)
         exponent = -0.5 * (away**2).sum(axis=1) / self.width**2
@@ -149,7 +148,7 @@ class MixturePrior(Prior):
         first = len(x) - away.shape[1]
         return float(0.5 * scaled[:first] @ scaled[:first] - held)
 
-    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def slope(self, x: FloatArray) -> FloatArray:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         scaled, away = self._scaled(x)
         exponent = -0.5 * (away**2).sum(axis=1) / self.width**2
@@ -169,7 +168,7 @@ class MixturePrior(Prior):
         rest = self.negative_logs(vectors) - (apart**2).sum(axis=1)
         return np.column_stack([apart, np.sqrt(np.maximum(rest, 0.0))])
 
-    def _scaled(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _scaled(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Standard deviations (N,) from the mean, and the last ones (K, P) from each centre."""
         scaled = (x - self.gaussian.mean) / self.gaussian.deviation
         first = len(scaled) - self.seen.shape[1]
@@ -189,15 +188,15 @@ class InformationPrior(Prior):
 
     bends_alike = True
 
-    mean: NDArray[np.float64]
-    information: NDArray[np.float64]
+    mean: FloatArray
+    information: FloatArray
 
-    def negative_log(self, x: NDArray[np.float64]) -> float:
+    def negative_log(self, x: FloatArray) -> float:
         """0.5 (x - mean)' information (x - mean)."""
         away = x - self.mean
         return float(0.5 * away @ self.information @ away)
 
-    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def slope(self, x: FloatArray) -> FloatArray:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         return np.asarray(self.information @ (x - self.mean))
 
@@ -225,16 +224,16 @@ class ContactPrior(Prior):
         Depth in mm that is as improbable as one standard deviation.
     """
 
-    gap: NDArray[np.float64]
-    slope_of_gaps: NDArray[np.float64]
+    gap: FloatArray
+    slope_of_gaps: FloatArray
     softness: float = 0.6
 
-    def negative_log(self, x: NDArray[np.float64]) -> float:
+    def negative_log(self, x: FloatArray) -> float:
         """0.5 sum (depth / softness)^2 over the gaps that are negative."""
         depth = np.minimum(self.gap + self.slope_of_gaps @ x, 0.0) / self.softness
         return float(0.5 * depth @ depth)
 
-    def slope(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def slope(self, x: FloatArray) -> FloatArray:
         """Gradient (N,) of `negative_log` at `x` (N,)."""
         depth = np.minimum(self.gap + self.slope_of_gaps @ x, 0.0) / self.softness**2
         return np.asarray(depth @ self.slope_of_gaps)

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-import numpy as np
-from numpy.typing import NDArray
-
 from abs_engine.compare.forces import border_forces, facet_forces, lifted, node_forces, slopes
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Renderer, Scene
 
-FloatArray = NDArray[np.float64]
 PullRule = Literal["whole", "exact", "sample"]
 PULL_RULES: tuple[PullRule, ...] = get_args(PullRule)
 """How forces are found: eq. 12's one sample for a facet; eq. 11 exactly; or the whole derivative of
@@ -54,7 +51,7 @@ class Pull:
     rule: PullRule = "whole"
 
     @classmethod
-    def within(cls, maps: FloatArray, inside: NDArray[np.bool_], rule: PullRule = "whole") -> Pull:
+    def within(cls, maps: FloatArray, inside: BoolArray, rule: PullRule = "whole") -> Pull:
         """The pull of maps (C, H, W) of which only some pixels (H, W) are compared."""
         return cls(maps * inside, slopes(maps) * inside, rule)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from abs_engine.core.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Rows:
     """
 
     rows: NDArray[np.floating]
-    there: NDArray[np.bool_]
+    there: BoolArray
     value: FloatArray
     mixer: FloatArray | None = None
 

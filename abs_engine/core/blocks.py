@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.params import ParamSpec
 
-FloatArray = NDArray[np.float64]
 POSE, POSTURE, IDENTITY = "pose", "posture", "identity"
 
 
@@ -88,7 +87,7 @@ class Blocks:
             return self
         return Blocks({name: spec for name, spec in self.specs.items() if name in wanted})
 
-    def indices(self, names: Iterable[str]) -> NDArray[np.int64]:
+    def indices(self, names: Iterable[str]) -> IntArray:
         """Indices of the parameters of some blocks in a flat vector, (M,)."""
         kept = self.only(names).specs
         return np.concatenate(

@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 WIDEST_SIDE = 1 << 15
 """px: no picture is wider or higher."""
 
@@ -69,10 +69,7 @@ class Camera:
                 "the near distance must be positive, and far beyond it", "give both in mm"
             )
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
-            raise ParameterError(
-                "focal lengths must be positive",
-                "check the calibration file",
-            )
+            raise ParameterError("focal lengths must be positive", "check the calibration file")
         object.__setattr__(self, "matrix", matrix)
         object.__setattr__(self, "distortion", distortion)
 

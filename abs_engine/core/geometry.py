@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import MeshError, ParameterError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from abs_engine.core.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -29,6 +28,14 @@ class Evaluation:
 class Objective(Protocol):
     """A function of a flat parameter vector (N,) float64."""
 
-    def __call__(self, x: NDArray[np.float64]) -> Evaluation:
+    def __call__(self, x: FloatArray) -> Evaluation:
         """Evaluate at `x`; a pure function of `x`."""
+        ...
+
+
+class Batched(Objective, Protocol):
+    """An objective that is evaluated at many vectors at once."""
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values (B,) at vectors (B, N)."""
         ...

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Candidates
 
-FloatArray = NDArray[np.float64]
 POSE_NAMES = ("rx", "ry", "rz", "tx", "ty", "tz")
 _POSE = len(POSE_NAMES)
 POSE_UNITS = ("rad", "rad", "rad", "mm", "mm", "mm")

@@ -238,12 +238,7 @@ class FusedRenderer(Renderer, Protocol):
     """A renderer that can also compare while it draws: an optimisation, see `compare.sums`."""
 
     def measure(
-        self,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        term: PixelTerm,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
     ) -> Sums:
         """Draw every candidate and sum `term` over its drawn pixels; only numbers come back."""
         ...

@@ -8,16 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import WIDEST_SIDE, Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CAMERA_FORMAT, VERSION
 from abs_engine.io.arrays import Layout, check_arrays, of_json, real, whole
 from abs_engine.io.inputs import check_file, parse_json
-
-FloatArray = NDArray[np.float64]
 
 MEND = (
     "a camera file is JSON with format, version, size [w, h], matrix (3 rows, px), distortion "

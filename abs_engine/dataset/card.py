@@ -5,14 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from abs_engine.core.provenance import described
-from abs_engine.dataset.codec import (
-    CHUNK,
-    CLOSED_BELOW,
-    COVER_NAMES,
-    DEPTH_STEP,
-    LABELS,
-    UNUSED,
-)
+from abs_engine.dataset.codec import CHUNK, CLOSED_BELOW, COVER_NAMES, DEPTH_STEP, LABELS, UNUSED
 
 _LABEL_TEXT = {
     "ids": "16 bit, index of the facet + 1; 0 where the head is not seen, or is covered",

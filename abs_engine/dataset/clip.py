@@ -11,14 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import FORMAT, TRUTH, VERSION
 from abs_engine.dataset.offsets import Offsets, StoredOffsets
 from abs_engine.dataset.picture import AGAIN
 from abs_engine.io.arrays import Layout, index, plain, real, text, truth, whole
 from abs_engine.io.npz import read_npz
-
-FloatArray = NDArray[np.float64]
 
 LANDMARKS = ("outer_lip", "outer_lip_20", "inner_lip_8", "mouth_corners", "landmark_68")
 
@@ -89,7 +88,7 @@ class Clip:
     world_translations: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     phonemes: tuple[str, ...] = ()
     intervals: tuple[Phoneme, ...] = ()
-    closed: NDArray[np.bool_]
+    closed: BoolArray
     gap: FloatArray = field(default_factory=lambda: np.zeros(0))
     landmarks: Mapping[str, NDArray[np.int32]]
 
@@ -113,7 +112,7 @@ class Clip:
         return Pose.from_vectors(self.world_rotations[frame], self.world_translations[frame])
 
     @cached_property
-    def weld(self) -> NDArray[np.int64]:
+    def weld(self) -> IntArray:
         """Number (V,) of the place where each vertex rests; copies at texture seams share it."""
         _, number = np.unique(self.neutral, axis=0, return_inverse=True)
         return np.asarray(number.ravel())

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset import codec
 from abs_engine.dataset.camera_file import PlacedCamera, load_placed_camera
-from abs_engine.dataset.clip import Clip, FloatArray
+from abs_engine.dataset.clip import Clip
 from abs_engine.dataset.offsets import check_frame
 from abs_engine.dataset.picture import AGAIN, read_picture
 from abs_engine.io.arrays import Layout, real, truth
@@ -128,7 +129,7 @@ class Truth(Clip):
         """Colour of the texture without light, (H, W, 3); 0 where the head is not seen."""
         return self._picture("albedo", frame)
 
-    def flow(self, frame: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    def flow(self, frame: int) -> tuple[NDArray[np.float32], BoolArray]:
         """Displacement (H, W, 2), px, into the next frame, and where it is known (H, W)."""
         return codec.decode_flow(self._picture("flow", frame))
 
@@ -145,7 +146,7 @@ class Truth(Clip):
         return self._points["landmark_pixels"]
 
     @property
-    def landmark_visible(self) -> NDArray[np.bool_]:
+    def landmark_visible(self) -> BoolArray:
         """Mask (T, 68) of the landmarks that the camera sees."""
         return self._points["landmark_visible"]
 
@@ -155,7 +156,7 @@ class Truth(Clip):
         return self.landmark_pixels[:, LIPS_OF_68]
 
     @property
-    def lip_visible(self) -> NDArray[np.bool_]:
+    def lip_visible(self) -> BoolArray:
         """Mask (T, 20) of the landmarks of the lips that the camera sees."""
         return self.landmark_visible[:, LIPS_OF_68]
 
@@ -165,12 +166,12 @@ class Truth(Clip):
         return self._points.get("mirror_landmark_pixels")
 
     @property
-    def mirror_visible(self) -> NDArray[np.bool_] | None:
+    def mirror_visible(self) -> BoolArray | None:
         """Mask (T, 68) of the landmarks that the camera sees in the mirror, if there is one."""
         return self._points.get("mirror_landmark_visible")
 
     @property
-    def in_picture(self) -> NDArray[np.bool_]:
+    def in_picture(self) -> BoolArray:
         """Whether any of the head is seen, (T,)."""
         return self._points["in_picture"]
 

@@ -16,20 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.evaluate import metrics
-from abs_engine.evaluate.estimate import (
-    Areas,
-    Estimate,
-    LinearSurface,
-    PointTrack,
-)
+from abs_engine.evaluate.estimate import Areas, Estimate, LinearSurface, PointTrack
 from abs_engine.evaluate.landmark_csv import Reference
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.io.csv_table import Table, read_table
 
-FloatArray = NDArray[np.float64]
 HEAD = ("headyaw", "headpitch", "headroll")
 DRIFT = 0.002
 """Share by which timecodes may be off: they count 30 frames where 29.97 are taken in a second."""

@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.measures import true_pixels
 from abs_engine.io.assets import CLOSED_APERTURE
 
-FloatArray = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Closures = tuple[Flags, Flags]
+Closures = tuple[BoolArray, BoolArray]
 """Frames (T,) that are called closed, and those that are."""
 
 
@@ -45,7 +44,7 @@ def closures(
     """
     if said.closed is None:
         return None
-    true: Flags | None = np.asarray(truth.closed, np.bool_)
+    true: BoolArray | None = np.asarray(truth.closed, np.bool_)
     if said.closed_by == "aperture":
         true = narrow(aperture)
     elif said.closed_by == "picture" and landmark_68 is not None:
@@ -54,12 +53,12 @@ def closures(
     return None if true is None else (said.closed, true)
 
 
-def narrow(aperture: FloatArray) -> Flags:
+def narrow(aperture: FloatArray) -> BoolArray:
     """Frames (T,) with an aperture below `CLOSED_APERTURE`; not those where it is NaN."""
     return np.asarray(aperture < CLOSED_APERTURE)
 
 
-def closed_in_picture(pixels: FloatArray, rest: FloatArray) -> Flags | None:
+def closed_in_picture(pixels: FloatArray, rest: FloatArray) -> BoolArray | None:
     """Frames (T,) in which the inner lips are less than `CLOSED_APERTURE` apart in the picture.
 
     Point 62 above point 66, square to the line of the eyes. The distance of the outer corners of

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import Estimate, PointTrack
 from abs_engine.evaluate.measures import both_spaces
 from abs_engine.io.assets import LIPS_OF_68
-
-FloatArray = NDArray[np.float64]
 
 
 def complete(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) -> Estimate:

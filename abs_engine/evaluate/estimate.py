@@ -9,10 +9,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.assets import CLOSED_APERTURE
 
-FloatArray = NDArray[np.float64]
 Areas = Mapping[str, NDArray[np.int32]]
 
 NORMAL_95 = 1.959963984540054
@@ -86,14 +86,14 @@ class Estimate:
     """
 
     name: str
-    found: NDArray[np.bool_]
+    found: BoolArray
     tracks: Mapping[str, PointTrack] = field(default_factory=dict)
     rotations: FloatArray | None = None
     translations: FloatArray | None = None
     turned: Literal["head", "camera"] = "head"
     curves: Mapping[str, FloatArray] = field(default_factory=dict)
     curves_on: Literal["axes", "rest"] = "axes"
-    closed: NDArray[np.bool_] | None = None
+    closed: BoolArray | None = None
     closed_by: ClosedBy = "own"
     pixels: FloatArray | None = None
     intervals: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
@@ -104,7 +104,7 @@ class Estimate:
         return len(self.found)
 
 
-def within(estimate: Estimate, seen: NDArray[np.bool_]) -> Estimate:
+def within(estimate: Estimate, seen: BoolArray) -> Estimate:
     """The estimate with nothing said about frames outside of `seen` (T,)."""
 
     def cut(values: FloatArray) -> FloatArray:

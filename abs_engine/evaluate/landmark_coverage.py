@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.evaluate.metrics.bootstrap import Mean
 from abs_engine.io.assets import LIPS_OF_68
 
-Flags = NDArray[np.bool_]
 LEAST_GIVEN = 0.5
 """Share of its landmarks below which a frame fails."""
 
@@ -33,12 +33,12 @@ class Given:
         Tracked frames.
     """
 
-    expected: Flags
-    missing: Flags
-    found: Flags
+    expected: BoolArray
+    missing: BoolArray
+    found: BoolArray
 
     @property
-    def failed(self) -> Flags:
+    def failed(self) -> BoolArray:
         """Frames (T,) that lack one of the lip landmarks, or more than half of all."""
         most = self.missing.sum(axis=1) > (1 - LEAST_GIVEN) * self.expected.sum()
         return np.asarray(self.missing[:, LIPS_OF_68].any(axis=1) | most)
@@ -83,7 +83,7 @@ def given_landmarks(
     landmark_68 : (68,) int, optional
         The landmarks on the truth's mesh.
     """
-    known: list[Flags] = []
+    known: list[BoolArray] = []
     track = estimate.tracks.get("landmarks")
     if track is not None and landmark_68 is not None:
         place = {int(vertex): k for k, vertex in enumerate(landmark_68)}

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.core.geometry import FACING
 from abs_engine.evaluate import metrics
@@ -34,7 +35,6 @@ from abs_engine.evaluate.estimate import ClosedBy, Estimate, PointTrack
 from abs_engine.evaluate.neutral_alignment import landmark_curves
 from abs_engine.io.csv_table import Table, read_table
 
-FloatArray = NDArray[np.float64]
 COUNT = 68
 EYES_MM = 50.0, 150.0
 """Between these lies the distance of the outer corners of anybody's eyes."""
@@ -124,7 +124,7 @@ def _long(table: Table, clip: Reference) -> Landmarks:
     return Landmarks(pixels, points, _space(table, in_mm))
 
 
-def _space(table: Table, in_mm: NDArray[np.bool_]) -> Literal["camera", "head"]:
+def _space(table: Table, in_mm: BoolArray) -> Literal["camera", "head"]:
     if "space" not in table.columns:
         return "camera"
     named = {name for name, mm in zip(table.text("space"), in_mm, strict=True) if mm}
@@ -170,7 +170,7 @@ def _turned(angles: FloatArray) -> FloatArray:
     return vectors
 
 
-def _frame_rows(table: Table, clip: Reference) -> NDArray[np.int64]:
+def _frame_rows(table: Table, clip: Reference) -> IntArray:
     """The frame of each row, from 0; checked against the frames and times of the clip."""
     given = table.numbers(["frame"])[:, 0]
     if not (np.isfinite(given) & (given == np.floor(given))).all():
@@ -190,7 +190,7 @@ def _frame_rows(table: Table, clip: Reference) -> NDArray[np.int64]:
     return frame
 
 
-def check_times(path: Path, times: FloatArray, frame: NDArray[np.int64], rate: float) -> None:
+def check_times(path: Path, times: FloatArray, frame: IntArray, rate: float) -> None:
     """Raise `ParameterError` if times (s) are off by more than half a frame, the first being 0."""
     start = times[frame == 0]
     away = times - (start[0] if start.size else 0.0) - frame / rate
@@ -249,7 +249,7 @@ def _estimate(path: Path, found: Landmarks, clip: Reference) -> Estimate:
     )
 
 
-def _any_point(points: FloatArray) -> NDArray[np.bool_]:
+def _any_point(points: FloatArray) -> BoolArray:
     """Frames (T,) in which some point is given."""
     return np.asarray(np.any(np.all(np.isfinite(points), axis=2), axis=1))
 

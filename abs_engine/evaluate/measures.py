@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import POINTS
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate, PointTrack
 from abs_engine.evaluate.metrics.bootstrap import Mean
 from abs_engine.io.assets import LIPS_OF_68
-
-FloatArray = NDArray[np.float64]
 
 
 def track_means(
@@ -69,7 +68,7 @@ def pixel_means(
     return means, lip_error if np.isfinite(lip_error).any() else error
 
 
-def hidden_landmarks(truth: Truth, landmark_68: NDArray[Any]) -> NDArray[np.bool_] | None:
+def hidden_landmarks(truth: Truth, landmark_68: NDArray[Any]) -> BoolArray | None:
     """Mask (T, 68) of the landmarks hidden from the camera; None where that is not known."""
     told = truth.landmarks.get("landmark_68")
     if not np.array_equal([] if told is None else told, landmark_68):
@@ -100,18 +99,13 @@ def curve_means(
     name: str, found: FloatArray, true: FloatArray, estimate: Estimate
 ) -> dict[str, Mean]:
     """RMS, bias and coverage of a lip curve."""
-    means = {
-        f"{name}_rms_mm": _rms((found - true) ** 2),
-        f"{name}_bias_mm": Mean.of(found - true),
-    }
+    means = {f"{name}_rms_mm": _rms((found - true) ** 2), f"{name}_bias_mm": Mean.of(found - true)}
     if name in estimate.intervals:
         means[f"{name}_coverage_95"] = Mean.of(metrics.covered(*estimate.intervals[name], true))
     return means
 
 
-def closure_means(
-    found: NDArray[np.bool_], true: NDArray[np.bool_], rate: float
-) -> dict[str, Mean]:
+def closure_means(found: BoolArray, true: BoolArray, rate: float) -> dict[str, Mean]:
     """Frames, events and onsets of closures; an event counts in the frame in which it begins."""
     events = metrics.closure_events(found, true)
     hits = events.found[events.pairs[:, 0], 0], events.true[events.pairs[:, 1], 0]
@@ -146,7 +140,7 @@ def both_spaces(
     return metrics.to_head(track.points, pose[0], pose[1]), track.points
 
 
-def _at(frames: NDArray[np.int64], count: int) -> NDArray[np.bool_]:
+def _at(frames: IntArray, count: int) -> BoolArray:
     flags = np.zeros(count, bool)
     flags[frames] = True
     return flags

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.evaluate import metrics
 
-FloatArray = NDArray[np.float64]
 STABLE = [27, 28, 29, 30, 36, 39, 42, 45]
 """Landmarks that move least with expression: bridge of the nose and corners of the eyes."""
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import AbsEngineError, ParameterError, PluginError
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
@@ -32,7 +33,6 @@ from abs_engine.evaluate.metrics.bootstrap import Mean, confidence, value
 from abs_engine.evaluate.metrics.failure import LIMIT_MM, LIMIT_NORMALISED
 from abs_engine.evaluate.neutral_alignment import landmark_curves
 
-FloatArray = NDArray[np.float64]
 PRIMARY = ("lip_landmarks", "lip_points", "lips", "landmarks", "face", "jaw")
 """The track by which frames fail: the landmarks of the lips, or what comes nearest to them."""
 
@@ -107,10 +107,7 @@ def measure(estimate: Estimate, truth: Truth, landmark_68: NDArray[Any] | None) 
         failed = failed | given.failed
     means["failure_share"] = Mean.share(failed, seen)
     means |= pose_means(said, truth)
-    numbers = {
-        "frames": float(seen.sum()),
-        "frames_lost": float((~said.found & seen).sum()),
-    }
+    numbers = {"frames": float(seen.sum()), "frames_lost": float((~said.found & seen).sum())}
     if said.curves_on == "rest" and landmark_68 is not None:
         rest = truth.neutral[landmark_68].astype(np.float64)
         true_curves = landmark_curves(truth.points(landmark_68), rest)
@@ -152,7 +149,7 @@ def _added_means(said: Estimate, truth: Truth) -> dict[str, Mean]:
     return means
 
 
-def in_picture(truth: Truth, landmark_68: NDArray[Any] | None) -> NDArray[np.bool_]:
+def in_picture(truth: Truth, landmark_68: NDArray[Any] | None) -> BoolArray:
     """Frames (T,) in which a landmark lies in the picture, hidden or not; the others do not count.
 
     Without landmarks all frames count.
@@ -249,7 +246,7 @@ def _with_protrusion(said: Estimate, truth: Truth) -> Estimate:
     return said
 
 
-def _failed(estimate: Estimate, errors: dict[str, FloatArray]) -> NDArray[np.bool_]:
+def _failed(estimate: Estimate, errors: dict[str, FloatArray]) -> BoolArray:
     for name in PRIMARY:
         if name in errors:
             return metrics.failed(np.where(estimate.found, errors[name], np.nan), LIMIT_MM)

@@ -162,10 +162,7 @@ def _pose_error(run: Run, truth: Truth, tracked: NDArray[np.bool_]) -> dict[str,
     """Root mean square over frames of the angle between poses, and of their distance."""
     angle = head_angle(run["rotation"], truth.rotations)
     away = head_distance(run["translation"], truth.translations)
-    return {
-        "head_angle_rms_deg": _rms(angle[tracked]),
-        "head_position_rms_mm": _rms(away[tracked]),
-    }
+    return {"head_angle_rms_deg": _rms(angle[tracked]), "head_position_rms_mm": _rms(away[tracked])}
 
 
 def _rms(values: NDArray[np.float64]) -> float:

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ class TrackedRun:
         return float(self.arrays["rate"])
 
     @cached_property
-    def shown(self) -> NDArray[np.bool_]:
+    def shown(self) -> BoolArray:
         """Whether a frame has a posture and a pose, (T,)."""
         known = np.isfinite(self.mesh.weights).all(axis=1)
         return np.asarray(known & np.isfinite(self.arrays["rotation"]).all(axis=1))

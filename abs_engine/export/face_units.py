@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.export.exporter import FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Loss, TrackedRun, rms
 from abs_engine.io.assets import Speaker
 
 

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.core.arrays import FloatArray
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.live_link import head_angles
 
 _NOSE, _CHIN, _INNER_CORNERS = 33, 8, (60, 64)

@@ -10,9 +10,10 @@ import pygltflib as gl
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.release import engine_version
-from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 
 METRES = 1e-3  # glTF's unit, of a millimetre

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 
 ORDER = (

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING
-from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 
 _AXES = "XYZ"
 GAZE = (*(f"gaze_{eye}_{axis}" for eye in (0, 1) for axis in "xyz"), "gaze_angle_x", "gaze_angle_y")
@@ -24,10 +25,7 @@ SHAPE = (
     "p_scale", "p_rx", "p_ry", "p_rz", "p_tx", "p_ty", *(f"p_{k}" for k in range(34)),
 )  # fmt: skip
 _UNITS = (1, 2, 4, 5, 6, 7, 9, 10, 12, 14, 15, 17, 20, 23, 25, 26, 45)
-ACTIONS = (
-    *(f"AU{k:02d}_r" for k in _UNITS),
-    *(f"AU{k:02d}_c" for k in sorted({*_UNITS, 28})),
-)
+ACTIONS = (*(f"AU{k:02d}_r" for k in _UNITS), *(f"AU{k:02d}_c" for k in sorted({*_UNITS, 28})))
 BEGIN = ("frame", "face_id", "timestamp", "confidence", "success")
 
 

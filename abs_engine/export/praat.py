@@ -10,7 +10,8 @@ from praatio import textgrid
 from praatio.data_classes.interval_tier import IntervalTier
 from praatio.utilities.constants import Interval
 
-from abs_engine.export.exporter import Exporter, FloatArray, Loss, TrackedRun, rms
+from abs_engine.core.arrays import FloatArray
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
 MEASURES = (

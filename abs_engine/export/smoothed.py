@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.export.exporter import FloatArray, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Loss, TrackedRun, rms
 from abs_engine.tracking.measures import closures
 from abs_engine.tracking.run_table import closed_frames
 from abs_engine.tracking.smoothing import Smoothing

@@ -4,48 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.blocks import Blocks
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.geometry import Pose
-from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import pose_and
 from abs_engine.core.scene import Scene
 from abs_engine.face.compared import ComparedHead
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 
-FloatArray = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
-class FaceShape:
+class FaceShape(ComparedHead):
     """A speaker's head moved by articulatory parameters, and the parts of it that are compared.
 
     Parameters
     ----------
+    scene, surface, outer, kept, marks, spec, pivot
+        As of `ComparedHead`; `pivot` is `middle` of the lips.
     model : ArticulatoryModel
     frame : Pose
         Head frame to the frame of the corpus.
-    scene : Scene
-        The whole head; its modes are the parameters, for one standard deviation.
     vertices : (N,) int64
         The model's points on the head.
     lips : (K,) int64
         Which of the points are lips or beads around them.
-    surface : Scene
-        S: facets of skin and lips below the eyes.
-    outer : Scene
-        The same and the inside of the mouth, which hides and is hidden.
-    kept : (V',) int64
-        The head's vertices that are in `outer`.
-    marks : (L,) int64
-        Vertices of the head that may carry local appearance: skin and lips of `surface`.
-    spec : ParamSpec
-        Names, first steps and bounds of the parameters.
     penalty : ImprobablePenalty
     neutral : (P,) float64
         The person at rest, by the direct inversion.
@@ -57,14 +42,8 @@ class FaceShape:
 
     model: ArticulatoryModel
     frame: Pose
-    scene: Scene
-    vertices: NDArray[np.int64]
-    lips: NDArray[np.int64]
-    surface: Scene
-    outer: Scene
-    kept: NDArray[np.int64]
-    marks: NDArray[np.int64]
-    spec: ParamSpec
+    vertices: IntArray
+    lips: IntArray
     penalty: ImprobablePenalty
     neutral: FloatArray
     rings: Mapping[str, NDArray[np.int32]]
@@ -79,19 +58,7 @@ class FaceShape:
         """The direct inversion: parameters (..., P) of points (..., N, 3), mm, head frame."""
         return self.model.invert(self.frame.apply(points))
 
-    @cached_property
-    def blocks(self) -> Blocks:
-        """The pose, then the articulatory parameters."""
-        return pose_and(self.spec)
 
-    @cached_property
-    def compared(self) -> ComparedHead:
-        """The parts that appearance is learned of."""
-        return ComparedHead(
-            self.scene, self.surface, self.outer, self.kept, self.marks, self.spec, self.pivot
-        )
-
-    @cached_property
-    def pivot(self) -> FloatArray:
-        """Middle of the lips' points, mm, head frame: heads are turned about it."""
-        return np.asarray(self.scene.mean[self.vertices[self.lips]].mean(axis=0), np.float64)
+def middle(scene: Scene, vertices: IntArray) -> FloatArray:
+    """Middle (3,) of some vertices of a head at rest, mm, head frame; the nearest of wrong ones."""
+    return np.asarray(scene.mean.take(vertices, axis=0, mode="clip").mean(axis=0), np.float64)

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import Blocks
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import pose_and
 from abs_engine.core.scene import Scene
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
 INNER = 12  # the inner contour's first among the 20 points of the lips
 RINGS = ("outer", "upper", "lower")

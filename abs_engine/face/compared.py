@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.face.appearance.visibility import Sighting
 
-FloatArray = NDArray[np.float64]
 STEP = 0.5
 """First step of a parameter, standard deviations, at a solver's step 1."""
 _POSE_KNOWN = 1e-3
@@ -46,8 +45,8 @@ class ComparedHead:
     scene: Scene
     surface: Scene
     outer: Scene
-    kept: NDArray[np.int64]
-    marks: NDArray[np.int64]
+    kept: IntArray
+    marks: IntArray
     spec: ParamSpec
     pivot: FloatArray
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Scene
 
-FloatArray = NDArray[np.float64]
 Rings = Mapping[str, NDArray[np.integer]]
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
@@ -19,8 +20,6 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units
 from abs_engine.face.shape.mouth_fields import mouth_fields
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
 
 # Postures that a fit is started from, in weights of face units
 PROTOTYPES: tuple[dict[str, float], ...] = (
@@ -78,7 +77,7 @@ class MouthModel:
     head: Scene
     scene: Scene
     kept: NDArray[np.int32]
-    rigid: NDArray[np.bool_]
+    rigid: BoolArray
     prototypes: FloatArray
     pivot: FloatArray
     rings: Mapping[str, NDArray[np.int32]]
@@ -183,7 +182,6 @@ def build_mouth_model(
     neutral: NDArray[np.float32],
     texture: NDArray[np.uint8],
     free_person: bool = True,
-    seed: int = 0,
     expression: LinearShape | None = None,
     person_spread: float = 1.0,
 ) -> MouthModel:
@@ -197,8 +195,6 @@ def build_mouth_model(
     texture : (H, W, 3) uint8 RGB
     free_person : bool
         Whether the person's mouth is to be fitted; False for a known person.
-    seed : int
-        Of the training postures.
     expression : LinearShape, optional
         How this head's mouth moves, of the units of `mouth_units`; by default `mouth_shape`.
     person_spread : float
@@ -210,7 +206,7 @@ def build_mouth_model(
         If the speaker lacks a facet class, or its landmarks are not on its mouth.
     """
     if expression is None:
-        expression = mouth_shape(speaker, neutral, SHAPE.expression_modes, seed)
+        expression = mouth_shape(speaker, neutral, SHAPE.expression_modes)
     person = _person_modes(speaker) if free_person else np.zeros((0, *neutral.shape), np.float32)
     none = np.zeros((0, *neutral.shape), np.float32)
     classes = speaker.facet_class.astype(np.int32)
@@ -231,7 +227,7 @@ def build_mouth_model(
     )  # fmt: skip
 
 
-def _inside(speaker: Speaker) -> NDArray[np.bool_]:
+def _inside(speaker: Speaker) -> BoolArray:
     """Facets (F,) that an open mouth shows."""
     ids = [k for k, name in enumerate(speaker.class_names) if name in IN_OPEN_MOUTH]
     return np.isin(speaker.facet_class, ids)
@@ -248,7 +244,7 @@ def _person_modes(speaker: Speaker) -> NDArray[np.float32]:
     return np.asarray(modes, np.float32)
 
 
-def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> NDArray[np.bool_]:
+def _rigid_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> BoolArray:
     """Skin from below the nose to the brow, to the front; neither eyes nor what speech moves."""
     centre = neutral[speaker.faces].mean(axis=1)
     nose = neutral[speaker.landmarks["nose_tip"][0]]

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.pose import mode_block
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.head import MouthModel
-
-FloatArray = NDArray[np.float64]
 
 
 def held_head(model: MouthModel, person: FloatArray, classes: ColourClasses | None = None) -> Face:

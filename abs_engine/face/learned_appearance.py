@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.texture import TextureModel
 from abs_engine.face.settings.appearance import APPEARANCE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 _STEEPEST = 50.0  # beyond that many softnesses it goes on in a straight line: exp would overflow
 
 

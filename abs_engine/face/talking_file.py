@@ -17,7 +17,7 @@ from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.region import part
 from abs_engine.face.appearance.texture import TextureModel
-from abs_engine.face.articulated import FaceShape
+from abs_engine.face.articulated import FaceShape, middle
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.scene_arrays import SCENE_ARRAYS, facets_of_part, scene_arrays
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
@@ -227,11 +227,13 @@ def _shape(data: _Arrays) -> FaceShape:
     rings = data.part("rings")
     surface, _ = part(scene, data.take("surface", "b"))
     outer, kept = part(scene, data.take("outer", "b"))
+    vertices, lips = data.take("vertices", "i"), data.take("lips", "i")
     return FaceShape(
+        scene, surface, outer, kept, data.take("marks", "i"), _spec(data.part("spec")),
+        middle(scene, vertices.take(lips, mode="clip")),  # wrong ones are refused later
         _model(data.part("model"), ArticulatoryModel.from_arrays, ArticulatoryModel.arrays),
-        _model(data.part("frame"), _frame, _frame_arrays),
-        scene, data.take("vertices", "i"), data.take("lips", "i"), surface, outer, kept,
-        data.take("marks", "i"), _spec(data.part("spec")), _penalty(data.part("penalty")),
+        _model(data.part("frame"), _frame, _frame_arrays), vertices, lips,
+        _penalty(data.part("penalty")),
         data.take("neutral", "f"), {name: rings.take(name, "i") for name in rings},
         tuple(str(name) or None for name in data.take("regions", "U")),
     )  # fmt: skip

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSE, POSTURE
 from abs_engine.core.pose import pose_moves
 from abs_engine.face.base import RINGS, Face, lip_front, lip_gap
@@ -22,7 +22,6 @@ from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import BELIEF
 from abs_engine.io.assets import CLOSED_APERTURE
 
-FloatArray = NDArray[np.float64]
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 

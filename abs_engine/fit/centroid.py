@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates
 from abs_engine.face.shape.lip_model import LIPS
 from abs_engine.fit.shell import ShellSetting, shell_window
-
-FloatArray = NDArray[np.float64]
 
 
 def centred(

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.borders import Borders
 from abs_engine.compare.residual_rows import Rows
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import AbsEngineError, TermError
 from abs_engine.core.scene import Candidates, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 class Term(Protocol):

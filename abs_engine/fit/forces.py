@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSE, Blocks
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.fit.evidence import Pushing, Term, finite
 from abs_engine.fit.settings import HEAD_FIT
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import ContactPrior, Prior
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose_and
@@ -21,10 +22,6 @@ from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
-
 
 COLOUR = "colour"
 """Name of the evidence of colour classes."""
@@ -59,7 +56,7 @@ def lip_window(
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
 
 
-def zone(window: Window) -> NDArray[np.bool_]:
+def zone(window: Window) -> BoolArray:
     """The ellipse that fills a window, (H, W): pixels outside of it are not compared.
 
     The drawn face covers it whatever the parameters, so a fit gains nothing by covering more.
@@ -127,10 +124,7 @@ def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
 
 
 def head_problem(
-    likelihood: FacetLikelihood,
-    frame: PoseFrame,
-    priors: tuple[Prior, ...],
-    modes: int,
+    likelihood: FacetLikelihood, frame: PoseFrame, priors: tuple[Prior, ...], modes: int
 ) -> Problem:
     """A frame of a head as a problem over its pose and the posture of so many modes.
 
@@ -195,11 +189,7 @@ def contact_prior(model: MouthModel, person: FloatArray, thick: bool = False) ->
 
 
 def contact_of(
-    scene: Scene,
-    rings: Rings,
-    rest: FloatArray,
-    thick: bool = False,
-    still: Scene | None = None,
+    scene: Scene, rings: Rings, rest: FloatArray, thick: bool = False, still: Scene | None = None
 ) -> ContactPrior:
     """Contact of the lips as a prior over (6 + P).
 

@@ -12,10 +12,10 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import Prior
 from abs_engine.compare.settings import COMPARISON
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.blocks import POSE, POSTURE, Blocks
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -27,8 +27,6 @@ from abs_engine.fit.evidence import Bordered, Squared, Term, finite, valued
 from abs_engine.fit.forces import Forces
 from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.fit.surface_jacobian import summed_along
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ class Problem:
         return self.blocks.only(self.free).spec
 
     @cached_property
-    def _places(self) -> NDArray[np.int64]:
+    def _places(self) -> IntArray:
         return self.blocks.indices(self.free)
 
     def whole(self, vectors: FloatArray) -> FloatArray:

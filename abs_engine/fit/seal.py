@@ -11,13 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Found
 from abs_engine.fit.settings import HEAD_FIT
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

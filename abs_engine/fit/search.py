@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.params import ParamSpec
 from abs_engine.fit.problem import Problem
 from abs_engine.optimise.base import Solution
-
-FloatArray = NDArray[np.float64]
 
 
 class Minimiser(Protocol):

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import GaussianPrior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
@@ -16,8 +16,6 @@ from abs_engine.core.pose import POSE_NAMES, POSE_UNITS
 from abs_engine.core.threads import in_threads
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT
-
-FloatArray = NDArray[np.float64]
 
 
 def shared_blocks(pose: FloatArray, identity: FloatArray) -> Blocks:

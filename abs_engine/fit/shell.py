@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.forces import Rule as Integral
 from abs_engine.compare.prior import GaussianPrior, MixturePrior
 from abs_engine.compare.pull import Pull, PullRule
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import Blocks
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
@@ -27,8 +27,6 @@ from abs_engine.fit.head_frame import COLOUR, zone
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT, SHELL_FIT
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 POSE_FREE = np.array(SHELL_FIT.pose_free)
 
 
@@ -96,9 +94,7 @@ def mouth_across(setting: ShellSetting, pose: Pose) -> float:
     return float(np.ptp(setting.border[:, 0]) * setting.camera.matrix[0, 0] / depth)
 
 
-def shell_problem(
-    setting: ShellSetting, image: Image, pose: Pose, rule: PullRule = "whole"
-) -> Problem:
+def shell_problem(setting: ShellSetting, image: Image, pose: Pose) -> Problem:
     """-log f(p|O) of one frame over the fitted parameters; knows its forces.
 
     Parameters
@@ -107,10 +103,8 @@ def shell_problem(
     image : (H, W, 3) uint8 RGB
     pose : Pose
         Of the head: known, or a guess.
-    rule : str
-        One of `compare.pull.PULL_RULES`.
     """
-    return problem_of(setting, pose, {COLOUR: shell_colours(setting, image, pose, rule)})
+    return problem_of(setting, pose, {COLOUR: shell_colours(setting, image, pose)})
 
 
 def problem_of(setting: ShellSetting, pose: Pose, terms: Mapping[str, Term]) -> Problem:
@@ -131,7 +125,7 @@ def problem_of(setting: ShellSetting, pose: Pose, terms: Mapping[str, Term]) -> 
 def shell_colours(
     setting: ShellSetting, image: Image, pose: Pose, rule: PullRule = "whole"
 ) -> FacetLikelihood:
-    """The facet likelihood of a frame of a shell; parameters as of `shell_problem`."""
+    """The facet likelihood of a frame of a shell; `rule` is one of `compare.pull.PULL_RULES`."""
     window = shell_window(setting, pose)
     inside = zone(window)
     raw = setting.classes.probabilities(sampled(window, image))

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
@@ -27,7 +27,6 @@ from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import SHELL_FIT
 from abs_engine.optimise.newton import Newton
 
-FloatArray = NDArray[np.float64]
 _NEWTON = Newton(polished=0, limit=60)
 
 

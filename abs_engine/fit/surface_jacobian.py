@@ -5,14 +5,12 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.borders import Borders
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import POSE_NAMES, PoseFrame
 from abs_engine.core.scene import Candidates, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 def summed_along(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from abs_engine.compare.descriptor import TextureError, texture_error
 from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.prior import PenaltyPrior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OutOfPictureError, ParameterError
@@ -26,7 +27,6 @@ from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.simplex import Simplex
 
-FloatArray = NDArray[np.float64]
 TEXTURE, LOCAL = "texture", "local"
 """Names of the evidence of textures and of local appearance."""
 

@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.descriptor import TextureError, texture_error
 from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.pull import Pull
 from abs_engine.compare.residual_rows import Rows
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.core.registry import TERMS
 from abs_engine.core.scene import Candidates
@@ -36,7 +36,6 @@ from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.fit.view import View
 from abs_engine.optimise.drivers import Driver, Need
 
-FloatArray = NDArray[np.float64]
 Bind = Callable[[Face, View], Term]
 
 

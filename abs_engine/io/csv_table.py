@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
 from abs_engine.io.inputs import to_number
 
-FloatArray = NDArray[np.float64]
 EVALUATE_HELP = "see 'abs-engine evaluate --help'"
 
 

@@ -59,8 +59,7 @@ def check_free(path: Path, ending: str = "") -> Path:
     path = Path(path)
     if not path.name.lower().endswith(ending):
         raise OutputError(
-            f"{path} does not end in {ending}, which is what is written",
-            "choose a name that does",
+            f"{path} does not end in {ending}, which is what is written", "choose a name that does"
         )
     if os.path.lexists(path):
         sweep(path)

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Scene
 from abs_engine.face.appearance.region import part
-from abs_engine.face.articulated import FaceShape
+from abs_engine.face.articulated import FaceShape, middle
 from abs_engine.face.compared import STEP, ComparedHead
 from abs_engine.face.head import colour_classes
 from abs_engine.face.penalty import ImprobablePenalty
@@ -20,7 +21,6 @@ from abs_engine.learn.articulatory import Build, dense_head
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.spoken import SpokenCorpus
 
-FloatArray = NDArray[np.float64]
 _UPPER = {"eyeBlink": 1.0, "brow": 0.25}
 _INSIDE = ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
 
@@ -53,7 +53,7 @@ def shape_of(
     mean: NDArray[np.float32],
     modes: NDArray[np.float32],
     frame: Pose,
-    vertices: NDArray[np.int64],
+    vertices: IntArray,
     neutral: FloatArray,
     texture: NDArray[np.uint8],
 ) -> FaceShape:
@@ -75,18 +75,17 @@ def shape_of(
     classes = speaker.facet_class.astype(np.int32)
     scene = Scene(mean, modes, speaker.faces, speaker.uv, classes, texture)
     lips = set(built.model.groups["lips"])
-    at_lips = np.flatnonzero([name in lips for name in built.model.names])
+    at_lips = np.flatnonzero([name in lips for name in built.model.names]).astype(np.int64)
     marks = _marks(speaker)
     surface, outer, kept = _parts(speaker, scene, marks)
     lower = built.alpha.min(axis=0) - LEARNING.beyond
     upper = built.alpha.max(axis=0) + LEARNING.beyond
     names = built.model.parameters
+    spec = ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper)
     return FaceShape(
-        built.model, frame, scene, vertices, at_lips.astype(np.int64),
-        surface, outer, kept, marks,
-        ParamSpec(names, ("sd",) * len(names), np.full(len(names), STEP), lower, upper),
-        ImprobablePenalty.of_corpus(built.alpha), neutral, _rings(speaker),
-        colour_classes(speaker),
+        scene, surface, outer, kept, marks, spec, middle(scene, vertices[at_lips]),
+        built.model, frame, vertices, at_lips, ImprobablePenalty.of_corpus(built.alpha),
+        neutral, _rings(speaker), colour_classes(speaker),
     )  # fmt: skip
 
 
@@ -112,9 +111,7 @@ def compared_head(
     return ComparedHead(scene, surface, outer, kept, marks, spec, pivot)
 
 
-def _parts(
-    speaker: Speaker, scene: Scene, marks: NDArray[np.int64]
-) -> tuple[Scene, Scene, NDArray[np.int64]]:
+def _parts(speaker: Speaker, scene: Scene, marks: IntArray) -> tuple[Scene, Scene, IntArray]:
     """Skin and lips of a head; the same with what stands in the mouth; and its vertices (V',)."""
     surface = _facets(speaker, marks)
     inside = np.isin(speaker.facet_class, [speaker.class_id(name) for name in _INSIDE])
@@ -126,13 +123,13 @@ def _rings(speaker: Speaker) -> dict[str, NDArray[np.int32]]:
     return {**lip_rings(speaker), "jaw": jaw_ring(speaker)}
 
 
-def _marks(speaker: Speaker) -> NDArray[np.int64]:
+def _marks(speaker: Speaker) -> IntArray:
     """Vertices of face and lips that blinks and brows leave where they are."""
     listed = np.union1d(speaker.points["face"], speaker.points["lips"])
     return np.asarray(listed[_still(speaker)[listed]], np.int64)
 
 
-def _still(speaker: Speaker) -> NDArray[np.bool_]:
+def _still(speaker: Speaker) -> BoolArray:
     """Mask of the vertices (V,) that blinks and brows leave where they are."""
     moved = np.zeros(len(speaker.vertices))
     for unit, offsets in zip(speaker.unit_names, speaker.units, strict=True):
@@ -142,7 +139,7 @@ def _still(speaker: Speaker) -> NDArray[np.bool_]:
     return np.asarray(moved < LEARNING.still)
 
 
-def _facets(speaker: Speaker, marks: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _facets(speaker: Speaker, marks: IntArray) -> BoolArray:
     """Facets of skin between the marks, which lie 4 mm apart, and all of the lips."""
     lips = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
     place = speaker.vertices.astype(np.float64)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import Corpus
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import AbsEngineError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.articulatory import GuidedPCA, Missing
 from abs_engine.face.shape.articulatory_dense import dense_units
@@ -17,7 +17,6 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.spoken import SpokenCorpus
 
-FloatArray = NDArray[np.float64]
 MOST_BUILT = 100
 """Models that are built at most to measure visemes that were not learned."""
 
@@ -55,9 +54,7 @@ class Build:
 
 
 def build(
-    corpus: Corpus,
-    predictors: Sequence[Predictor] = PAPER_PREDICTORS,
-    missing: Missing = "refuse",
+    corpus: Corpus, predictors: Sequence[Predictor] = PAPER_PREDICTORS, missing: Missing = "refuse"
 ) -> Build:
     """Build the model of a corpus and invert the corpus with it.
 

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.learn.settings import LEARNING
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 _NAMED = 6  # frames that a message names, at most
 
 

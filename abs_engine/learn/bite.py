@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import bite_plane
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
 
 
 def bite_plane_of(speaker: Speaker, neutral: NDArray[np.floating]) -> Pose:

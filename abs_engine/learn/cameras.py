@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import cut_lip_shell
@@ -17,8 +17,6 @@ from abs_engine.learn.correspondence import shell_points
 from abs_engine.learn.reconstruction import CameraGain, rank_cameras
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import check_speaker
-
-FloatArray = NDArray[np.float64]
 
 YAWS = tuple(range(-90, 91, 15))
 """Degrees at which cameras are compared."""

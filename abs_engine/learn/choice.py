@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.io.assets import LIPS_OF_68, Speaker
 from abs_engine.learn.settings import LEARNING
-
-IntArray = NDArray[np.int64]
 
 COUNT = 275
 """Of the paper, section 2.2; 30 of them on the lips."""

@@ -5,18 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.capture.dot_annotations import LIPS16
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.dots import ShellPoints, nearest_points
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
-
-FloatArray = NDArray[np.float64]
 
 _STEEPEST = 30.0  # degrees: 17 of the bundled people, whose lips slope differently
 

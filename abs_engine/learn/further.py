@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.lip_model import LipModel
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.fit.shell_relaxation import Seen, Settled, relaxed, settle, softness
@@ -22,8 +22,6 @@ from abs_engine.learn.held_out import held_out_variances
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source, balanced, learn_sources
 from abs_engine.learn.training import Training
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,11 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source, learn_sources
 
-FloatArray = NDArray[np.float64]
 _ROUNDS, _SETTLED = 50, 1e-10
 _STEP = 2.0  # largest change of a logarithm in a step
 

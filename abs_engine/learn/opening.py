@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.appearance.opening import (
     ACROSS,
     CENTRE,
@@ -21,7 +22,6 @@ from abs_engine.face.appearance.opening import (
 from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.learn.settings import LEARNING
 
-FloatArray = NDArray[np.float64]
 Generator = np.random.Generator
 POINTS = (
     "left", "right", "upper_left", "lower_left", "upper", "lower", "upper_right", "lower_right",

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import TooFewFramesError
 from abs_engine.core.params import ParamSpec
 from abs_engine.face.shape.articulatory import GuidedPCA
@@ -20,7 +20,6 @@ from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.choice import Points
 from abs_engine.learn.settings import LEARNING
 
-FloatArray = NDArray[np.float64]
 PREDICTORS = (
     *PAPER_PREDICTORS,
     Predictor("lips5", ("lips",), "xyz", "+y"),
@@ -74,10 +73,7 @@ class PostureSpace:
 
 
 def learn_postures(
-    expression: LinearShape,
-    chosen: Points,
-    clips: Sequence[FloatArray],
-    rate: float = 25.0,
+    expression: LinearShape, chosen: Points, clips: Sequence[FloatArray], rate: float = 25.0
 ) -> PostureSpace:
     """Guided components of tracked postures.
 

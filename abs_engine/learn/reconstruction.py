@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.face.shape.posterior import Posterior, expected_posterior, reconstruct
 from abs_engine.learn.training import Training
-
-FloatArray = NDArray[np.float64]
 
 UNITS = (2.35, 2.83, 5.05)
 """Size of the paper's model across, wide and deep, in its normalised coordinates."""
@@ -161,7 +159,7 @@ def rank_cameras(
     *,
     noise: float | None = None,
     have: tuple[FloatArray, ...] = (),
-    seen: Callable[[FloatArray], NDArray[np.bool_]] | None = None,
+    seen: Callable[[FloatArray], BoolArray] | None = None,
 ) -> list[CameraGain]:
     """Ranking of several cameras by what they would reveal of the shape; the best comes first.
 

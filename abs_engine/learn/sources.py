@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.modal import LearnedPhysics, learn
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

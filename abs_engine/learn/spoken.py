@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import Corpus
+from abs_engine.core.arrays import FloatArray
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.choice import Points
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

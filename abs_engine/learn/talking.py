@@ -13,7 +13,8 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import LocalModel, learn_local_frames, own_share
+from abs_engine.face.appearance.local import LocalModel
+from abs_engine.face.appearance.local_learning import learn_local_frames, own_share
 from abs_engine.face.appearance.point_selection import N_POINTS
 from abs_engine.face.appearance.texture import learn_shared_texture, learn_texture
 from abs_engine.face.appearance.visibility import Sighting
@@ -60,7 +61,7 @@ def learn_face(
     tex = learn_texture(seen, textured, atlas, camera, renderer)
     depth = float(seen[0].pose.apply(shape.pivot)[2])
     scale = min(1.0, LEARNING.finest * depth / float(camera.matrix[0, 0]))
-    local = _local(shape.compared, seen, camera, renderer, scale, count)[0].within(shape.kept)
+    local = _local(shape, seen, camera, renderer, scale, count)[0].within(shape.kept)
     return TalkingFace(shape, tex, tex.constant(), local, local.constant(), scale)
 
 
@@ -70,8 +71,6 @@ def learn_appearance(
     recordings: NDArray[np.int64],
     camera: Camera,
     renderer: Renderer,
-    *,
-    count: int = N_POINTS,
 ) -> Appearance:
     """Learn texture and local appearance of what is compared of a head from several recordings.
 
@@ -88,8 +87,6 @@ def learn_appearance(
         Which of them were recorded together; two recordings at least.
     camera : Camera
     renderer : Renderer
-    count : int
-        Points of local appearance.
 
     Raises
     ------
@@ -108,7 +105,7 @@ def learn_appearance(
     atlas = atlas.on(facets_of_part(head.scene, head.surface))
     shared = learn_shared_texture(some, head.scene, atlas, own, renderer, recordings)
     some, own = _sampled(seen, camera, per_mm / pixel)
-    local, share = _local(head, some, own, renderer, 1.0, count, recordings)
+    local, share = _local(head, some, own, renderer, 1.0, N_POINTS, recordings)
     texture, noise, worth = shared
     return Appearance(texture, local, per_mm, texels, noise, worth, share)
 

@@ -6,10 +6,10 @@ import hashlib
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.capture.dot_annotations import LIPS16
 from abs_engine.capture.observations import Observations
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.lip_shell import LipShell, cut_lip_shell
 from abs_engine.face.shape.minimum_norm_deformation import reach
@@ -20,8 +20,6 @@ from abs_engine.learn.correspondence import Correspondence, correspond
 from abs_engine.learn.held_out import held_out_variances
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.sources import Source
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +48,12 @@ class Training:
     physics: LearnedPhysics
     shell: LipShell
     correspondence: Correspondence
-    used: NDArray[np.int64]
-    tested: NDArray[np.int64]
-    left_out: NDArray[np.int64]
-    jumped: NDArray[np.int64]
-    incomplete: NDArray[np.int64]
-    uncertain: NDArray[np.int64]
+    used: IntArray
+    tested: IntArray
+    left_out: IntArray
+    jumped: IntArray
+    incomplete: IntArray
+    uncertain: IntArray
     displacements: FloatArray
     test: FloatArray
 

@@ -9,12 +9,11 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video import probe, read_frames
 
-Image = NDArray[np.uint8]
 _USUAL_RATE, _MOST_RATE = 25.0, 240.0  # of a source that does not say; one that says more is wrong
 
 

@@ -6,26 +6,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.objective import Evaluation
+from abs_engine.core.objective import Batched
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import unit_of
 
-FloatArray = NDArray[np.float64]
 
-
-class Quadratic(Protocol):
+class Quadratic(Batched, Protocol):
     """An objective that knows its Gauss-Newton matrix."""
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Evaluate at `x` (n,)."""
-        ...
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Values (B,) at vectors (B, n)."""
-        ...
 
     def gauss_newton(
         self, x: FloatArray, scale: FloatArray, difference: float

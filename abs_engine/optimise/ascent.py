@@ -17,30 +17,19 @@ from itertools import product
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from abs_engine.core.objective import Evaluation, Objective
+from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.objective import Batched, Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 from abs_engine.optimise.settings import SOLVING
 
-Vector = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-
-class Batched(Objective, Protocol):
-    """An objective that is evaluated at many vectors at once."""
-
-    def values(self, vectors: Vector) -> Vector:
-        """Values (B,) at vectors (B, N)."""
-        ...
-
 
 class Pushed(Batched, Protocol):
     """One that also knows which way forces push the parameters."""
 
-    def push(self, x: Vector) -> Vector:
+    def push(self, x: FloatArray) -> FloatArray:
         """Change of the parameters (N,) under the forces at `x`; its length is a first stride."""
         ...
 
@@ -60,7 +49,7 @@ class Forces:
     tolerance: float = SOLVING.ascent_tolerance
     limit: int = 15
 
-    def minimise(self, objective: Pushed, start: Vector, spec: ParamSpec) -> Solution:
+    def minimise(self, objective: Pushed, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`.
 
         Parameters
@@ -94,7 +83,7 @@ class Forces:
 class Yielding(Pushed, Protocol):
     """One that also knows how far its parameters give way to the forces, before that is scaled."""
 
-    def give_way(self, x: Vector) -> Vector:
+    def give_way(self, x: FloatArray) -> FloatArray:
         """Change of the parameters (N,) under unit forces at `x`."""
         ...
 
@@ -117,7 +106,7 @@ class FixedStep:
     tolerance: float = SOLVING.ascent_tolerance
     limit: int = 15
 
-    def minimise(self, objective: Yielding, start: Vector, spec: ParamSpec) -> Solution:
+    def minimise(self, objective: Yielding, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`; see `Forces.minimise`. The best place is what is returned."""
         x = checked_start(start, spec)
         pushed, free = objective.push(x), objective.give_way(x)
@@ -140,7 +129,7 @@ class FixedStep:
 
 
 def _at(
-    x: Vector, status: str, best: Evaluation, spent: int, trace: list[float], iterations: int
+    x: FloatArray, status: str, best: Evaluation, spent: int, trace: list[float], iterations: int
 ) -> Solution:
     return Solution(x, status, best.value, best.terms, spent, np.array(trace), iterations)
 
@@ -163,10 +152,10 @@ class Gradient:
     limit: int = 30
     reach: float = 0.5
 
-    def minimise(self, objective: Batched, start: Vector, spec: ParamSpec) -> Solution:
+    def minimise(self, objective: Batched, start: FloatArray, spec: ParamSpec) -> Solution:
         """Minimise from `start`; see `Forces.minimise`. `n_evaluations` counts the differences."""
 
-        def downhill(x: Vector) -> Vector:
+        def downhill(x: FloatArray) -> FloatArray:
             step = np.diag(self.reach * spec.scale)
             values = objective.values(np.vstack([x + step, x - step]))
             slope = (values[: len(x)] - values[len(x) :]) / (2 * self.reach)  # per scale
@@ -185,13 +174,13 @@ class Gradient:
 
 
 class _Direction(Protocol):
-    def __call__(self, x: Vector) -> Vector: ...
+    def __call__(self, x: FloatArray) -> FloatArray: ...
 
 
 def _climb(
     objective: Batched,
     direction: _Direction,
-    start: Vector,
+    start: FloatArray,
     spec: ParamSpec,
     tolerance: float,
     limit: int,
@@ -223,19 +212,19 @@ def _climb(
     return _ended(objective, x, LIMIT, spent, trace, limit)
 
 
-def _parts(spec: ParamSpec) -> Mask:
+def _parts(spec: ParamSpec) -> BoolArray:
     """Masks (K, N) of the parameters that share a stride: the pose's, and the shape's."""
     shape = np.array([unit == "sd" for unit in spec.units], bool)
     return np.array([part for part in (~shape, shape) if part.any()], bool).reshape(-1, len(spec))
 
 
-def _multiples(ways: Vector) -> Vector:
+def _multiples(ways: FloatArray) -> FloatArray:
     """Strides (S, K) to try of K parts of a direction, each with each; 0 for parts without one."""
     each = [SOLVING.strides if way.any() else (0.0,) for way in ways]
     return np.array(list(product(*each)))
 
 
-def _tries(x: Vector, steps: Vector, moved: Vector) -> Vector:
+def _tries(x: FloatArray, steps: FloatArray, moved: FloatArray) -> FloatArray:
     """Places (B, N) to look at: steps (S, N), with multiples of the step before."""
     along = x + steps
     return np.vstack(
@@ -244,14 +233,19 @@ def _tries(x: Vector, steps: Vector, moved: Vector) -> Vector:
 
 
 def _ended(
-    objective: Objective, x: Vector, status: str, spent: int, trace: list[float], iterations: int
+    objective: Objective,
+    x: FloatArray,
+    status: str,
+    spent: int,
+    trace: list[float],
+    iterations: int,
 ) -> Solution:
     last = objective(x)
     values = np.array([*trace, last.value])
     return Solution(x, status, last.value, last.terms, spent + 1, values, iterations)
 
 
-def _bounded(way: Vector, spec: ParamSpec) -> Vector:
+def _bounded(way: FloatArray, spec: ParamSpec) -> FloatArray:
     """A direction, shortened so that no parameter moves by more than ten of its scales."""
     longest = float(np.abs(way / spec.scale).max(initial=0.0))
     return way if longest <= 10 else way * (10 / longest)

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.objective import Evaluation
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
@@ -21,7 +21,6 @@ from abs_engine.optimise.levenberg import LevenbergMarquardt
 from abs_engine.optimise.settings import SOLVING
 from abs_engine.optimise.simplex import Simplex
 
-FloatArray = NDArray[np.float64]
 _FEWEST = 2  # axes of a simplex
 
 
@@ -86,12 +85,7 @@ class AxesSimplex:
         return descent.descend(held, start, limit)
 
     def polish(
-        self,
-        objective: Quadratic,
-        found: Solution,
-        spec: ParamSpec,
-        centre: FloatArray,
-        limit: int,
+        self, objective: Quadratic, found: Solution, spec: ParamSpec, centre: FloatArray, limit: int
     ) -> Solution:
         """Nelder-Mead along the axes of a Gauss-Newton matrix, from where a descent ended.
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import nlopt
-import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import CONVERGED, LIMIT, History, LimitReachedError
-
-FloatArray = NDArray[np.float64]
 
 
 def run(solver: nlopt.opt, start: FloatArray, history: History) -> Solution:

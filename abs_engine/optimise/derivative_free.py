@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import nlopt
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
@@ -15,7 +15,6 @@ from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.by_nlopt import run
 from abs_engine.optimise.history import History, checked_start
 
-FloatArray = NDArray[np.float64]
 METHODS = {
     "sbplx": nlopt.LN_SBPLX,
     "bobyqa": nlopt.LN_BOBYQA,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.objective import Evaluation, Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution
 
-FloatArray = NDArray[np.float64]
 LIMIT, CONVERGED = "evaluation limit", "converged"
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.anchored import Held, Quadratic, check_quadratic
 from abs_engine.optimise.base import Solution
 from abs_engine.optimise.history import CONVERGED, LIMIT, checked_start
 from abs_engine.optimise.settings import SOLVING
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

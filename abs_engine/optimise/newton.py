@@ -10,30 +10,21 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.objective import Evaluation
+from abs_engine.core.objective import Batched
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.axes import along_axes
 from abs_engine.optimise.base import Solution, unit_of
 from abs_engine.optimise.history import checked_start
 from abs_engine.optimise.settings import SOLVING
 
-FloatArray = NDArray[np.float64]
 _RIDGE = 1e-9  # of the largest curvature: some directions may say nothing
 
 
-class Curved(Protocol):
+class Curved(Batched, Protocol):
     """An objective that knows its slope and curvature."""
-
-    def __call__(self, x: FloatArray) -> Evaluation:
-        """Evaluate at `x` (N,)."""
-        ...
-
-    def values(self, vectors: FloatArray) -> FloatArray:
-        """Values (B,) at vectors (B, N)."""
-        ...
 
     def newton(
         self, x: FloatArray, reach: int, local: bool = False
@@ -143,12 +134,7 @@ class Newton:
         )
 
     def polish(
-        self,
-        objective: Curved,
-        found: Solution,
-        spec: ParamSpec,
-        centre: FloatArray,
-        limit: int,
+        self, objective: Curved, found: Solution, spec: ParamSpec, centre: FloatArray, limit: int
     ) -> Solution:
         """Nelder-Mead along the axes of the curvature, from where a descent ended.
 

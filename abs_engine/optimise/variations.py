@@ -5,20 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.objective import Objective
 from abs_engine.core.params import ParamSpec
 from abs_engine.optimise.base import Solution, unit_of
-from abs_engine.optimise.history import (
-    CONVERGED,
-    LIMIT,
-    History,
-    LimitReachedError,
-    checked_start,
-)
-
-FloatArray = NDArray[np.float64]
+from abs_engine.optimise.history import CONVERGED, LIMIT, History, LimitReachedError, checked_start
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
-from abs_engine.render import fused, kernels, layers
+from abs_engine.render import fused, layers, pixel_kernels
 from abs_engine.render.pixelsum import colour_error
 from abs_engine.render.vertex import motion_of, weights_of
 
@@ -77,12 +77,7 @@ class CpuRenderer:
         return found
 
     def measure(
-        self,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        term: PixelTerm,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
     ) -> Sums:
         """Draw every candidate and sum `term` over its drawn pixels; see `Renderer.measure`.
 
@@ -157,7 +152,9 @@ class CpuRenderer:
         depth = np.zeros(facet.shape, np.float32)
         bary = np.zeros((*facet.shape, 3), np.float32)
         rgb = np.zeros((*facet.shape, 3), np.float32)
-        kernels.shade(positions, scene.faces, scene.uv, scene.texture, facet, depth, bary, rgb)
+        pixel_kernels.shade(
+            positions, scene.faces, scene.uv, scene.texture, facet, depth, bary, rgb
+        )
         if scene.texture_modes is not None:
             _texture_uv(scene, positions, scratch)
             rgb = layers.colours(scratch.uv, scene, candidates.weights[index])
@@ -185,7 +182,7 @@ class _Scratch:
 
     @cached_property
     def planes(self) -> NDArray[np.float64]:
-        """Scratch of `kernels.texture_uv`."""
+        """Scratch of `pixel_kernels.texture_uv`."""
         return np.empty((len(self.faces), 9), np.float64)
 
     @cached_property
@@ -206,7 +203,7 @@ class _Scratch:
 
 def _texture_uv(scene: Scene, positions: NDArray[np.float32], scratch: _Scratch) -> None:
     """Texture coordinates of the pixels that were rasterised last, into `scratch.uv`."""
-    kernels.texture_uv(
+    pixel_kernels.texture_uv(
         positions, scene.faces, scene.uv, scratch.facet, scratch.planes, scratch.known, scratch.uv
     )
 

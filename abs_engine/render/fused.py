@@ -1,7 +1,7 @@
 """A candidate deformed, placed, drawn and compared in one call of a compiled function.
 
-Whoever changes a loop of `kernels` or `vertex` must remove what numba has cached of these: it does
-not see that what they call has changed in another file.
+Whoever changes a loop of `kernels`, `pixel_kernels` or `vertex` must remove what numba has cached
+of these: it does not see that what they call has changed in another file.
 """
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, untyped-decorator"
 
@@ -12,7 +12,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from abs_engine.render.kernels import outlines, rasterise, sum_class_maps
+from abs_engine.render.kernels import rasterise
+from abs_engine.render.pixel_kernels import outlines, sum_class_maps
 from abs_engine.render.vertex import deform, to_clip
 
 _compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -43,7 +44,7 @@ def measured(mean, modes, weights, motion, lens, limit, clip, faces, order, firs
 @_compiled
 def outlined(mean, modes, weights, motion, lens, limit, clip, faces, order, first, near, far, cull,
              keys, facet, facet_class, shown, depth, bary):  # fmt: skip
-    """Borders of a candidate, where classes meet; see `kernels.outlines`."""
+    """Borders of a candidate, where classes meet; see `pixel_kernels.outlines`."""
     positions = drawn(mean, modes, weights, motion, lens, limit, clip, faces, order, first, near,
                       far, cull, keys, facet)  # fmt: skip
     outlines(positions, faces, facet, facet_class, shown, depth, bary)

@@ -98,12 +98,7 @@ class OpenGLRenderer:
             return self._path.draw(self._scenes.get(scene), scene, candidates, camera, window)
 
     def measure(
-        self,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        term: PixelTerm,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm
     ) -> Sums:
         """Draw every candidate and sum `term`; see `Renderer.measure`.
 
@@ -123,12 +118,7 @@ class OpenGLRenderer:
             return self._path.measure(upload, scene, candidates, camera, window, term)
 
     def picture(
-        self,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        samples: int = 4,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, samples: int = 4
     ) -> list[NDArray[np.uint8]]:
         """Multisampled pictures to look at; nothing is measured on them.
 

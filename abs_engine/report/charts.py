@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from plotly.graph_objects import Box, Figure, Scatter
 from plotly.subplots import make_subplots
 
-from abs_engine.report.data import FloatArray, Quantity, ReportData, Said, Series, System
+from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.report.data import Quantity, ReportData, Said, Series, System
 from abs_engine.report.drawing import colours
 from abs_engine.report.quantities import SHARE
 
@@ -202,7 +202,7 @@ def _say(figure: Figure, said: Sequence[Said]) -> None:
         )  # fmt: skip
 
 
-def _shade(figure: Figure, closed: NDArray[np.bool_], rate: float) -> None:
+def _shade(figure: Figure, closed: BoolArray, rate: float) -> None:
     """Shade the runs of true closures, each from half a frame before to half a frame after."""
     edges = np.flatnonzero(np.diff(np.r_[False, closed, False].astype(np.int8)))
     for start, end in edges.reshape(-1, 2):

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.evaluate.score import Score
 from abs_engine.report.motion import LinearMotion
 
-FloatArray = NDArray[np.float64]
 Rows = tuple[tuple[str, str], ...]
 """Names and values, for a table of two columns."""
 
@@ -139,7 +139,7 @@ class TrueClip:
     curves: Mapping[str, FloatArray]
     contours: Mapping[str, FloatArray]
     head: Head
-    closed: NDArray[np.bool_]
+    closed: BoolArray
     said: tuple[Said, ...] = ()
 
 

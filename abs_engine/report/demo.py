@@ -10,7 +10,7 @@ from typing import Any
 
 from abs_engine.core.provenance import code_digest
 from abs_engine.core.scene import Renderer
-from abs_engine.dataset import load_truth
+from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.line_of_sight import position_errors
 from abs_engine.evaluate.truth_report import report
 from abs_engine.io.naming import made_before
@@ -130,20 +130,24 @@ def run_demo(
             run = read_facts(run_folder)
         else:
             run = track_video(truth.video, run_folder, renderer, choice, tracking, prepared, stage)
-        shutil.rmtree(evaluation, ignore_errors=True)  # of a process killed just then
-        evaluation.mkdir()
-        arrays = load_run(run_folder)
-        closures = run_closures(run_folder, truth)
-        scores = report(arrays, truth, evaluation, closures)
-        remarks = (
-            head_given(options.person, options.person_known),
-            camera_error(*position_errors(arrays["translation"], truth.translations)),
-        )
+        scores, remarks = _evaluated(run_folder, truth, evaluation, options)
         video = truth.video.relative_to(made.work).as_posix()
         page = demo_page(options.person, video, run, score_rows(scores), remarks)
         (made.work / PAGE).write_text(page, encoding="utf-8")
         made.finish()
     return DemoResult(Path(folder), run, scores, remarks)
+
+
+def _evaluated(
+    run_folder: Path, truth: Truth, folder: Path, options: DemoOptions
+) -> tuple[dict[str, Any], tuple[str, str]]:
+    """Scores of a run, written into a folder of their own, and remarks on them."""
+    shutil.rmtree(folder, ignore_errors=True)  # of a process killed just then
+    folder.mkdir()
+    arrays = load_run(run_folder)
+    scores = report(arrays, truth, folder, run_closures(run_folder, truth))
+    away = position_errors(arrays["translation"], truth.translations)
+    return scores, (head_given(options.person, options.person_known), camera_error(*away))
 
 
 def film_clip(

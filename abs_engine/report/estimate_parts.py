@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.estimate import Estimate
 from abs_engine.io.assets import Speaker
-from abs_engine.report.data import FloatArray, Head, Series, System
+from abs_engine.report.data import Head, Series, System
 from abs_engine.report.motion import LinearMotion, compress
 from abs_engine.report.scoring import same_mesh
 
@@ -49,9 +50,7 @@ def _head(estimate: Estimate, played: int) -> Head | None:
         motion = compress(motion.vertices, played)
     posed = estimate.turned == "head"
     return Head(
-        motion,
-        estimate.rotations if posed else None,
-        estimate.translations if posed else None,
+        motion, estimate.rotations if posed else None, estimate.translations if posed else None
     )
 
 

@@ -6,17 +6,16 @@ from collections.abc import Collection, Iterable
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import VideoError
 from abs_engine.io.files import scratch
 from abs_engine.io.video import VideoWriter
-from abs_engine.report.data import Film, FloatArray
+from abs_engine.report.data import Film
 from abs_engine.report.drawing.colours import TRUTH_ON_PICTURES, rgb
 from abs_engine.report.drawing.lines import draw_line
 
-Image = NDArray[np.uint8]
 LARGEST_WIDTH = 640
 QUALITY = 26  # x264's; the page is to be small
 _ACROSS = 1.7  # widths of the mouth that a worst frame shows
@@ -75,9 +74,7 @@ def shorten(
 
 
 def mouth_picture(
-    picture: Image,
-    loops: Iterable[tuple[FloatArray, str]],
-    mouth: FloatArray,
+    picture: Image, loops: Iterable[tuple[FloatArray, str]], mouth: FloatArray
 ) -> bytes:
     """The mouth, enlarged, with contours, as WebP.
 

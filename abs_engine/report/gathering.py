@@ -21,13 +21,7 @@ from abs_engine.io.files import check_free, write_new
 from abs_engine.io.video import probe, read_frames
 from abs_engine.report import film
 from abs_engine.report.clip_views import shown_view
-from abs_engine.report.data import (
-    Head,
-    ReportData,
-    Said,
-    System,
-    TrueClip,
-)
+from abs_engine.report.data import Head, ReportData, Said, System, TrueClip
 from abs_engine.report.drawing.colours import clay_colours
 from abs_engine.report.estimate_parts import (
     Loops,

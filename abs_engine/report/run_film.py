@@ -7,25 +7,20 @@ from dataclasses import replace
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.dataset import Truth
 from abs_engine.report import film
-from abs_engine.report.data import Film, FloatArray, System, TrueClip, WorstFrame
+from abs_engine.report.data import Film, System, TrueClip, WorstFrame
 from abs_engine.report.drawing.colours import TRUTH_ON_PICTURES, picture_colour
 from abs_engine.report.quantities import PRIMARY
 
-Image = NDArray[np.uint8]
 WORST = 8
 _APART_SECONDS = 0.12
 
 
 def filmed(
-    pictures: Iterable[Image],
-    truth: Truth,
-    systems: Sequence[System],
-    true: TrueClip,
-    played: int,
+    pictures: Iterable[Image], truth: Truth, systems: Sequence[System], true: TrueClip, played: int
 ) -> tuple[Film, list[System]]:
     """The film, and the systems with pictures of their worst frames."""
     apart = max(1, round(_APART_SECONDS * truth.rate))
@@ -40,8 +35,7 @@ def filmed(
         colour = picture_colour(number)
         drawn.append(
             replace(
-                system,
-                worst=tuple(_worst(system, colour, k, kept[k], truth, true) for k in frames),
+                system, worst=tuple(_worst(system, colour, k, kept[k], truth, true) for k in frames)
             )
         )
     return shown, drawn

@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.evaluate.catalogue import Metric, catalogue
 from abs_engine.evaluate.score_table import short
-from abs_engine.report.data import FloatArray, ReportData, Rows, System
+from abs_engine.report.data import ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
 from abs_engine.report.embed import data_url

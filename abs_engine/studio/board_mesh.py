@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.board import Board
+from abs_engine.core.arrays import FloatArray
 from abs_engine.studio.prop_mesh import Colour, Prop
-
-FloatArray = NDArray[np.float64]
 
 _MARGIN = 0.5  # squares of bare paper around the print, without which markers at the edge are lost
 _THICK = 2.0  # mm

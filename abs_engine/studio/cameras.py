@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -16,7 +17,6 @@ from abs_engine.studio.plan import ClipPlan, View, compose
 from abs_engine.studio.scenefile import CameraEntry, MirrorEntry, check_size
 from abs_engine.studio.sequence import portrait
 
-FloatArray = NDArray[np.float64]
 FARTHEST = 65_535 * DEPTH_STEP
 """No depth label says more, mm."""
 
@@ -170,11 +170,7 @@ def check_view(plan: ClipPlan, view: View) -> None:
 
 
 def _check_free(
-    plan: ClipPlan,
-    view: View,
-    vertices: NDArray[np.float32],
-    placed: list[Pose],
-    name: str,
+    plan: ClipPlan, view: View, vertices: NDArray[np.float32], placed: list[Pose], name: str
 ) -> None:
     """Raise `ParameterError` if a camera is within the hull of a thing, or nearly, at some time."""
     hull = ConvexHull(vertices).equations

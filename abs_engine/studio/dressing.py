@@ -24,11 +24,7 @@ _STILL = np.zeros(3)
 
 
 def props_of(
-    scene: SceneFile,
-    entry: ClipEntry,
-    speaker: Speaker,
-    person: Actor,
-    heads: list[Pose],
+    scene: SceneFile, entry: ClipEntry, speaker: Speaker, person: Actor, heads: list[Pose]
 ) -> tuple[Prop, ...]:
     """The shirt and what comes before the mouth; a hand has the skin of the face."""
     props, skin = [], skin_of(speaker, person.texture)

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.studio.mirror import Mirror
 
-FloatArray = NDArray[np.float64]
 _SHINE = 0.9
 """Share of the light that the mirror gives back."""
 
@@ -35,7 +35,7 @@ class Drawn:
     ids: NDArray[np.uint16]
     cover: NDArray[np.uint8]
     depth: NDArray[np.float32]
-    glass: NDArray[np.bool_]
+    glass: BoolArray
 
 
 class Glass:
@@ -45,12 +45,12 @@ class Glass:
         self.mirror, self._camera = mirror, camera
         self.mask, self.depth = mirror.mask(camera), mirror.depth(camera)
 
-    def hides(self, points: FloatArray, pixels: FloatArray) -> NDArray[np.bool_]:
+    def hides(self, points: FloatArray, pixels: FloatArray) -> BoolArray:
         """Whether the mirror stands before points (N, 3), camera frame, at pixels (N, 2)."""
         row, column = self._nearest(pixels)
         return np.asarray(self.depth[row, column] < points[:, 2])
 
-    def shows(self, pixels: FloatArray) -> NDArray[np.bool_]:
+    def shows(self, pixels: FloatArray) -> BoolArray:
         """Whether pixels (N, 2) lie on the mirror."""
         row, column = self._nearest(pixels)
         return np.asarray(self.mask[row, column])

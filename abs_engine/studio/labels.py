@@ -12,12 +12,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.io.assets import Speaker
 from abs_engine.studio import surface
 from abs_engine.studio.seam import DEPTH, beside, lip_strips
 
-FloatArray = NDArray[np.float64]
 Floats = NDArray[np.float32]
 CLEARANCE = 1.0
 """A landmark is hidden by what is nearer to the camera than it by more than this, mm.
@@ -73,11 +73,7 @@ class Surface:
     """
 
     def __init__(
-        self,
-        ids: NDArray[np.uint16],
-        geometry: Geometry,
-        faces: NDArray[np.int32],
-        camera: Camera,
+        self, ids: NDArray[np.uint16], geometry: Geometry, faces: NDArray[np.int32], camera: Camera
     ) -> None:
         self.ids, self._faces, self._camera = ids, faces, camera
         self._geometry = geometry
@@ -100,7 +96,7 @@ class Surface:
         surface.sample(self.ids, where, levels[self.ids], skin.texels, skin.starts, skin.sides, out)
         return out
 
-    def flow(self, following: Geometry) -> tuple[Floats, NDArray[np.bool_]]:
+    def flow(self, following: Geometry) -> tuple[Floats, BoolArray]:
         """Motion of the visible points to the next frame, and whether it is known.
 
         Returns
@@ -114,7 +110,7 @@ class Surface:
         valid = (self.ids > 0) & (place[..., 0] > -1e5)
         return np.where(valid[..., None], place - here, 0).astype(np.float32), valid
 
-    def _blend(self, values: NDArray[np.floating]) -> NDArray[np.float64]:
+    def _blend(self, values: NDArray[np.floating]) -> FloatArray:
         """Values (V, C) of the vertices at each pixel, (H, W, C)."""
         out = np.empty((*self.ids.shape, values.shape[1]))
         surface.blend(self.ids, self._weights, self._faces, np.asarray(values, np.float64), out)
@@ -177,7 +173,7 @@ def visible(
     covers: tuple[Cover, ...] = (),
     *,
     mirrored: bool = False,
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Whether vertices are seen: in the picture, and nothing solid lies before them.
 
     The facets that meet in a vertex do not hide it; what turns its back hides nothing, as it is
@@ -199,7 +195,7 @@ def visible(
     (N,) bool
     """
 
-    def clear(points: NDArray[np.integer], clearance: float = CLEARANCE) -> NDArray[np.bool_]:
+    def clear(points: NDArray[np.integer], clearance: float = CLEARANCE) -> BoolArray:
         near = _hidden(points, geometry, speaker, camera, covers, clearance, mirrored)
         return inside(geometry.pixels[points], camera) & ~near
 
@@ -223,7 +219,7 @@ def _hidden(
     covers: tuple[Cover, ...],
     clearance: float,
     mirrored: bool,
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Whether something is nearer than vertices (N,) on their rays, by more than `clearance`."""
     points = np.column_stack([geometry.pixels[vertex], geometry.drawn[vertex, 2]])
     faces = speaker.faces[:, ::-1] if mirrored else speaker.faces
@@ -239,6 +235,6 @@ def _hidden(
     return np.asarray(hidden)
 
 
-def inside(pixels: FloatArray, camera: Camera) -> NDArray[np.bool_]:
+def inside(pixels: FloatArray, camera: Camera) -> BoolArray:
     """Whether pixel coordinates (N, 2) lie in the picture, whose edges are half a pixel out."""
     return np.asarray(((pixels >= -0.5) & (pixels < np.array(camera.size) - 0.5)).all(axis=1))

@@ -93,12 +93,7 @@ class Order:
 
 
 def make(
-    plans: Iterable[ClipPlan],
-    number: int,
-    folder: Path,
-    speaker: Speaker,
-    order: Order,
-    crew: Crew,
+    plans: Iterable[ClipPlan], number: int, folder: Path, speaker: Speaker, order: Order, crew: Crew
 ) -> Filmed:
     """Film plans into a data set.
 

@@ -14,10 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-
-FloatArray = NDArray[np.float64]
 
 _SMALLEST = 1.0
 """Sides shorter than this (mm) make no mirror."""
@@ -126,7 +125,7 @@ class Mirror:
                 "move the mirror or the head",
             )
 
-    def mask(self, camera: Camera) -> NDArray[np.bool_]:
+    def mask(self, camera: Camera) -> BoolArray:
         """Pixels whose line of sight, through their centre, hits the mirror.
 
         Returns

@@ -5,15 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.studio.scenefile import HeadKey, MotionEntry
 from abs_engine.studio.sequence import sway
-
-FloatArray = NDArray[np.float64]
 
 
 def head_poses(

@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.pictures import read_image
 
-Picture = NDArray[np.uint8]
 Floats = NDArray[np.float32]
 Colour = tuple[float, float, float]
 
@@ -60,7 +60,7 @@ class Sensor:
 
     def expose(
         self, ideal: Floats, rng: np.random.Generator, frame: int = 0, blur: float = 0.0
-    ) -> Picture:
+    ) -> Image:
         """A picture as the sensor gives it.
 
         Parameters
@@ -164,7 +164,7 @@ def _blobs(place: Floats, seed: int) -> Floats:
     return out
 
 
-def composite(rgba: Picture, behind: Floats) -> Floats:
+def composite(rgba: Image, behind: Floats) -> Floats:
     """Lay a multisampled drawing (alpha: coverage, colours premultiplied) over a picture."""
     drawn = rgba.astype(np.float32)
     return np.asarray(drawn[..., :3] + behind * (1 - drawn[..., 3:] / 255), np.float32)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.scenefile import ClipEntry
@@ -24,7 +25,6 @@ from abs_engine.studio.speech import (
 )
 from abs_engine.studio.speech.phonemes import PAUSE
 
-FloatArray = NDArray[np.float64]
 _log = logging.getLogger(__name__)
 DEFAULT_SENTENCE = "demo"
 

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import BOARD, HAND, MICROPHONE
 from abs_engine.io.npz import read_npz
 from abs_engine.studio.optics import Background, Sensor
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.plan", 1
 
 
@@ -51,7 +51,7 @@ class Prop:
     colour: NDArray[np.float32]
     rotations: FloatArray
     translations: FloatArray
-    present: NDArray[np.bool_]
+    present: BoolArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,10 +15,10 @@ from scipy.ndimage import map_coordinates
 from skimage.measure import marching_cubes
 from trimesh.creation import revolve
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import vertex_normals
 
 Colour = tuple[int, int, int]
-Floats = NDArray[np.float64]
 
 _GRID = 3.0  # mm between the points at which the hand's surface is looked for
 _SLEEVE_FROM = -118.0  # mm, where the cuff covers the wrist
@@ -60,11 +60,11 @@ class Prop:
 class _Limb:
     """A rod with round ends whose radius changes evenly."""
 
-    start: Floats
-    end: Floats
+    start: FloatArray
+    end: FloatArray
     radii: tuple[float, float]
 
-    def distance(self, points: Floats) -> Floats:
+    def distance(self, points: FloatArray) -> FloatArray:
         """Signed distance (...) of points (..., 3), nearly; below zero inside."""
         along = self.end - self.start
         share = np.clip((points - self.start) @ along / (along @ along), 0, 1)
@@ -135,7 +135,7 @@ def _thumb_limbs() -> list[_Limb]:
     return [_limb(*joint) for joint in joints]
 
 
-def _union(distances: list[Floats], blend: float) -> Floats:
+def _union(distances: list[FloatArray], blend: float) -> FloatArray:
     """Union of solids by their distances, rounded where they meet within `blend` mm."""
     out = distances[0]
     for other in distances[1:]:
@@ -144,12 +144,12 @@ def _union(distances: list[Floats], blend: float) -> Floats:
     return out
 
 
-def _volume(vertices: Floats, faces: NDArray[np.int32]) -> float:
+def _volume(vertices: FloatArray, faces: NDArray[np.int32]) -> float:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return float((a * np.cross(b, c)).sum() / 6)
 
 
-def _hand_colours(vertices: Floats, fingers: list[list[_Limb]], skin: Colour) -> Floats:
+def _hand_colours(vertices: FloatArray, fingers: list[list[_Limb]], skin: Colour) -> FloatArray:
     """Skin that is redder at tips and knuckles and darker between fingers; nails; a sleeve."""
     near = np.stack([np.min([b.distance(vertices) for b in bones], axis=0) for bones in fingers])
     between = np.exp(-np.diff(np.sort(near, axis=0)[:2], axis=0)[0] / 3.5) * (vertices[:, 0] > 4)
@@ -194,7 +194,9 @@ def microphone(body: Colour) -> Prop:
     return _prop(vertices, faces, vertex_normals(vertices, faces), colour)
 
 
-def _prop(vertices: Floats, faces: NDArray[np.int32], normals: Floats, colours: Floats) -> Prop:
+def _prop(
+    vertices: FloatArray, faces: NDArray[np.int32], normals: FloatArray, colours: FloatArray
+) -> Prop:
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     return Prop(
         vertices.astype(np.float32), np.ascontiguousarray(faces), normals.astype(np.float32),

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
@@ -28,7 +29,6 @@ from abs_engine.studio.scenefile import (
     pick,
 )
 
-FloatArray = NDArray[np.float64]
 _AMOUNT = {"exposure": 1.8, "blur": 2.5, "leave": 420.0}
 
 

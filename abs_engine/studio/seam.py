@@ -10,12 +10,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.io.assets import LIPS_OF_68, Speaker
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SLACK = 1.5
 """A point of the lips is seen where its own lip is seen so near to it, mm across the ray."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
@@ -15,8 +16,6 @@ from abs_engine.io.assets import Speaker
 from abs_engine.studio.speech.contact import ContactSolver
 from abs_engine.studio.speech.lips import Lips
 from abs_engine.studio.visemes import Viseme, parse
-
-FloatArray = NDArray[np.float64]
 
 _VISIBLE_HEIGHT = 240.0
 """Millimetres that the picture's height shows at the depth of the lips."""
@@ -53,7 +52,7 @@ class Sequence:
     rotations: FloatArray
     translations: FloatArray
     visemes: tuple[str, ...]
-    closed: NDArray[np.bool_]
+    closed: BoolArray
     intervals: tuple[tuple[str, float, float], ...] = ()
 
     def __len__(self) -> int:

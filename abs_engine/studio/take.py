@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.clock import Clock
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import OTHER
@@ -22,7 +23,6 @@ from abs_engine.studio.plan import ClipPlan, Prop
 from abs_engine.studio.process import Worker
 from abs_engine.studio.sequence import deform
 
-FloatArray = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
 
@@ -51,11 +51,11 @@ class Shot:
     cover: NDArray[np.uint8]
     normals: Floats | None
     albedo: NDArray[np.uint8] | None
-    flow: tuple[Floats, NDArray[np.bool_]] | None
+    flow: tuple[Floats, BoolArray] | None
     pixels: FloatArray
-    seen: NDArray[np.bool_]
+    seen: BoolArray
     mirror_pixels: FloatArray | None
-    mirror_seen: NDArray[np.bool_] | None
+    mirror_seen: BoolArray | None
 
 
 @dataclass(frozen=True, eq=False)

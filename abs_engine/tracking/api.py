@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
@@ -19,16 +20,16 @@ from abs_engine.core.threads import closed_after
 from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
+from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.run import check_options, prepare, settings_of, track_video
+from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_mesh import RunMesh
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-FloatArray = NDArray[np.float64]
 _PATHS = ("speaker", "colours", "physics", "poses")
 
 
@@ -87,7 +88,7 @@ class Run:
         return self["time"]
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> BoolArray:
         """Whether the lips were followed, (T,)."""
         return self["found"]
 
@@ -117,7 +118,7 @@ class Run:
         return self["closed_probability"]
 
     @property
-    def closed(self) -> NDArray[np.bool_]:
+    def closed(self) -> BoolArray:
         """Whether the lips are closed, (T,)."""
         return self["closed"]
 

@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.network import Network
 
-FloatArray = NDArray[np.float64]
 SIDE = 192  # pixels, of the picture that the network looks at
 _FACE = Network("face_mesh.tflite", "output_mesh", "conv_faceflag", "p_re_lu_3")
 _LIPS = Network("face_lips.tflite", "conv_lips")

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import LipBlob, LipPrior, find_lips
 from abs_engine.tracking.settings.blobs import BLOB_START
-
-Image = NDArray[np.uint8]
 
 
 class LipFollower:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -30,20 +31,11 @@ from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.multistart import calibrate_well
-from abs_engine.tracking.options import (
-    BLOBS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.scale import known_scale, pupil_distance
 from abs_engine.tracking.shifted_motion import ShiftedMotion
 from abs_engine.tracking.visibility import ByBlob
-
-FloatArray = NDArray[np.float64]
 
 
 def by_blobs(

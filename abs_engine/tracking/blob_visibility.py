@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
@@ -19,9 +19,6 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.tracking.blobs import LipPrior, find_lips
 from abs_engine.tracking.settings.blobs import BLOB_START
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 COVERED, OUTSIDE = "mouth covered", "mouth outside of the picture"
 

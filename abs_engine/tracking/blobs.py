@@ -13,14 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.tracking.settings.blobs import BLOB_START
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
-
 
 _EDGE = np.ones((3, 3), np.uint8)  # px: between lips and teeth colours mix, and are of no class
 
@@ -49,7 +46,7 @@ class FaceBlob:
     top: float
     width: float
     area: float
-    inside: NDArray[np.bool_]
+    inside: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +177,7 @@ def _shrunk(image: Image) -> tuple[NDArray[np.float32], float]:
     return matched(small) if scale > 0.5 else np.asarray(small, np.float32), scale
 
 
-def _filled(blob: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def _filled(blob: BoolArray) -> Image:
     """The blob with its holes, eyes and mouth, and its bays."""
     edges, _ = cv2.findContours(blob.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     filled = np.zeros(blob.shape, np.uint8)

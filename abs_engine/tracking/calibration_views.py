@@ -8,9 +8,9 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, parted
@@ -22,8 +22,6 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window, seam_of
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

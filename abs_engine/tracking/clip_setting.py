@@ -7,9 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.clock import Clock
 from abs_engine.core.geometry import Pose
@@ -25,7 +23,6 @@ from abs_engine.optimise.drivers import SIMPLEX
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
 from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
 
-FloatArray = NDArray[np.float64]
 NO_FACE, NO_POSE = "face not found", "no pose given"
 UNLIKE, UNEXPLAINED = "no lips where the face is", "the picture is not explained"
 """Status of a frame whose fit is not accepted: too little of what is drawn as lips is lips; too

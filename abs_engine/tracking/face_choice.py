@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.tracking.face_detection import Face, faces_about, find_faces
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.settings.detection import DETECTION
-
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.tracking.network import Network
 from abs_engine.tracking.settings.detection import DETECTION
 
-FloatArray = NDArray[np.float64]
 _NETWORK = Network("face_detection_short_range.tflite", "classificators", "regressors")
 
 MARKS = ("right_eye", "left_eye", "nose_tip", "mouth", "right_ear", "left_ear")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import GaussianPrior, Prior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, free_blocks, joined, parted
@@ -24,8 +24,6 @@ from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_frame import explained, mobility_of, step_deviation
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.settings.registration import REGISTRATION
 
-FloatArray = NDArray[np.float64]
 Gray = NDArray[np.float32]
 _PULL = 1 / np.array([0.5, 0.5, 0.5, 60.0, 60.0, 200.0])  # rad^-1, mm^-1: hardly any
 
@@ -38,7 +38,7 @@ class Matches:
         Mean correlation of all patches where they were drawn, -1 to 1.
     """
 
-    at: NDArray[np.int64]
+    at: IntArray
     found: FloatArray
     root: FloatArray
     agreement: float
@@ -60,8 +60,8 @@ class Drawn:
     """
 
     gray: Gray
-    covered: NDArray[np.bool_]
-    wanted: NDArray[np.bool_]
+    covered: BoolArray
+    wanted: BoolArray
     width: float
 
     @property
@@ -70,12 +70,12 @@ class Drawn:
         return max(3, round(REGISTRATION.patch * self.width))
 
     @property
-    def near(self) -> NDArray[np.bool_]:
+    def near(self) -> BoolArray:
         """Mask of the patches about the wanted points, (H, W)."""
         side = 2 * self.half + 3
         return cv2.dilate(self.wanted.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
 
-    def corners(self, edge: int) -> NDArray[np.int64]:
+    def corners(self, edge: int) -> IntArray:
         """Middles (N, 2), column and row, of patches with structure, `edge` pixels inside."""
         side = 2 * self.half + 1
         whole = cv2.blur(self.covered.astype(np.float32), (side, side)) >= REGISTRATION.share_drawn

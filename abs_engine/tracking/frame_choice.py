@@ -8,12 +8,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.mouth_search import CalibrationFrame
 from abs_engine.tracking.settings.preparation import PREPARATION
 
-Image = NDArray[np.uint8]
 Seen = TypeVar("Seen")
 
 

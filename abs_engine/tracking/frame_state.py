@@ -5,17 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.blobs import LipBlob
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
@@ -27,8 +28,6 @@ from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.pupils import pupils_of
 from abs_engine.tracking.scale import Scale, pupil_distance, pupil_vertices
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,37 +57,6 @@ class FittedHead:
     identity: FloatArray
     scale: Scale
     textured: TexturedHead
-
-
-def fit_head(
-    speaker: Speaker,
-    correspondence: Correspondence,
-    frames: Sequence[HeadFrameSeen],
-    camera: Camera,
-    scale: Scale,
-    renderer: Renderer,
-    expression: LinearShape | None = None,
-    modes: int = SHAPE.expression_modes,
-) -> FittedHead:
-    """Identity over the whole head, by several frames, at a scale.
-
-    Parameters
-    ----------
-    speaker : Speaker
-    correspondence : Correspondence
-    frames : sequence of HeadFrameSeen
-    camera : Camera
-    scale : Scale
-    renderer : Renderer
-        Carries the texture from frame to frame.
-    expression : LinearShape, optional
-        How the average head's mouth moves; by default `mouth_shape`.
-    modes : int
-        Number of its modes, by default.
-    """
-    return AverageHead.of(speaker, correspondence, scale, expression, modes).fitted(
-        frames, camera, renderer
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +98,13 @@ class AverageHead:
         correspondence: Correspondence,
         scale: Scale,
         expression: LinearShape | None = None,
-        modes: int = SHAPE.expression_modes,
         known: bool = False,
     ) -> AverageHead:
-        """Of a speaker at a scale; see `fit_head`. A `known` one is the person's own head."""
-        average = expression or mouth_shape(speaker, speaker.vertices, modes)
+        """Of a speaker at a scale; by default the mouth moves as `mouth_shape` has it.
+
+        A `known` one is the person's own head.
+        """
+        average = expression or mouth_shape(speaker, speaker.vertices, SHAPE.expression_modes)
         larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
         sized, moves = scaled(speaker, larger), _scaled_shape(average, larger)
         people = np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)
@@ -146,7 +116,7 @@ class AverageHead:
     def fitted(
         self, frames: Sequence[HeadFrameSeen], camera: Camera, renderer: Renderer
     ) -> FittedHead:
-        """The head of a person whom several frames show; see `fit_head`."""
+        """The head of a person whom several frames show; `renderer` carries their texture along."""
         sized, scale, pupils = self.speaker, self.scale, pupil_vertices(self.speaker)
         noise = self.correspondence.noise.beside(self.shape.posture[: len(self.expression.modes)])
         problem = HeadProblem(self.body, self.shape, noise, pupils, scale.pupils, camera)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import ContactPrior, GaussianPrior, MixturePrior, Prior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.objective import Evaluation
@@ -32,8 +32,6 @@ from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

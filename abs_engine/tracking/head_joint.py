@@ -13,21 +13,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads, workers
-from abs_engine.tracking.head_equations import (
-    Equations,
-    landmark_equations,
-    pupil_equations,
-)
+from abs_engine.tracking.head_equations import Equations, landmark_equations, pupil_equations
 from abs_engine.tracking.head_outline import Outline, outline, outline_equations
 from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, JointHead, views_of
-from abs_engine.tracking.head_texture import HeadView, Matches, linearised, match
+from abs_engine.tracking.head_texture import HeadView, Matches, match
 from abs_engine.tracking.landmark_fit import looking_ahead, turned
 from abs_engine.tracking.landmark_rays import SeenRays
+from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.settings.head import HEAD_POSE
-
-FloatArray = NDArray[np.float64]
 
 _SETTLED = 1e-3
 _DAMPING = 1e-6

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.pose import parted
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.placed_mouths import in_picture
-
-Image = NDArray[np.uint8]
 
 _SIDE = 480  # pixels, height of the picture
 _ABOUT = 0.35  # of the head's size, that is shown around it
@@ -69,7 +67,7 @@ def _window(scene: Scene, pose: Pose, camera: Camera) -> Window:
     return Window(x, y, width, height, _SIDE / height)
 
 
-def _inks(setting: ClipSetting) -> NDArray[np.float64]:
+def _inks(setting: ClipSetting) -> FloatArray:
     """A colour for each facet class."""
     shown = {
         "lips": _LIPS,

@@ -11,35 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_equations
-from abs_engine.tracking.head_texture import (
-    Gray,
-    HeadBody,
-    HeadView,
-    Matches,
-    gray_of,
-    linearised_at,
-    match,
-)
-from abs_engine.tracking.landmark_fit import (
-    FrameLandmarks,
-    HeldPose,
-    fit_frame,
-    sound_fit,
-    turned,
-)
+from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView, Matches, gray_of, match
+from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame, sound_fit, turned
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
+from abs_engine.tracking.match_equations import linearised_at
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
-
-FloatArray = NDArray[np.float64]
 
 _STEPS, _SETTLED = 5, 1e-3
 _DAMPING = 1e-6

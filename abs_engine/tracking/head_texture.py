@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
-from abs_engine.core.pose import pose_moves
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.head_window import pixels_a_mm, window_about
@@ -25,7 +25,6 @@ from abs_engine.tracking.interpolation import at_pixels
 from abs_engine.tracking.rigid_motion import flow
 from abs_engine.tracking.settings.head import HEAD_POSE
 
-FloatArray = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 
 _TINY = np.zeros((4, 4, 3), np.uint8)
@@ -51,7 +50,7 @@ class HeadBody:
     identity: FloatArray
     posture: FloatArray
     pivot: FloatArray
-    skull: NDArray[np.bool_]
+    skull: BoolArray
 
     @classmethod
     def of(
@@ -227,9 +226,7 @@ def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     return np.asarray(cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=edge), np.uint8)
 
 
-def _matched(
-    before: Gray, after: Gray, where: NDArray[np.bool_]
-) -> tuple[NDArray[np.int_], FloatArray]:
+def _matched(before: Gray, after: Gray, where: BoolArray) -> tuple[NDArray[np.int_], FloatArray]:
     """Whole pixels (N, 2) of corners in one picture, and where they are in another (N, 2)."""
     mask = cv2.erode(where.astype(np.uint8), np.ones((5, 5), np.uint8))
     apart = max(3.0, min(before.shape) / 40)
@@ -249,79 +246,6 @@ def _matched(
     return whole, np.asarray(there[good] - start[good] + whole, np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class MatchEquations:
-    """Matches, linearised.
-
-    Parameters
-    ----------
-    residual : (N, 2) float64, px
-        Where the second frame shows the points, less where the head puts them.
-    first : (6, N, 2) float64
-        By how much the head puts them elsewhere for a step of the first frame's pose; empty where
-        the identity is not asked for.
-    second : (6 + M, N, 2) float64
-        The same of the second frame's pose and posture.
-    identity : (K, N, 2) float64
-    weight : (N,) float64
-        Inverse variances, robust.
-    """
-
-    residual: FloatArray
-    first: FloatArray
-    second: FloatArray
-    identity: FloatArray
-    weight: FloatArray
-
-
-def linearised(
-    body: HeadBody, found: Matches, first: HeadView, second: HeadView, camera: Camera
-) -> MatchEquations:
-    """The matches' equations.
-
-    A point stays on its ray in the first frame: where shape or pose change, it slides along the
-    surface.
-    """
-    points = found.of(second.vertices)
-    return linearised_at(body, found, first, second.pose, points, camera)
-
-
-def linearised_at(
-    body: HeadBody, found: Matches, first: HeadView, pose: Pose, points: FloatArray, camera: Camera,
-    who: bool = True,
-) -> MatchEquations:  # fmt: skip
-    """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
-
-    Of the first frame and the identity only if `who` is asked for.
-    """
-    here, normal = found.of(first.vertices), found.of(first.normals)
-    eye = -first.pose.rotation.T @ first.pose.translation
-    ray = _rays(found.first, first.camera or camera) @ first.pose.rotation
-    steep = np.minimum((ray * normal).sum(axis=1, keepdims=True), HEAD_POSE.grazing)
-    slide = eye + ray * ((here - eye) * normal).sum(axis=1, keepdims=True) / steep - here
-    far = np.maximum(np.linalg.norm(slide, axis=1, keepdims=True), 1e-9)
-    slide *= np.minimum(1.0, HEAD_POSE.most_slide / far)
-
-    point = points + slide
-    there = pose.apply(point)
-    seen = picture_motion(there, camera)
-    own = seen @ pose.rotation  # of a motion in the head's own axes
-    moves = np.einsum("nij,dnj->dni", seen, _moves(pose, point, body.pivot))
-    posture = np.einsum("nij,dnj->dni", own, found.posture)
-    before = identity = np.zeros((0, *found.second.shape))
-    if who:
-        # Where the surface sinks, its points go along their rays of the first frame
-        sunk = np.einsum("nij,nj->ni", own, ray / steep)
-        back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
-        before = (back * normal).sum(axis=-1)[..., None] * sunk
-        before -= np.einsum("nij,dnj->dni", own, back)
-        identity = (found.identity * normal).sum(axis=-1)[..., None] * sunk
-    residual = found.second - camera.project(there)
-    away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
-    weight = 1 / (HEAD_POSE.matches_alike * found.sigma**2 * (1 + away))
-    return MatchEquations(residual, before, np.concatenate([moves, posture]), identity, weight)
-
-
 def picture_motion(points: FloatArray, camera: Camera) -> FloatArray:
     """Motion in the picture, px, of points (N, 3) for a mm along each axis, (N, 2, 3).
 
@@ -332,15 +256,3 @@ def picture_motion(points: FloatArray, camera: Camera) -> FloatArray:
     across = points[:, :2] / points[:, 2:]
     seen[:, 0, 2], seen[:, 1, 2] = -seen[:, 0, 0] * across[:, 0], -seen[:, 1, 1] * across[:, 1]
     return seen
-
-
-def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
-    """Unit vectors (N, 3) to pixels (N, 2), camera frame."""
-    flat = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
-    rays = np.column_stack([flat, np.ones(len(flat))])
-    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
-
-
-def _moves(pose: Pose, points: FloatArray, pivot: FloatArray) -> FloatArray:
-    """Motion of points (N, 3) of the head, camera frame, for a step of the pose, (6, N, 3)."""
-    return pose_moves(pose.apply(points) - pose.apply(pivot))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
@@ -30,8 +30,6 @@ from abs_engine.tracking.rigid_motion import RigidReference, RigidState, follow,
 from abs_engine.tracking.settings.registration import REGISTRATION
 from abs_engine.tracking.template_tracking import carried
 from abs_engine.tracking.texture_registration import KnownHead, face_motions
-
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)

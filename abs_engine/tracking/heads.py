@@ -18,11 +18,7 @@ from abs_engine.fit.evidence import own
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.tracking import landmark_jacobian
-from abs_engine.tracking.blob_start import (
-    by_blobs,
-    mouth_model,
-    physics_expression,
-)
+from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.face_detection import find_faces
@@ -41,14 +37,7 @@ from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 from abs_engine.tracking.mouth_landmarks import BOTH, MouthLandmarks
-from abs_engine.tracking.options import (
-    LANDMARKS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import LANDMARKS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.person_fit import FittedPerson, fit_person
 from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import GaussianPrior, Prior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.camera import Camera
 from abs_engine.core.pose import PoseFrame, at_base, mode_block, no_correction, pose_and
@@ -26,8 +26,6 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.tracking.calibration_views import Stand
 from abs_engine.tracking.mouth_search import CalibrationFrame, place_mouth, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-FloatArray = NDArray[np.float64]
 
 SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
 TOLD_DEVIATION = np.array(PREPARATION.given_deviation)

@@ -9,14 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
 from abs_engine.face.head import MouthModel
 from abs_engine.tracking.face_detection import Face
 from abs_engine.tracking.settings.detection import DETECTION
-
-FloatArray = NDArray[np.float64]
-
 
 MOUTH = 3  # of the points that tell the pose: eyes, tip of the nose, mouth
 _SEEN_AT = np.array(DETECTION.seen_at)
@@ -55,7 +53,7 @@ class FaceBox:
         return faces[min(near, key=away.__getitem__)] if near else None
 
 
-def first_pose(box: FaceBox, camera: Camera, mouth: NDArray[np.float64]) -> Pose:
+def first_pose(box: FaceBox, camera: Camera, mouth: FloatArray) -> Pose:
     """An upright head that faces the camera, with its mouth where the box expects it.
 
     Parameters
@@ -131,7 +129,7 @@ def pose_of_face(face: Face, camera: Camera, marks: FloatArray) -> Pose:
 
 
 def with_mouth_at(
-    pose: Pose, pixel: NDArray[np.floating], camera: Camera, mouth: NDArray[np.float64]
+    pose: Pose, pixel: NDArray[np.floating], camera: Camera, mouth: FloatArray
 ) -> Pose:
     """The pose moved across the line of sight until the mouth is seen at a pixel.
 

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.rigid_motion import RigidReference, RigidState, follow
 from abs_engine.tracking.settings.registration import REGISTRATION
-
-Image = NDArray[np.uint8]
 
 
 class Keyframes:

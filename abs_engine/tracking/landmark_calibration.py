@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import IDENTITY, POSE
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
@@ -36,9 +36,6 @@ from abs_engine.tracking.lip_landmarks import LipLandmarks, LipOutline
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.placed_mouths import PlacedFrame, PlacedMouths
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 SHIFT_DEVIATION = np.array(LANDMARK_EVIDENCE.shift_deviation)
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose, vertex_normals
@@ -27,8 +28,6 @@ from abs_engine.tracking.landmark_noise import LandmarkNoise, learn_noise, seen_
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT, INNER_RING, Landmarks
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
-
-FloatArray = NDArray[np.float64]
 
 FILE = "landmarks.npz"
 FORMAT, VERSION = "abs_engine.landmarks", 2

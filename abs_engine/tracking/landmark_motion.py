@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import Image
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
@@ -14,8 +12,6 @@ from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
-
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)

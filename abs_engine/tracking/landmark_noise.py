@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.io.arrays import Layout, real
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import COUNT
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
-
-FloatArray = NDArray[np.float64]
 
 LAYOUT: Layout = {
     "noise_bias": real(COUNT, 3),

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.landmarks import INNER_RING, Landmarks
 from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,14 +14,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.threads import in_threads
 from abs_engine.io.assets import shipped
 from abs_engine.tracking.attention_mesh import SIDE, seen_mesh
 from abs_engine.tracking.face_detection import MARKS, Face
 from abs_engine.tracking.settings.detection import DETECTION
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 COUNT = 468
 OUTER_RING = np.array(

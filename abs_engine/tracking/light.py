@@ -12,13 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 CHEEKS = (50, 280, 205, 425, 187, 411, 36, 266, 101, 330, 118, 347, 123, 352, 116, 345, 147, 376)
 """Landmarks of both cheeks, off the eyes, the mouth and the outline of the face."""

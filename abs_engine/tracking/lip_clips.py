@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
     InputFileError,
@@ -35,7 +36,6 @@ from abs_engine.tracking.recordings import Recording, load_recording
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.shells import BUNDLED
 
-FloatArray = NDArray[np.float64]
 LEAST, MOST = 5, 60
 """Frames of a clip, evenly spread over those that are sure: at least, and at most."""
 COLOURS = "colours.npz"
@@ -63,7 +63,7 @@ class LipRun:
     tracked: FloatArray
 
     @property
-    def sure(self) -> NDArray[np.bool_]:
+    def sure(self) -> BoolArray:
         """Frames (T,) in which the mouth was found, seen, and not doubted by the landmarks."""
         run = self.recording.run
         return np.asarray(run["found"] & ~run["covered"] & ~run["contradicted"])

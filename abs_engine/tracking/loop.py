@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
@@ -24,8 +24,6 @@ from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Shot
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 NOTHING = Memory()
 READING, FOLLOWING, EVIDENCE, FITTING = "reading", "head pose", "evidence", "fit"
 BELIEVING = "measures, belief"

@@ -11,13 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.face.base import RINGS, Face
 from abs_engine.io.assets import CLOSED_APERTURE
-
-FloatArray = NDArray[np.float64]
 
 UPPER, LOWER = 3, 9  # the outer lips' middles, points 51 and 57 of the usual 68
 ANGLES = ("head_pitch", "head_yaw", "head_roll")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame
@@ -19,8 +20,6 @@ from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.tracking.identity_fit import Calibration
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-FloatArray = NDArray[np.float64]
 
 
 def log_evidence(

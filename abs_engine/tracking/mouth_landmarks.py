@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import InformationPrior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.fit.problem import Problem
@@ -17,7 +17,6 @@ from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.lip_landmarks import LipLandmarks
 
-FloatArray = NDArray[np.float64]
 BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
 
 

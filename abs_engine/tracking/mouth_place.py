@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame, parted
 from abs_engine.face.appearance.colour import MouthPlace
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-FloatArray = NDArray[np.float64]
 
 
 def mouth_place(

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import GaussianPrior
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, no_correction
@@ -19,9 +19,6 @@ from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.initial_pose import face_marks, pose_of_face
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)

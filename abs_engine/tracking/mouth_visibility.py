@@ -12,16 +12,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.tracking.landmarks import OUTER_RING, Landmarks
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -69,9 +66,7 @@ class MouthLook:
         return cls(float(mouth[within].mean()), float(skin[ring_around].mean()), float(lips))
 
 
-def _filled(
-    window: Window, ring: FloatArray, centre: FloatArray, times: float
-) -> NDArray[np.bool_]:
+def _filled(window: Window, ring: FloatArray, centre: FloatArray, times: float) -> BoolArray:
     """Drawn pixels (H, W) within an outline that is enlarged about its centre."""
     width, height = window.drawn
     mask = np.zeros((height, width), np.uint8)

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.registry import DRIVERS, MODELS
 from abs_engine.core.scene import Renderer
@@ -25,7 +23,6 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
 from abs_engine.tracking.scale import Scale
 
-Image = NDArray[np.uint8]
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
 
 

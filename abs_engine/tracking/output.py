@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.clock import TIMING, write_timing
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.threads import closed_after, meanwhile, one_thread
 from abs_engine.io.files import png
 from abs_engine.io.inputs import parse_json
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.contours import Image
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
 from abs_engine.tracking.record import SUMMARY, Recorder

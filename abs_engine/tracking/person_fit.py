@@ -6,9 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
@@ -28,8 +26,6 @@ from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
 from abs_engine.tracking.settings.preparation import PREPARATION
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Sighted = tuple[Image, Landmarks]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, parted
@@ -25,9 +26,6 @@ from abs_engine.tracking.identity_fit import fit_posture
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +173,7 @@ def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -
     return np.asarray(np.maximum(meet, np.minimum(2 * inside, 1.0)))
 
 
-def in_picture(window: Window, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def in_picture(window: Window, shape: tuple[int, ...]) -> BoolArray:
     """Mask of the drawn pixels (H, W) of a window that lie in the picture."""
     width, height = window.drawn
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)

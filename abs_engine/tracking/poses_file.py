@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose, rotations
@@ -34,8 +35,6 @@ from abs_engine.io.inputs import MOST
 from abs_engine.io.npz import check_format, format_of, read_arrays
 from abs_engine.tracking.external_poses import other_count
 from abs_engine.tracking.record import FORMAT, RESULTS, VERSION
-
-FloatArray = NDArray[np.float64]
 
 COLUMNS = ("head_rx", "head_ry", "head_rz", "head_tx", "head_ty", "head_tz")
 HELP = "see 'abs-engine track --help' for what a file of poses holds"
@@ -207,7 +206,7 @@ def _real(*arrays: NDArray[Any]) -> bool:
 
 def _marks(
     path: Path, arrays: dict[str, NDArray[Any]], name: str, frames: int, *, missing: bool
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Flag of each frame in an array (T,), bool; `missing` in all of them where it is not there.
 
     Raises

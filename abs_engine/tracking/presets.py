@@ -5,11 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.registry import MODELS, PRESETS, nearest
 from abs_engine.fit.terms import bends, term_kinds
-from abs_engine.tracking.model_file import model_of_file
+from abs_engine.io.npz import read_kind
 from abs_engine.tracking.options import LANDMARKS, Prepare, TrackOptions, model_named
+
+MODEL_OF_FORMAT = {
+    "abs_engine.learned_physics": "shell",
+    "abs_engine.talking_face": "talking",
+    "abs_engine.speaker_face": "speaker",
+    "abs_engine.speaker": "head",
+    "abs_engine.worn_mouths": "worn",
+}
+"""The model that each format of file is of."""
 
 
 @dataclass(frozen=True)
@@ -114,3 +123,22 @@ def _file(name: str) -> Path | None:
     raise ParameterError(
         f"there is no model '{name}', nor is it a file", nearest(name, MODELS.names())
     )
+
+
+def model_of_file(path: Path) -> str:
+    """The kind of model that a file holds, of `core.registry.MODELS`.
+
+    Raises
+    ------
+    InputFileError
+        If it cannot be read.
+    ModelFormatError
+        If it is of no model.
+    """
+    found = read_kind(path)
+    if found not in MODEL_OF_FORMAT:
+        raise ModelFormatError(
+            f"{path} holds no model but {found}",
+            "give a face that 'speaker' learned, or another of the files in docs/parts.md",
+        )
+    return MODEL_OF_FORMAT[found]

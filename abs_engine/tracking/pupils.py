@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.network import Network
 from abs_engine.tracking.settings.detection import DETECTION
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 _NETWORK = Network("iris_landmark.tflite", "output_iris")
 
 _EYES = ((33, 133, 159, 145), (362, 263, 386, 374))

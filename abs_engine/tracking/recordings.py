@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -25,7 +26,6 @@ from abs_engine.tracking.record import SUMMARY, Recorder, load_run
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
-FloatArray = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -66,7 +66,7 @@ class Recording:
         return max(1, round((1 - LEARNING.left_out) * self.count))
 
     @property
-    def usable(self) -> NDArray[np.bool_]:
+    def usable(self) -> BoolArray:
         """Frames (T,) to learn from: the mouth found, seen and not doubted by the landmarks."""
         run = self.run
         sure = run["found"] & ~run["covered"] & ~run["contradicted"]

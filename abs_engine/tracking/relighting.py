@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.tracking.settings.registration import REGISTRATION
 
-FloatArray = NDArray[np.float64]
 Gray = NDArray[np.float32]
 LOBE_WIDTH = np.radians(12.0)  # a forehead bends less behind a brow, so gloss cannot draw one
 
@@ -33,7 +33,7 @@ def relit(
     drawn: NDArray[np.floating],
     seen: NDArray[np.floating],
     normals: FloatArray,
-    compared: NDArray[np.bool_],
+    compared: BoolArray,
 ) -> FloatArray:
     """Drawn pixels as the light of a picture would show them.
 

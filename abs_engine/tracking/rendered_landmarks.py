@@ -8,8 +8,8 @@ from itertools import product
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import FACING, Pose, rotations, vertex_normals
 from abs_engine.core.scene import Candidates, Renderer, Scene
@@ -17,9 +17,6 @@ from abs_engine.io.assets import Speaker
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.landmark_correspondence import Sighting
 from abs_engine.tracking.landmarks import landmarks_of
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 PITCHES, YAWS = (-0.15, 0.1), (-0.6, -0.3, 0.0, 0.3, 0.6)  # radians
 _SIDE, _DEPTH = 400, 700.0  # pixels of a drawing, mm from the camera

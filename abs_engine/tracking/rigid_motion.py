@@ -14,13 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.tracking.settings.registration import REGISTRATION
-
-FloatArray = NDArray[np.float64]
-Gray = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +34,7 @@ class RigidReference:
         The head's pose in this frame.
     """
 
-    gray: Gray
+    gray: Image
     pixels: NDArray[np.float32]
     points: FloatArray
     pose: Pose
@@ -66,7 +64,7 @@ def rigid_reference(
     image: NDArray[np.uint8],
     pose: Pose,
     scene: Scene,
-    rigid: NDArray[np.bool_],
+    rigid: BoolArray,
     camera: Camera,
     renderer: Renderer,
     most: int = 150,
@@ -135,12 +133,12 @@ def follow(
 
 
 def flow(
-    before: Gray,
-    after: Gray,
+    before: Image,
+    after: Image,
     pixels: NDArray[np.float32],
     guess: NDArray[np.float32],
     levels: int = 3,
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+) -> tuple[NDArray[np.float32], BoolArray]:
     """Places of one image's `pixels` (N, 2) in another, near `guess`; and a mask of those found."""
     there, found, _ = cv2.calcOpticalFlowPyrLK(
         before,

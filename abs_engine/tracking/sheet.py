@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from abs_engine.core.arrays import Image
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
-from abs_engine.tracking.contours import LOST, WHITE, Image, LipDrawing, cut, write_text
+from abs_engine.tracking.contours import LOST, WHITE, LipDrawing, cut, write_text
 from abs_engine.tracking.run_table import closed_frames
 
 MOST_TILES = 80

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.prior import Prior
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Window
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, joined, parted
@@ -29,8 +29,6 @@ from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_frame import explained
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.settings.blobs import BLOB_START
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

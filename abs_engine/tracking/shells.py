@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer, Scene
@@ -30,18 +31,10 @@ from abs_engine.tracking.blob_motion import BlobMotion
 from abs_engine.tracking.heads import prepare_head
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
-from abs_engine.tracking.options import (
-    BLOBS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.settings.blobs import BLOB_START
 from abs_engine.tracking.shell_frame import ShellBinder
 
-FloatArray = NDArray[np.float64]
 BY_BLOB = np.array(BLOB_START.by_blob)
 NO_LIPS = "lips not found"
 BUNDLED = "lips/lips.npz"
@@ -203,7 +196,7 @@ def _leading(
     return _nearest(at_rest, outer if name in ("outer", "corners") else inner, places)
 
 
-def _nearest(nodes: FloatArray, pool: NDArray[np.int64], places: FloatArray) -> NDArray[np.int32]:
+def _nearest(nodes: FloatArray, pool: IntArray, places: FloatArray) -> NDArray[np.int32]:
     away = np.linalg.norm(nodes[pool][None] - places[:, None], axis=2)
     return np.asarray(pool[away.argmin(axis=1)], np.int32)
 

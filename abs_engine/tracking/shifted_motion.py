@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 from abs_engine.tracking.mouth_search import shifted
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
 from abs_engine.tracking.measures import ANGLES, LIPS, velocities
 from abs_engine.tracking.run_table import cells
 
-FloatArray = NDArray[np.float64]
 SMOOTHED = "smoothed.csv"
 BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
 _ORDER, _DEGREE = 2, 2

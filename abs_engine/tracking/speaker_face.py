@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import WIDEST_SIDE, Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
@@ -42,7 +43,6 @@ from abs_engine.tracking.scale import Scale, pupil_distance
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.speaker_face", 1
 _SHAPE = ("mean", "modes", "mixing", "offset", "variance")
 _LAYOUT: Layout = {
@@ -167,11 +167,7 @@ class SpeakerFace:
         return replace(self, classes=classes, light=light, look=None)
 
     def fitted(
-        self,
-        speaker: Speaker,
-        correspondence: Correspondence,
-        camera: Camera,
-        renderer: Renderer,
+        self, speaker: Speaker, correspondence: Correspondence, camera: Camera, renderer: Renderer
     ) -> FittedPerson:
         """The person as frames of a camera are tracked.
 

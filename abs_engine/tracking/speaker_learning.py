@@ -8,8 +8,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
@@ -26,12 +26,7 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.recordings import (
-    Recording,
-    check_one_camera,
-    check_same,
-    check_variety,
-)
+from abs_engine.tracking.recordings import Recording, check_one_camera, check_same, check_variety
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -39,8 +34,6 @@ from abs_engine.tracking.speaker_face import SpeakerFace
 from abs_engine.tracking.speaker_looks import can_look, sighted, with_appearance
 from abs_engine.tracking.speakers import track_speaker
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Tell = Callable[[str], None]
 
 _OWN = TrackOptions(terms=("colour",), driver="newton")

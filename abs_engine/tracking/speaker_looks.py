@@ -8,8 +8,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.scene import Renderer, Scene
@@ -29,7 +29,6 @@ from abs_engine.tracking.over_face import over_face
 from abs_engine.tracking.recordings import Recording
 from abs_engine.tracking.speaker_face import SpeakerFace
 
-Image = NDArray[np.uint8]
 LOOKS = (TEXTURE.name, LOCAL.name)
 """Evidence that needs a learned appearance."""
 MOST = 100

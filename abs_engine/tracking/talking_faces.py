@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.prior import PenaltyPrior
 from abs_engine.core.blocks import POSTURE
@@ -23,18 +22,8 @@ from abs_engine.learn.training import checksum
 from abs_engine.tracking.blob_start import by_blobs
 from abs_engine.tracking.face_frame import FaceBinder
 from abs_engine.tracking.heads import by_landmarks, correspondence_of
-from abs_engine.tracking.options import (
-    BLOBS,
-    Clip,
-    ClipTracker,
-    Leaves,
-    Model,
-    Tell,
-    TrackOptions,
-)
+from abs_engine.tracking.options import BLOBS, Clip, ClipTracker, Leaves, Model, Tell, TrackOptions
 from abs_engine.tracking.over_face import over_face
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.compare.sums import pixel_sums
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, rotations, vertex_normals
@@ -29,8 +30,6 @@ from abs_engine.tracking.feature_matching import Drawn, match, pose_of_matches
 from abs_engine.tracking.relighting import Gray, gray, relit, smooth
 from abs_engine.tracking.settings.registration import REGISTRATION
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 Level = tuple[float, float]
 NEAREST = 50.0  # mm from the camera; no part of a face is looked for nearer to it
 
@@ -61,7 +60,7 @@ class KnownHead:
     """
 
     head: Scene
-    rigid: NDArray[np.bool_]
+    rigid: BoolArray
     camera: Camera
     renderer: Renderer
     motions: NDArray[np.float32] | None = None
@@ -223,7 +222,7 @@ class KnownHead:
         return replace(drawn, gray=smooth(shown))
 
 
-def face_motions(speaker: Speaker, rigid: NDArray[np.bool_]) -> NDArray[np.float32]:
+def face_motions(speaker: Speaker, rigid: BoolArray) -> NDArray[np.float32]:
     """Motions of the nearly rigid facets of a face: principal components of its units there.
 
     Parameters
@@ -276,7 +275,7 @@ def _face_window(scene: Scene, pose: Pose, camera: Camera, width: float, finest:
     return Window(float(x), float(y), float(size[0]), float(size[1]), scale)
 
 
-def _inside(window: Window, camera: Camera) -> NDArray[np.bool_]:
+def _inside(window: Window, camera: Camera) -> BoolArray:
     """Mask of the drawn pixels of a window that lie in the picture, (H, W)."""
     width, height = window.drawn
     x = window.to_image(np.stack([np.arange(width), np.zeros(width)], axis=1))[:, 0]

@@ -25,7 +25,6 @@ from abs_engine.tracking.landmark_fit import sound_fit
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import landmarks_of
 
-FloatArray = NDArray[np.float64]
 _TOLERANCE, _LIMIT = 1e-4, 300
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
@@ -20,8 +18,6 @@ from abs_engine.tracking.blob_visibility import (
 )
 from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.mouth_visibility import MouthLook, UsualLook
-
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +54,7 @@ class ByBlob:
     classes: ColourClasses
     model: MouthModel
     camera: Camera
-    person: NDArray[np.float64]
+    person: FloatArray
     usual: UsualMouth | None = None
 
     def hidden(self, frame: HeadFrame, pose: Pose) -> str:

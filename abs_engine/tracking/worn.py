@@ -11,8 +11,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
@@ -44,7 +44,6 @@ from abs_engine.tracking.settings.worn import CLOSE_UP
 from abs_engine.tracking.worn_fit import WornHead
 from abs_engine.tracking.worn_place import find_mouth
 
-Image = NDArray[np.uint8]
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
 _LAYERS = 3
 _LAYOUT: Layout = {

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.facets import FacetLikelihood
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import IDENTITY, POSE
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING, Pose, rotations
@@ -19,17 +19,10 @@ from abs_engine.face.head import MouthModel
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.fit.opening import NAME, Opening
 from abs_engine.optimise.newton import Newton
-from abs_engine.tracking.identity_fit import (
-    TOLD_DEVIATION,
-    fit_posture,
-    person_problem,
-)
+from abs_engine.tracking.identity_fit import TOLD_DEVIATION, fit_posture, person_problem
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.worn import CLOSE_UP
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.face.appearance.opening import MouthSpot
 from abs_engine.tracking.landmarks import landmarks_at
 from abs_engine.tracking.settings.worn import CLOSE_UP
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 INNER = np.array([61, 291, 81, 178, 13, 14, 311, 402])
 """Landmarks of the corners and of the inner lips, in the order of `learn.opening.POINTS`."""
 

@@ -12,7 +12,7 @@ import shapes
 
 from abs_engine.compare.points import local_error
 from abs_engine.core.pose import at_base, mode_block, pose_and
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.face.talking import TalkingFace

@@ -32,9 +32,9 @@ from abs_engine.fit.evidence import valued
 from abs_engine.fit.terms import term_kinds
 from abs_engine.io.assets import shipped
 from abs_engine.io.video import VideoInfo
+from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import Leaves, TrackOptions
 from abs_engine.tracking.presets import resolved
-from abs_engine.tracking.run import check_options
 
 
 def test_the_nearest_name_is_given():

@@ -10,7 +10,8 @@ import shapes
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.pose import PoseFrame, mode_block, pose_and
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import LocalModel, learn_local
+from abs_engine.face.appearance.local import LocalModel
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.regression import Frames, LinearFits
 from abs_engine.face.penalty import ImprobablePenalty
 from abs_engine.render.cpu import CpuRenderer

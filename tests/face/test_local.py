@@ -23,7 +23,8 @@ from abs_engine.face.appearance.descriptors import (
     kernels,
     to_ycbcr,
 )
-from abs_engine.face.appearance.local import LocalModel, learn_local
+from abs_engine.face.appearance.local import LocalModel
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.point_selection import choose_points, reconstructed
 from abs_engine.face.appearance.windows import Windows

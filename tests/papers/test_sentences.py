@@ -20,7 +20,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import PoseFrame, at_base, mode_block, pose_and
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.penalty import ImprobablePenalty

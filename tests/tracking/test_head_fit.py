@@ -23,7 +23,7 @@ from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.head_fit import fit_head, scaled
+from abs_engine.tracking.head_fit import AverageHead, scaled
 from abs_engine.tracking.head_problem import HeadFrameSeen
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
@@ -64,9 +64,8 @@ def fitted(landmarks, pupils, camera=CAMERA):
     """By landmarks alone: in pictures without texture."""
     empty = np.full(camera.size[::-1], 90, np.uint8)
     frames = [HeadFrameSeen(empty, marks, None) for marks in landmarks]
-    return fit_head(
-        speaker(), unbiased(), frames, camera, pupil_scale(pupils), CpuRenderer(), average_shape()
-    )
+    average = AverageHead.of(speaker(), unbiased(), pupil_scale(pupils), average_shape())
+    return average.fitted(frames, camera, CpuRenderer())
 
 
 @cache

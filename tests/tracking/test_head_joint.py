@@ -7,15 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from drawn import (
-    average_shape,
-    correspondence,
-    lit,
-    network_sees,
-    speaker,
-    turned_by,
-    vertices_of,
-)
+from drawn import average_shape, correspondence, lit, network_sees, speaker, turned_by, vertices_of
 from heads import seen_at
 
 from abs_engine.core.camera import Camera
@@ -23,12 +15,13 @@ from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.head_fit import fit_head, landmark_shape, seen_in
+from abs_engine.tracking.head_fit import AverageHead, landmark_shape, seen_in
 from abs_engine.tracking.head_joint import fit_jointly
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.head_problem import HeadProblem
-from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, linearised, match
+from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import turned
+from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.scale import pupil_distance, pupil_scale, pupil_vertices
 
 CAMERA = Camera.ideal((320, 320))
@@ -175,11 +168,9 @@ def between(one, other):
 
 @cache
 def fitted():
-    return fit_head(
-        speaker(), correspondence(), frames(), CAMERA,
-        pupil_scale(pupil_distance(speaker(), vertices_of(PERSON))), CpuRenderer(),
-        average_shape(),
-    )  # fmt: skip
+    scale = pupil_scale(pupil_distance(speaker(), vertices_of(PERSON)))
+    average = AverageHead.of(speaker(), correspondence(), scale, average_shape())
+    return average.fitted(frames(), CAMERA, CpuRenderer())
 
 
 def test_an_unknown_head_is_found_as_large_and_as_far_as_it_is():
@@ -260,9 +251,8 @@ def turns_of(person):
         image = lit(person, poses[-1], CAMERA, **units)
         seen.append(seen_in(image, network_sees(image)))
     scale = pupil_scale(pupil_distance(speaker(), vertices_of(person)))
-    found = fit_head(
-        speaker(), correspondence(), seen, CAMERA, scale, CpuRenderer(), average_shape()
-    )
+    average = AverageHead.of(speaker(), correspondence(), scale, average_shape())
+    found = average.fitted(seen, CAMERA, CpuRenderer())
     off = [
         Pose(v.pose.rotation @ p.rotation.T, np.zeros(3)).rotation_vector
         for v, p in zip(found.textured.views, poses, strict=True)

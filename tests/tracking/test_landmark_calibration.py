@@ -23,7 +23,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.pose import PoseFrame
 from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.head_fit import fit_head, seen_in
+from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
 from abs_engine.tracking.landmark_fit import fit_frame
@@ -72,9 +72,8 @@ def placed():
     pupils = pupil_distance(speaker(), vertices_of(PERSON))
     frames = [seen_in(image, marks) for image, marks in clip()]
     scale = pupil_scale(pupils)
-    head = fit_head(
-        speaker(), correspondence(), frames, CAMERA, scale, CpuRenderer(), average_shape()
-    )
+    average = AverageHead.of(speaker(), correspondence(), scale, average_shape())
+    head = average.fitted(frames, CAMERA, CpuRenderer())
     model = build_mouth_model(
         head.speaker, head.neutral, texture_of("clara"), expression=head.expression,
         person_spread=PREPARATION.person_spread,

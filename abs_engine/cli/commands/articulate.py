@@ -180,17 +180,10 @@ def _of_person(chosen: Chosen) -> Done:
 
 
 def _finish(
-    chosen: Chosen,
-    corpus: Corpus,
-    predictors: tuple[Predictor, ...],
-    heads: Heads | None = None,
+    chosen: Chosen, corpus: Corpus, predictors: tuple[Predictor, ...], heads: Heads | None = None
 ) -> Done:
     from abs_engine.report.articulation.analysis import analyse
-    from abs_engine.report.articulation.model_page import (
-        corpus_lines,
-        error_lines,
-        variance_lines,
-    )
+    from abs_engine.report.articulation.model_page import corpus_lines, error_lines, variance_lines
     from abs_engine.report.articulation.report import PAGE, write_report
 
     with Progress("articulate") as progress:

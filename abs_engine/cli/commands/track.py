@@ -123,8 +123,9 @@ def track(chosen: Chosen) -> Done:
     check_free(chosen.output)
     info = probe(video)  # says what is wrong before anything slow is loaded
 
+    from abs_engine.tracking.option_checks import check_options
     from abs_engine.tracking.output import OVERLAY, SHEET
-    from abs_engine.tracking.run import check_options, track_video
+    from abs_engine.tracking.run import track_video
     from abs_engine.tracking.scale import scale_line
 
     options = _options(chosen)
@@ -154,7 +155,7 @@ def track(chosen: Chosen) -> Done:
 
 
 def _many(chosen: Chosen) -> Done:
-    from abs_engine.tracking.run import check_choices
+    from abs_engine.tracking.option_checks import check_choices
 
     options = _options(chosen)
     check_choices(options)  # what cannot be for any of them

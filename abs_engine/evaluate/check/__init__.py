@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.dataset import ClipEntry, Dataset, Truth, codec, load_clip
 from abs_engine.dataset.camera_file import load_camera
@@ -19,7 +20,7 @@ from abs_engine.dataset.view import load_view
 from abs_engine.evaluate.check import classes, files, footage, head, ids, marks, motion, speech
 from abs_engine.evaluate.check import surface as labels
 from abs_engine.evaluate.check.finding import Finding, merged
-from abs_engine.evaluate.check.visibility import FloatArray, look
+from abs_engine.evaluate.check.visibility import look
 from abs_engine.render.cpu import CpuRenderer
 
 __all__ = ["Finding", "check_dataset"]

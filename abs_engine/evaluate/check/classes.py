@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.dataset import Clip
 from abs_engine.evaluate.check.finding import Finding
-
-FloatArray = NDArray[np.float64]
 
 _MARKS: dict[str, Sequence[int]] = {
     "skin": range(36), "upper_lip": range(49, 54), "lower_lip": range(55, 60),

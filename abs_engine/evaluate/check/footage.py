@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import AbsEngineError
 from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import FRAMES
@@ -24,7 +25,6 @@ from abs_engine.evaluate.check.surface import smooth_normals
 from abs_engine.evaluate.check.visibility import Head, Sight
 from abs_engine.io.video import probe, read_frames
 
-FloatArray = NDArray[np.float64]
 LAGS = (-1, 0, 1)
 WATCHED = 6
 """How many label frames are held against the video."""
@@ -120,7 +120,7 @@ def time_findings(
         yield Finding(name, "does not look like its labels", how)
 
 
-def features(truth: Truth, sight: Sight) -> tuple[FloatArray, NDArray[np.bool_]]:
+def features(truth: Truth, sight: Sight) -> tuple[FloatArray, BoolArray]:
     """Features that a picture should consist of, (N, K), and the pixels (H, W) concerned."""
     seen = sight.ids > 0
     disc = np.ones((7, 7), np.uint8)

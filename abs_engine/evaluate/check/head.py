@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.dataset import Clip
 from abs_engine.evaluate.check.finding import Finding
 
-FloatArray = NDArray[np.float64]
 EYES_APART = (45.0, 80.0)
 """mm between the middles of the eyes: 99 % of adults lie within 50 and 75 mm (Dodgson 2004)."""
 

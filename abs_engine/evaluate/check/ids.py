@@ -11,11 +11,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Scene
 from abs_engine.dataset import Truth, codec
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.visibility import FloatArray, Head, Reflection, Sight, in_mirror
+from abs_engine.evaluate.check.visibility import Head, Reflection, Sight, in_mirror
 from abs_engine.render.cpu import CpuRenderer
 
 EDGE = 0.05
@@ -119,7 +120,7 @@ def front(
     return drawn.facet_id, drawn.depth
 
 
-def bare(truth: Truth, frame: int, facet: NDArray[np.int32]) -> NDArray[np.bool_]:
+def bare(truth: Truth, frame: int, facet: NDArray[np.int32]) -> BoolArray:
     """Pixels (H, W) where the head is in front and nothing is known that may hide it.
 
     Without a picture of what covers the head, clothes may hide what is below the nose.

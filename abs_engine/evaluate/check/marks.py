@@ -9,16 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.dataset import Truth
 from abs_engine.dataset.coco import box_and_area, keypoint_names, keypoints
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.visibility import (
-    FloatArray,
-    Reflection,
-    Sight,
-    in_mirror,
-    reflection,
-)
+from abs_engine.evaluate.check.visibility import Reflection, Sight, in_mirror, reflection
 from abs_engine.io.inputs import parse_json
 
 PLACE = 0.02

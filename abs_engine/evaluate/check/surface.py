@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.dataset import DEPTH_STEP, Truth
 from abs_engine.evaluate.check.finding import Finding
-from abs_engine.evaluate.check.visibility import FloatArray, Head, Sight
+from abs_engine.evaluate.check.visibility import Head, Sight
 
 STRAY = 0.02
 """Share of the pixels whose label may be off; facets that are seen edge-on are never exact."""
@@ -146,7 +147,7 @@ def albedo_findings(
         yield Finding(name, "albedo changes from frame to frame", how, sight.frame)
 
 
-def _facet_means(values: FloatArray, facet: NDArray[np.int64], facets: int) -> FloatArray:
+def _facet_means(values: FloatArray, facet: IntArray, facets: int) -> FloatArray:
     """Mean colour (F, 3) of the facets that two or more pixels show; NaN for the others."""
     count = np.bincount(facet, minlength=facets)
     sums = np.stack([np.bincount(facet, values[:, k], facets) for k in range(3)], axis=1)

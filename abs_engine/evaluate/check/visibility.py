@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.dataset import Truth
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +101,9 @@ class Sight:
 
     frame: int
     ids: NDArray[np.uint16]
-    x: NDArray[np.int64]
-    y: NDArray[np.int64]
-    facet: NDArray[np.int64]
+    x: IntArray
+    y: IntArray
+    facet: IntArray
     weights: FloatArray
     depth: FloatArray
     slope: FloatArray
@@ -172,11 +170,7 @@ def look(truth: Truth, frame: int) -> Sight:
 
 
 def _meet(
-    truth: Truth,
-    head: Head,
-    x: NDArray[np.int64],
-    y: NDArray[np.int64],
-    facet: NDArray[np.int64],
+    truth: Truth, head: Head, x: IntArray, y: IntArray, facet: IntArray
 ) -> tuple[FloatArray, ...]:
     """Weights, depth, slope, edges, outside; see `Sight`."""
     inverse = np.linalg.inv(truth.camera.matrix)

@@ -27,11 +27,7 @@ from abs_engine.evaluate.metrics.points import (
     vertex_rms,
     without_constant_offset,
 )
-from abs_engine.evaluate.metrics.pose import (
-    head_angle,
-    head_angle_without_offset,
-    head_distance,
-)
+from abs_engine.evaluate.metrics.pose import head_angle, head_angle_without_offset, head_distance
 
 __all__ = [
     "CurveError", "Detection", "Mean", "PointError", "acceleration_error", "block_length",

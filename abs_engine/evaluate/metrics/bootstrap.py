@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 RESAMPLES, LEVEL = 1000, 0.95
 BLOCK_SECONDS = 0.5
 """Blocks last at least so long; neighbouring frames of speech are alike for about a syllable."""

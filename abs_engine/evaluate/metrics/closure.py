@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from abs_engine.core.arrays import BoolArray, IntArray
 from abs_engine.core.errors import ParameterError
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -109,9 +108,7 @@ def closure_events(estimated: ArrayLike, truth: ArrayLike) -> ClosureEvents:
     return ClosureEvents(found, true, match_events(found, true))
 
 
-def _same_frames(
-    estimated: ArrayLike, truth: ArrayLike
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _same_frames(estimated: ArrayLike, truth: ArrayLike) -> tuple[BoolArray, BoolArray]:
     found, true = np.asarray(estimated, bool), np.asarray(truth, bool)
     if found.shape != true.shape:
         raise ParameterError(

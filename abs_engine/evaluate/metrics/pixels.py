@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.evaluate.metrics.partial_means import mean_of_given
 
-FloatArray = NDArray[np.float64]
 OUTER_CORNERS = 36, 45
 
 

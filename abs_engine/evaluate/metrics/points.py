@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import rotations
 from abs_engine.evaluate.metrics.partial_means import mean_of_given
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import rotations
-
-FloatArray = NDArray[np.float64]
 
 
 def head_angle(estimated: ArrayLike, truth: ArrayLike) -> FloatArray:

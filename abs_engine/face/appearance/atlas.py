@@ -14,11 +14,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import MeshError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer, Scene
-from abs_engine.face.appearance.visibility import FloatArray, Sighting, depth_of, in_sight
+from abs_engine.face.appearance.visibility import Sighting, depth_of, in_sight
 
 SIZES = 64, 1024
 """Least and largest side of an atlas, texels."""
@@ -57,12 +58,12 @@ class Atlas:
         a, b, c = (vertices[self.faces[:, k]] for k in range(3))
         return points, np.cross(b - a, c - a)[facet]
 
-    def on(self, facets: NDArray[np.bool_]) -> Atlas:
+    def on(self, facets: BoolArray) -> Atlas:
         """The atlas of some facets (F,) of the mesh alone."""
         covered = (self.facet_id > 0) & facets[self.facet_id - 1]
         return replace(self, facet_id=np.where(covered, self.facet_id, 0).astype(np.int32))
 
-    def picture(self, values: FloatArray, known: NDArray[np.bool_]) -> NDArray[np.float32]:
+    def picture(self, values: FloatArray, known: BoolArray) -> NDArray[np.float32]:
         """Values of texels (K, C) as an image (H, W, C).
 
         Texels that are not known get the value of the nearest known one of their facet's class,
@@ -78,7 +79,7 @@ class Atlas:
         filled = self._sources(known)
         return np.asarray(out.reshape(-1, values.shape[1])[filled])
 
-    def _sources(self, known: NDArray[np.bool_]) -> NDArray[np.intp]:
+    def _sources(self, known: BoolArray) -> NDArray[np.intp]:
         """Flat index (H, W) of the texel whose value each texel shows."""
         on = self.facet_id > 0
         shown = np.zeros(on.shape, bool)
@@ -91,7 +92,7 @@ class Atlas:
         return np.where(on, source, source.ravel()[_nearest(on)])
 
 
-def _nearest(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _nearest(mask: BoolArray) -> NDArray[np.intp]:
     """Flat index of the nearest true pixel to each pixel."""
     kind = cv2.DIST_LABEL_PIXEL
     empty = (~mask).astype(np.uint8)

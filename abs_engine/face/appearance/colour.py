@@ -16,13 +16,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.npz import read_npz
 
-FloatArray = NDArray[np.float64]
 CLASSES = ("skin", "lips", "teeth", "dark")
 EACH_LIP = ("upper_lip", "lower_lip")
 FORMAT, VERSION = "abs_engine.colours", 2  # 1: not learned from `chroma.matched` pixels
@@ -151,10 +151,7 @@ class ColourClasses:
         return 1 + self.weight * float(more)
 
     def probabilities(
-        self,
-        image: NDArray[np.generic],
-        smoothing: float = 0.0,
-        place: MouthPlace | None = None,
+        self, image: NDArray[np.generic], smoothing: float = 0.0, place: MouthPlace | None = None
     ) -> FloatArray:
         """Probability maps of the classes.
 

@@ -12,14 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError, TooFewPixelsError
-from abs_engine.face.appearance.colour import (
-    CLASSES,
-    ColourClasses,
-    FloatArray,
-    features,
-    luminance,
-)
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, luminance
 from abs_engine.face.appearance.colour_prior import (
     DARK,
     TEETH,

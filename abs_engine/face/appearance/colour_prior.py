@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from abs_engine.face.appearance.colour import FloatArray
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.settings.colour import COLOURS
 

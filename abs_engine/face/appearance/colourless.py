@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.colour import COLOURS
 
-FloatArray = NDArray[np.float64]
 _FEWEST = 4 * COLOURS.luminance_levels  # cells of a face
 _BY_CHROMA = np.array([[-0.169, -0.331, 0.5], [0.5, -0.419, -0.081], [0.299, 0.587, 0.114]])
 

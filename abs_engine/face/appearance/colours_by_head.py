@@ -13,14 +13,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError
-from abs_engine.face.appearance.colour import (
-    EACH_LIP,
-    ColourClasses,
-    FloatArray,
-    features,
-    luminance,
-)
+from abs_engine.face.appearance.colour import EACH_LIP, ColourClasses, features, luminance
 from abs_engine.face.appearance.colour_learning import (
     assembled,
     border_axis,

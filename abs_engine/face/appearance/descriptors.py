@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance.visibility import check_picture
 
-FloatArray = NDArray[np.float64]
 COMPONENTS = ("Cb", "Cr", "Y_x", "Cb_x", "Cr_x", "Y_y", "Cb_y", "Cr_y")
 REACH = 3.0
 

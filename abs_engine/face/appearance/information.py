@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Renderer, Scene
@@ -20,7 +20,7 @@ from abs_engine.face.appearance.descriptors import DescriptorMaps
 from abs_engine.face.appearance.local import LocalModel
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.appearance.point_selection import usable_points
-from abs_engine.face.appearance.visibility import FloatArray, Sighting, sighted
+from abs_engine.face.appearance.visibility import Sighting, sighted
 from abs_engine.face.appearance.windows import Windows
 
 Moved = Callable[[Sighting], Candidates]
@@ -83,7 +83,7 @@ def choose_informative(
     count: int,
     places: FloatArray,
     spacing: float = 0.0,
-) -> NDArray[np.int64]:
+) -> IntArray:
     """Choose points one by one, each that which makes the parameters' volume smallest.
 
     A D-optimal design (Fedorov, "Theory of optimal experiments", 1972), greedily: of the points

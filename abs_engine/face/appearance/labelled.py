@@ -7,13 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import TooFewPixelsError
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, luminance
 from abs_engine.face.appearance.colour_learning import bordered
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
 from abs_engine.face.settings.colour import COLOURS
-
-FloatArray = NDArray[np.float64]
 
 
 def train_classes(pixels: Mapping[str, NDArray[np.generic]], seed: int = 0) -> ColourClasses:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -10,19 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from abs_engine.core.camera import Camera, Window
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.scene import Renderer, Scene
-from abs_engine.face.appearance.descriptors import COMPONENTS, DescriptorMaps
-from abs_engine.face.appearance.patches import Patches
-from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
-from abs_engine.face.appearance.visibility import Sighting, sighted
-from abs_engine.face.appearance.windows import Windows
+from abs_engine.face.appearance.descriptors import COMPONENTS
 from abs_engine.face.settings.appearance import APPEARANCE
 from abs_engine.io.arrays import Layout, real, whole
 
-SHARES = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
-"""What is tried for `AppearanceSettings.alone` where there are several recordings."""
 N_D = len(COMPONENTS)
 
 
@@ -60,7 +53,7 @@ class LocalModel:
         `windows.Windows`.
     """
 
-    vertices: NDArray[np.int64]
+    vertices: IntArray
     base: FloatArray
     modes: FloatArray
     mean: FloatArray
@@ -90,7 +83,7 @@ class LocalModel:
     @property
     def inverse(self) -> FloatArray:
         """One over `spread` (N, 8), which counts as a tenth of its median where it is smaller."""
-        return _inverse(self.spread)
+        return inverse_spread(self.spread)
 
     @cached_property
     def whitener(self) -> FloatArray:
@@ -184,158 +177,7 @@ _BY_POINT = ("vertices", "base", "mean", "sigma", "spread", "seen", "facing")
 _NUMBERS = ("explained", "unit")
 
 
-def learn_local(
-    sightings: Iterable[Sighting],
-    scene: Scene,
-    vertices: NDArray[np.integer],
-    camera: Camera,
-    renderer: Renderer,
-    sigma: float | FloatArray = APPEARANCE.sigma,
-    scale: float = 1.0,
-    ridge: float = APPEARANCE.ridge,
-    unit: float = 0.0,
-) -> LocalModel:
-    """Learn d_0 and M_D of some points by least squares, from the frames that show them.
-
-    Parameters
-    ----------
-    sightings : iterable of Sighting
-        Read once, one after the other; all with the same number of parameters.
-    scene, camera, renderer
-        Of the sightings; what is hidden in them is found by drawing.
-    vertices : (N,) int
-        The points; see `choose.choose_points` for which of them to keep.
-    sigma : float or (N,) float64, drawn pixels
-        Scale of the filters, one for all or one for each point.
-    scale : float
-        Drawn pixels per image pixel; frames are compared at the same.
-    ridge : float, frames
-        See `LinearFits.solve`.
-    unit : float, drawn pixels per mm
-        0 for the paper's rigid windows; else see `windows.Windows`.
-
-    Raises
-    ------
-    NothingSeenError
-        If no point is visible in any frame.
-    PictureError
-        If a picture holds NaN or has another size than the camera's.
-    ParameterError
-        If there are no frames, or shapes or numbers of parameters differ.
-    """
-    return learn_local_frames(
-        sightings, scene, vertices, camera, renderer, sigma, scale, ridge, unit
-    )[0]
-
-
-def learn_local_frames(
-    sightings: Iterable[Sighting],
-    scene: Scene,
-    vertices: NDArray[np.integer],
-    camera: Camera,
-    renderer: Renderer,
-    sigma: float | FloatArray = APPEARANCE.sigma,
-    scale: float = 1.0,
-    ridge: float = APPEARANCE.ridge,
-    unit: float = 0.0,
-    recordings: NDArray[np.int64] | None = None,
-) -> tuple[LocalModel, Frames, float]:
-    """The same with the descriptors that it was learned from, and the ridge.
-
-    Parameters
-    ----------
-    sightings, scene, vertices, camera, renderer, sigma, scale, ridge, unit
-        As of `learn_local`.
-    recordings : (T,) int64, optional
-        Which frames were recorded together. Then the ridge is that with which recordings foretell
-        others best, and what is left out is so by whole recordings.
-
-    Raises
-    ------
-    NothingSeenError, PictureError, ParameterError
-        As `learn_local`.
-    """
-    patches = Patches.around(scene, vertices)
-    windows = Windows(patches, np.full(len(vertices), sigma, np.float64), unit)
-    window = Window(0, 0, *camera.size, scale)
-    fits: LinearFits | None = None
-    rows, shown, values = [], [], []
-    facing = np.zeros(len(vertices))
-    for sighting in sightings:
-        if fits is None:
-            fits = LinearFits(len(vertices), N_D, len(sighting.parameters))
-        weights, flat = sighted(sighting, patches, scene, camera, window, renderer)
-        image = window.sample(np.asarray(sighting.image, np.float32))
-        found = windows.read(DescriptorMaps.of(image, windows.scales), flat)
-        fits.add(found, (weights > 0).astype(np.float64), sighting.parameters)
-        rows.append(sighting.parameters)
-        shown.append(weights > 0)
-        values.append(found.astype(np.float32))
-        facing += weights
-    if fits is None:
-        raise ParameterError("there are no frames to learn appearance from", "give some")
-    frames = Frames(np.stack(values), np.stack(shown), np.stack(rows), recordings)
-    ridge = frames.ridge(ridge)
-    at = np.asarray(vertices, np.int64)
-    return _model(fits.solve(ridge), windows, at, facing, frames, ridge), frames, ridge
-
-
-def own_share(frames: Frames, ridge: float) -> float:
-    """The share for `AppearanceSettings.alone` by which recordings predict others' noise best.
-
-    Parameters
-    ----------
-    frames : Frames
-        Descriptors of the points that are compared, of three recordings and more.
-    ridge : float
-        Of their fits.
-    """
-    recordings = np.zeros(len(frames.seen)) if frames.recordings is None else frames.recordings
-    missed, gained = frames.left_out(ridge), np.zeros(len(SHARES))
-    for name in np.unique(recordings):
-        others = frames.recorded(recordings != name)
-        off = others.left_out(ridge)
-        count = np.maximum(others.seen.sum(axis=0), 1)
-        scale = _inverse(np.sqrt((off**2).sum(axis=0) / count[:, None]))
-        kept, out = (
-            (part * scale).reshape(len(part), -1) for part in (off, missed[recordings == name])
-        )
-        values, axes = np.linalg.eigh(kept.T @ kept / len(kept))
-        along = (out @ axes) ** 2
-        for k, share in enumerate(SHARES):
-            wide = (1 - share) * np.maximum(values, 0.0) + share
-            gained[k] -= 0.5 * float((along / wide + np.log(wide)).sum())
-    return SHARES[int(np.argmax(gained))]
-
-
-def _inverse(spread: FloatArray) -> FloatArray:
+def inverse_spread(spread: FloatArray) -> FloatArray:
     """One over spreads (N, 8), none of which counts as less than a tenth of their median."""
     floor = 0.1 * np.median(spread, axis=0) + 1e-6
     return np.asarray(1 / np.maximum(spread, floor))
-
-
-def _model(
-    fitted: Fitted,
-    windows: Windows,
-    vertices: NDArray[np.int64],
-    facing: FloatArray,
-    frames: Frames,
-    ridge: float,
-) -> LocalModel:
-    """Fits of the points; `facing` is summed over the frames."""
-    missed = frames.left_out(ridge)
-    count = np.maximum(fitted.frames, 1)
-    return LocalModel(
-        vertices=vertices,
-        base=fitted.base,
-        modes=fitted.modes,
-        mean=fitted.mean,
-        sigma=windows.sigma,
-        spread=np.sqrt((missed**2).sum(axis=0) / count[:, None]),
-        left_out=missed.astype(np.float32),
-        seen=fitted.frames / len(frames.parameters),
-        facing=facing / count,
-        reach=np.sqrt((frames.parameters**2).mean(axis=0)),
-        explained=fitted.explained,
-        unit=windows.unit,
-    )

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.appearance import mixture_loops
 
-FloatArray = NDArray[np.float64]
 _FLOOR = 1e-5  # variance floor: 8-bit chromaticity is not finer than this
 
 

@@ -16,11 +16,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.colour import luminance
 from abs_engine.face.settings.appearance import APPEARANCE
 
-FloatArray = NDArray[np.float64]
 SIDES = ("above", "inside", "below", "beside")
 """Above the upper inner lip, between the lips, below the lower one; beside the corners."""
 ACROSS, SIZE, CENTRE = 64.0, (96, 88), (47.5, 38.0)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Scene
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +32,11 @@ class Patches:
 
     mean: FloatArray
     modes: FloatArray
-    kept: NDArray[np.int64]
-    points: NDArray[np.int64]
-    facets: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    counts: NDArray[np.int64]
+    kept: IntArray
+    points: IntArray
+    facets: IntArray
+    starts: IntArray
+    counts: IntArray
 
     @classmethod
     def around(cls, scene: Scene, vertices: NDArray[np.integer]) -> Patches:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.appearance.local import LocalModel
-from abs_engine.face.appearance.visibility import FloatArray
 from abs_engine.face.settings.appearance import APPEARANCE
 
 N_POINTS = 63
@@ -20,7 +19,7 @@ def choose_points(
     places: FloatArray | None = None,
     spacing: float = 0.0,
     whiten: bool = False,
-) -> NDArray[np.int64]:
+) -> IntArray:
     """Choose points by the variance that each parameter reconstructs of their descriptors.
 
     For each parameter the points are ranked by the variance that its column of M_D reconstructs;
@@ -58,7 +57,7 @@ def choose_points(
     return _by_turns(ranks, usable, count, places, spacing)
 
 
-def usable_points(model: LocalModel) -> NDArray[np.bool_]:
+def usable_points(model: LocalModel) -> BoolArray:
     """Mask (N,) of the points that are seen often and squarely enough.
 
     Raises
@@ -77,11 +76,11 @@ def usable_points(model: LocalModel) -> NDArray[np.bool_]:
 
 def _by_turns(
     ranks: list[list[np.intp]],
-    free: NDArray[np.bool_],
+    free: BoolArray,
     count: int,
     places: FloatArray | None,
     spacing: float,
-) -> NDArray[np.int64]:
+) -> IntArray:
     """Each rank's best that is still free, in turns; what is within `spacing` of one is not."""
     chosen: list[int] = []
     while len(chosen) < count and any(ranks):

@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import NothingSeenError, ParameterError
 from abs_engine.face.settings.appearance import APPEARANCE
 
-FloatArray = NDArray[np.float64]
 BLOCK = 20_000  # items solved at once
 RIDGES = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
 """Frames; the last leaves a fit nearly constant."""
@@ -41,7 +41,7 @@ class Fitted:
     base: FloatArray
     modes: FloatArray
     mean: FloatArray
-    frames: NDArray[np.int64]
+    frames: IntArray
     total: FloatArray
     residual: FloatArray
 
@@ -69,15 +69,15 @@ class Frames:
     """
 
     values: NDArray[np.float32]
-    seen: NDArray[np.bool_]
+    seen: BoolArray
     parameters: FloatArray
-    recordings: NDArray[np.int64] | None = None
+    recordings: IntArray | None = None
 
-    def of(self, items: NDArray[np.bool_]) -> Frames:
+    def of(self, items: BoolArray) -> Frames:
         """The same of some items, (K,)."""
         return replace(self, values=self.values[:, items], seen=self.seen[:, items])
 
-    def recorded(self, kept: NDArray[np.bool_]) -> Frames:
+    def recorded(self, kept: BoolArray) -> Frames:
         """Some of the frames, (T,)."""
         names = None if self.recordings is None else self.recordings[kept]
         return Frames(self.values[kept], self.seen[kept], self.parameters[kept], names)
@@ -98,7 +98,7 @@ class Frames:
             return self._frame_out(ridge)
         return self._recording_out(self.recordings, ridge)
 
-    def _recording_out(self, recordings: NDArray[np.int64], ridge: float) -> FloatArray:
+    def _recording_out(self, recordings: IntArray, ridge: float) -> FloatArray:
         names = np.unique(recordings)
         held = np.diag(np.r_[1e-9, np.full(self.parameters.shape[1], ridge)])
         off, sums = np.zeros(self.values.shape), self._sums

@@ -9,8 +9,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.appearance.atlas import Atlas
-from abs_engine.face.appearance.regression import FloatArray, Frames
+from abs_engine.face.appearance.regression import Frames
 from abs_engine.face.settings.appearance import APPEARANCE
 
 T = TypeVar("T", np.float32, np.float64)

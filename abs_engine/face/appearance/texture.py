@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer, Scene
 from abs_engine.face.appearance.atlas import Atlas, warp
-from abs_engine.face.appearance.regression import Fitted, FloatArray, Frames, LinearFits
+from abs_engine.face.appearance.regression import Fitted, Frames, LinearFits
 from abs_engine.face.appearance.residual_covariance import Leftover, leftover, normalised
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.settings.appearance import APPEARANCE
@@ -212,7 +213,7 @@ def learn_shared_texture(
     atlas: Atlas,
     camera: Camera,
     renderer: Renderer,
-    recordings: NDArray[np.int64],
+    recordings: IntArray,
 ) -> tuple[TextureModel, float, float]:
     """Learn the texture that several recordings share, and how far a recording is off it.
 
@@ -254,7 +255,7 @@ def _gathered(
     atlas: Atlas,
     camera: Camera,
     renderer: Renderer,
-    recordings: NDArray[np.int64] | None,
+    recordings: IntArray | None,
 ) -> tuple[LinearFits, Frames]:
     """Sums of colours for the fits, and all frames' luminance-normalised ones."""
     fits: LinearFits | None = None

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.face.appearance.descriptors import DescriptorMaps
 from abs_engine.face.appearance.patches import Patches
 from abs_engine.face.settings.appearance import APPEARANCE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +55,7 @@ class Windows:
         return np.geomspace(low, high, count)
 
     @cached_property
-    def at_rest(self) -> NDArray[np.int64]:
+    def at_rest(self) -> IntArray:
         """Index of the one of `scales` that is nearest to each point's, (N,)."""
         distance = np.abs(np.log(self.scales / self.sigma[:, None]))
         return np.asarray(distance.argmin(axis=1), np.int64)

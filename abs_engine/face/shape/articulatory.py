@@ -14,11 +14,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel, refuse_complex
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 
-FloatArray = NDArray[np.float64]
 Missing = Literal["refuse", "drop", "impute"]
 _NOTHING = 1e-12
 """Share of the variance below which a predictor's residual counts as none."""
@@ -173,7 +173,7 @@ class GuidedPCA:
         """Names of the parameters."""
         return np.array([p.name for p in self.predictors], dtype=object)
 
-    def _prepared(self, X: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def _prepared(self, X: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Data (V, 3K) of the points that are kept, and which (N,) they are."""
         points = _shaped(X, len(self.names))
         if np.isinf(points).any():
@@ -196,7 +196,7 @@ class GuidedPCA:
         points = np.where(gaps[..., None], np.nan, points)[:, kept]
         return points.reshape(len(points), -1), kept
 
-    def _check_missing(self, gaps: NDArray[np.bool_]) -> None:
+    def _check_missing(self, gaps: BoolArray) -> None:
         if self.missing not in ("refuse", "drop", "impute"):
             raise ParameterError(f"missing is '{self.missing}'", "choose refuse, drop or impute")
         refused = np.asarray(
@@ -228,7 +228,7 @@ class _Steps:
 
 
 def _guided(
-    data: FloatArray, predictors: Sequence[Predictor], columns: Sequence[NDArray[np.int64]]
+    data: FloatArray, predictors: Sequence[Predictor], columns: Sequence[IntArray]
 ) -> _Steps:
     """The analysis of complete data (V, D)."""
     mean = data.mean(axis=0)
@@ -252,7 +252,7 @@ def _guided(
 
 
 def _imputed(
-    data: FloatArray, predictors: Sequence[Predictor], columns: Sequence[NDArray[np.int64]]
+    data: FloatArray, predictors: Sequence[Predictor], columns: Sequence[IntArray]
 ) -> FloatArray:
     """Data (V, D) whose gaps are filled by the model of the whole, until that no longer moves."""
     gaps = ~np.isfinite(data)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.shape.linear import LinearShape
-
-FloatArray = NDArray[np.float64]
 
 
 def dense_units(

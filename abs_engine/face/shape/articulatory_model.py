@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
 from abs_engine.face.shape.predictors import Predictor
 from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.inputs import parse_json
 from abs_engine.io.npz import read_npz, write_npz
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.articulatory_model", 1
 _LAYOUT: Layout = {
     "names": text("N"),

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from trimesh.triangles import closest_point, points_to_barycentric
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 AXES = "xyz"
 
 

@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 _SINGULAR = 1e-12  # smallest pivot of a shell that is held, as a share of its own stiffness
 
 

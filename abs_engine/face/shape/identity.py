@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
 
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 

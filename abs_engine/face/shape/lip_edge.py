@@ -10,12 +10,10 @@ six bundled people, where the lip only turns up.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import MeshError
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
 
 
 def lip_edge(speaker: Speaker, lip: str) -> FloatArray:

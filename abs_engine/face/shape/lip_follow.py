@@ -8,12 +8,11 @@ ring is held back is told by the head's own face units.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.lip_shell import COLUMNS, LipPoints
 from abs_engine.io.assets import Speaker
 
-FloatArray = NDArray[np.float64]
 _FACING = (-np.arange(COLUMNS)) % COLUMNS  # the column of the other lip that each one meets
 
 

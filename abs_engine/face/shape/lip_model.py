@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.scene import Scene
 from abs_engine.face.shape.lip_follow import followed, leaders
@@ -22,7 +23,6 @@ from abs_engine.face.shape.lip_shell import COLUMNS, LIP_ROWS, LipShell, lips_be
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.io.assets import Speaker
 
-FloatArray = NDArray[np.float64]
 SKIN, LIPS, INTERIOR = 1, 2, 3
 COLOUR_OF: tuple[str | None, ...] = (None, "skin", "lips", "interior")
 """Colour class of each facet class of the drawn shell."""
@@ -148,7 +148,7 @@ def _chords(rings: int) -> list[tuple[int, float]]:
     return [(0, 0.0)] * INSIDE + between
 
 
-def _band(inner: NDArray[np.int64], outer: NDArray[np.int64]) -> NDArray[np.int64]:
+def _band(inner: IntArray, outer: IntArray) -> IntArray:
     """Facets (2 C, 3) between two rings of vertices (C,), counter-clockwise from the front."""
     after, out_after = np.roll(inner, -1), np.roll(outer, -1)
     return np.concatenate(

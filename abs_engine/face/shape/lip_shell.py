@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from trimesh.triangles import closest_point
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.fem import Material, ThinShell
 from abs_engine.face.shape.lip_edge import lip_edge
 from abs_engine.io.assets import Speaker
 
-FloatArray = NDArray[np.float64]
 COLUMNS = 34
 LIP_ROWS = (0.0, 0.5, 1.0)  # from the inner contour to the outer one
 SKIN_ROWS = (3.0, 6.5, 10.0)  # mm beyond the outer contour: as far as the nose lets
@@ -68,8 +68,8 @@ class LipShell(LipPoints):
     """
 
     faces: NDArray[np.int32]
-    lip: NDArray[np.bool_]
-    border: NDArray[np.bool_]
+    lip: BoolArray
+    border: BoolArray
 
     def elastic_at(self, nodes: FloatArray, material: Material | None = None) -> ThinShell:
         """The shell as an elastic body whose nodes (N, 3), mm, are at rest where given."""
@@ -192,7 +192,7 @@ def _on_lips(
 
 
 def _on_surface(
-    speaker: Speaker, vertices: FloatArray, chosen: NDArray[np.bool_], points: FloatArray
+    speaker: Speaker, vertices: FloatArray, chosen: BoolArray, points: FloatArray
 ) -> tuple[NDArray[np.int32], FloatArray]:
     """Facets' vertices (N, 3) and barycentrics (N, 3) nearest to points, of the chosen facets."""
     centre = vertices[speaker.faces].mean(axis=1)
@@ -214,7 +214,7 @@ def _barycentrics(triangle: FloatArray, point: FloatArray) -> FloatArray:
     return np.array([1 - s - t, s, t])
 
 
-def _faces(rows: int) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _faces(rows: int) -> tuple[NDArray[np.int32], IntArray]:
     """Facets between neighbouring rings, and the ring at whose outer side each lies."""
     faces, ring = [], []
     for row in range(rows - 1):

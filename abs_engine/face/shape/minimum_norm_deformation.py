@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.face.shape.fem import FloatArray, ThinShell
+from abs_engine.face.shape.fem import ThinShell
 
 
 def reach(

@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.arrays import Layout, plain, real, text
 from abs_engine.io.npz import read_npz, write_npz
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.learned_physics", 2
 _STILL = 1e-12  # mm^2: variance of a mode that is rounding, not motion
 
@@ -158,20 +157,7 @@ def learn(
     ParameterError
         If there are none, they span fewer modes, or hold what is not finite.
     """
-    if (
-        np.ndim(displacements) != 3
-        or np.shape(displacements)[1:] != np.shape(rest)
-        or (len(displacements) == 0)
-    ):
-        raise ParameterError(
-            f"displacements of shape {np.shape(displacements)} are not frames of a shell with "
-            f"{len(rest)} nodes",
-            "give (T, N, 3) of one frame or more",
-        )
-    data = np.asarray(displacements, np.float64).reshape(len(displacements), -1)
-    if not np.isfinite(data).all():
-        bad = int(np.flatnonzero(~np.isfinite(data).all(axis=1))[0])
-        raise ParameterError(f"displacements of frame {bad} are not finite", "leave it out")
+    data = _rows_of(displacements, rest)
     share = np.ones(len(data)) if weights is None else np.asarray(weights, np.float64)
     share = share / share.sum()
     mean, count = share @ data, len(data)
@@ -195,6 +181,25 @@ def learn(
         values[:n_modes],
         float(values.sum()),
     )
+
+
+def _rows_of(displacements: FloatArray, rest: FloatArray) -> FloatArray:
+    """Displacements (T, 3N) of frames; a `ParameterError` where there are none such."""
+    if (
+        np.ndim(displacements) != 3
+        or np.shape(displacements)[1:] != np.shape(rest)
+        or (len(displacements) == 0)
+    ):
+        raise ParameterError(
+            f"displacements of shape {np.shape(displacements)} are not frames of a shell with "
+            f"{len(rest)} nodes",
+            "give (T, N, 3) of one frame or more",
+        )
+    data = np.asarray(displacements, np.float64).reshape(len(displacements), -1)
+    if not np.isfinite(data).all():
+        bad = int(np.flatnonzero(~np.isfinite(data).all(axis=1))[0])
+        raise ParameterError(f"displacements of frame {bad} are not finite", "leave it out")
+    return data
 
 
 def load_physics(path: Path) -> LearnedPhysics:

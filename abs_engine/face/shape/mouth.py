@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.face.shape.linear import FloatArray, LinearShape, principal_shapes
+from abs_engine.face.shape.linear import LinearShape, principal_shapes
 from abs_engine.io.assets import Speaker
 
 # unit (both sides where it has two): largest weight, and how often it takes part

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.modal import LearnedPhysics
 
-FloatArray = NDArray[np.float64]
 Rows: TypeAlias = NDArray[np.integer] | Any  # scipy's sparse matrices have no types
 """Degrees of freedom (n,), 3 times the node plus 0, 1, 2 for x, y, z; or the weights (n, 3N) of all
 of them in n coordinates, as `dots.ShellPoints.rows` gives them."""

@@ -10,12 +10,10 @@ those of the Gaussian that this leaves (Bishop, Pattern Recognition and Machine 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
 
 _TURN = 1e-3  # rad: none, but for the numerics
 _INNER = np.r_[8, 17:68]

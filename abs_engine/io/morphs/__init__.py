@@ -2,7 +2,49 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.io.inputs import check_file
+from abs_engine.io.morphs.ict import NEUTRAL, read_ict
 from abs_engine.io.morphs.mesh import MorphMesh
-from abs_engine.io.morphs.read import read_morphs
+from abs_engine.io.morphs.obj import read_obj
 
 __all__ = ["MorphMesh", "read_morphs"]
+
+
+def read_morphs(path: Path, deltas: Path | None = None) -> MorphMesh:
+    """Read a GLB or glTF file, an OBJ file with a folder of others, or ICT's folder.
+
+    Parameters
+    ----------
+    path : Path
+    deltas : Path, optional
+        The folder of an OBJ's morph targets.
+
+    Raises
+    ------
+    InputFileError
+        If a file is missing, damaged or of another kind.
+    ModelFormatError
+        If a morph target has another number of vertices.
+    ParameterError
+        If `deltas` is missing for an OBJ, or given beside another file.
+    """
+    kind = path.suffix.lower()
+    if (kind == ".obj") != (deltas is not None):
+        raise ParameterError(
+            f"{path} {'needs' if kind == '.obj' else 'takes no'} --deltas",
+            "a folder of OBJ files, one for each morph target, goes with an OBJ file",
+        )
+    if path.is_dir():
+        check_file(path / NEUTRAL, "give a GLB, an OBJ, or the folder of ICT's face model")
+        return read_ict(path)
+    check_file(path)
+    if kind == ".obj":
+        return read_obj(path, deltas)
+    if kind in (".glb", ".gltf"):
+        from abs_engine.io.morphs.gltf import read_gltf  # not for every head: slow to import
+
+        return read_gltf(path)
+    raise InputFileError(f"{path} is neither GLB, glTF nor OBJ", "export the head as one of them")

@@ -9,17 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh, vertex_normals
 from abs_engine.face.base import lip_gap
-from abs_engine.face.schema import (
-    CLASS_NAMES,
-    COMPONENT,
-    FACE_UNITS,
-    ICT_68,
-    PERSON,
-    face_unit,
-)
+from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON, face_unit
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
@@ -27,7 +21,7 @@ from abs_engine.io.morphs.obj import read_places
 from abs_engine.io.pictures import read_image
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
-from abs_engine.learn.heads.marks import Contours, FloatArray, Marks, find_marks, lip_contours
+from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contours
 from abs_engine.learn.heads.paint import laid, paint
 from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, named_regions, welded
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
@@ -123,7 +117,7 @@ class _Parts:
 
     vertices: FloatArray
     faces: NDArray[np.int32]
-    weld: NDArray[np.int64]
+    weld: IntArray
     classes: NDArray[np.uint8]
     units: NDArray[np.float32]
 
@@ -175,10 +169,7 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
 
 
 def _identity(
-    mesh: MorphMesh,
-    people: Mapping[str, Path],
-    frame: HeadFrame,
-    origin: NDArray[np.int64],
+    mesh: MorphMesh, people: Mapping[str, Path], frame: HeadFrame, origin: IntArray
 ) -> dict[str, NDArray[np.float32]]:
     """Differences between people, by name of target, (V, 3), mm."""
     out = {f"{COMPONENT}{name}": frame.moves(d) for name, d in mesh.components.items()}
@@ -214,10 +205,7 @@ def _textures(
 
 
 def _speaker(
-    parts: _Parts,
-    marks: Marks,
-    contours: Contours,
-    identity: Mapping[str, NDArray[np.float32]],
+    parts: _Parts, marks: Marks, contours: Contours, identity: Mapping[str, NDArray[np.float32]]
 ) -> Speaker:
     count = len(parts.vertices)
     targets = np.zeros((len(identity), count, 3), np.float16)
@@ -259,7 +247,7 @@ _SPACING = {"face": 4.0, "lips": 1.5, "jaw": 3.0}  # mm, as of the bundled head'
 _JAW_SHARE = 0.5  # of the jaw's greatest motion
 
 
-def _areas(parts: _Parts, marks: Marks) -> dict[str, NDArray[np.int64]]:
+def _areas(parts: _Parts, marks: Marks) -> dict[str, IntArray]:
     """The vertices of the areas that are scored: face, lips and jaw."""
     v = parts.vertices
     of = {
@@ -280,7 +268,7 @@ def _areas(parts: _Parts, marks: Marks) -> dict[str, NDArray[np.int64]]:
     return {name: _thinned(at, v, _SPACING[name]) for name, at in found.items()}
 
 
-def _thinned(at: NDArray[np.int64], vertices: FloatArray, spacing: float) -> NDArray[np.int64]:
+def _thinned(at: IntArray, vertices: FloatArray, spacing: float) -> IntArray:
     """One vertex of each cube of a grid."""
     cubes = np.floor(vertices[at] / spacing).astype(int)
     return at[np.sort(np.unique(cubes, axis=0, return_index=True)[1])]

@@ -8,8 +8,9 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.learn.heads.marks import FloatArray, Marks
+from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.table import UNITS
 
 _EYES_MM = 88.0, 65.0, 115.0

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.face.schema import CLASS_NAMES
 from abs_engine.io.assets import Speaker
-from abs_engine.learn.heads.marks import FloatArray, IntArray
 
 TEETH = ("upper_teeth", "lower_teeth", "tongue")
 _SUNK = 1.5  # mm behind its place, so that nothing pokes through other lips

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.learn.heads.table import MARKS, SIXTY_EIGHT
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _LEAST = {"outer_lip": 4, "inner_lip": 4, "nose_tip": 1, "chin": 1, "eye_corners": 4}
 _OF_68: dict[str, Any] = {
     "outer_lip": slice(48, 60), "inner_lip": slice(60, 68), "nose_tip": [30], "chin": [8],

@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.schema import CLASS_NAMES
-from abs_engine.learn.heads.marks import FloatArray, Marks
+from abs_engine.learn.heads.marks import Marks
 
 _STRIP = {
     "brow": (62, 44, 36), "skin": (205, 158, 132), "lips": (168, 96, 92), "inner": (58, 24, 22),

@@ -10,10 +10,11 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.schema import CLASS_NAMES, ICT_PARTS, LIPS, TEETH, region_of
 from abs_engine.io.morphs import MorphMesh
-from abs_engine.learn.heads.marks import Contours, FloatArray, IntArray
+from abs_engine.learn.heads.marks import Contours
 
 HIDDEN_ID = 255
 _BY_NAME = {name: k for k, name in enumerate(CLASS_NAMES)}
@@ -98,13 +99,13 @@ def facet_classes(
 
 def _parted(
     corners: IntArray, weld: IntArray, contours: Contours, nose: int
-) -> dict[str, NDArray[np.bool_]]:
+) -> dict[str, BoolArray]:
     """Masks (F,) of facets that the contours part, by the geometric vertices at their corners."""
     c = contours
     ways = {k: weld[getattr(c, k)] for k in ("over", "under", "upper", "lower", "right", "left")}
     labels = _pieces(corners, [np.stack([w[:-1], w[1:]], axis=1) for w in ways.values()])
 
-    def along(*names: str) -> NDArray[np.bool_]:
+    def along(*names: str) -> BoolArray:
         """Facets with an edge on some of the contours."""
         on = [np.isin(corners, ways[name]).sum(axis=1) >= _EDGE for name in names]
         return np.asarray(np.any(on, axis=0))
@@ -130,9 +131,7 @@ def _parted(
     }
 
 
-def _nearer_above(
-    opened: FloatArray, faces: NDArray[np.integer], contours: Contours
-) -> NDArray[np.bool_]:
+def _nearer_above(opened: FloatArray, faces: NDArray[np.integer], contours: Contours) -> BoolArray:
     """Whether facets of an open mouth are nearer to the contours of the upper lip."""
     c = contours
     away = [
@@ -160,7 +159,7 @@ def _pieces(corners: IntArray, cut: Sequence[IntArray] = ()) -> IntArray:
 
 def moving(
     facets: IntArray, faces: NDArray[np.integer], weld: IntArray, jaw: FloatArray
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Whether each of some facets (N,) belongs to a connected part that goes with the jaw."""
     if not len(facets):
         return np.zeros(0, bool)

@@ -9,12 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.report.drawing.colours import system_colour
 from abs_engine.report.drawing.figure import plain
 
-FloatArray = NDArray[np.float64]
 _LEAST_MM = 0.1  # the axis goes that far
 
 

@@ -8,9 +8,9 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.compare.forces import Rule as Integral
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
@@ -36,7 +36,6 @@ from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.head_tracking import HeadMotion
 from abs_engine.tracking.shells import BY_BLOB
 
-FloatArray = NDArray[np.float64]
 OBSERVED = 0.12
 """mm of error in each coordinate of a dot: 0.21 mm in space, as in the filmed sessions."""
 
@@ -72,11 +71,7 @@ class TrainedLips:
 
 
 def learn_lips(
-    speaker: Speaker,
-    person: str,
-    classes: ColourClasses,
-    seed: int,
-    motion: Motion | None = None,
+    speaker: Speaker, person: str, classes: ColourClasses, seed: int, motion: Motion | None = None
 ) -> TrainedLips:
     """Lips of a person from dots; by default while they speak (`spoken_motion`)."""
     motion = spoken_motion(speaker, person) if motion is None else motion

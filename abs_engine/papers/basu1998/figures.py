@@ -6,19 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.lip_shell import LipShell
 from abs_engine.face.shape.modal import LearnedPhysics
 from abs_engine.learn.correspondence import Correspondence
 from abs_engine.papers.basu1998.wireframe import ShellSurface
-from abs_engine.report.drawing.layout import Image, beside, captioned, label, stacked
+from abs_engine.report.drawing.layout import beside, captioned, label, stacked
 from abs_engine.report.drawing.lines import draw_circles
 from abs_engine.report.drawing.paint import facet_coat, paint
 from abs_engine.report.drawing.view import View, views_of
-
-FloatArray = NDArray[np.float64]
 
 SIZE = (240, 170)
 TURNS = (0.0, -90.0)

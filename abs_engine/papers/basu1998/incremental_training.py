@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
@@ -25,8 +25,6 @@ from abs_engine.papers.basu1998.motion import (
     recording_path,
 )
 from abs_engine.papers.basu1998.single_frames import typical_shapes
-
-FloatArray = NDArray[np.float64]
 
 
 def further_motion(speaker: Speaker, person: str) -> Motion:

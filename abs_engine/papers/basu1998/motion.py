@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.capture.dot_annotations import LIPS17
 from abs_engine.capture.observations import Observations
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
@@ -23,8 +24,6 @@ from abs_engine.studio.speech import (
     play_recording,
     read_livelink,
 )
-
-FloatArray = NDArray[np.float64]
 
 FRAMES, RATE = 150, 30.0
 """Section 3: 150 frames at 30 Hz."""
@@ -129,7 +128,6 @@ def recorded_motion(
     *,
     frames: int = FRAMES,
     start: int = RECORDED_FROM,
-    rate: float = RATE,
 ) -> Motion:
     """A person moved by some seconds of a Live Link Face recording.
 
@@ -140,9 +138,8 @@ def recorded_motion(
     path : Path
     frames : int
     start : int
-        First frame at `rate`. The default is the stretch of the recording known to the project in
+        First frame at `RATE`. The default is the stretch of the recording known to the project in
         which the lips move in the most ways.
-    rate : float
 
     Raises
     ------
@@ -151,14 +148,14 @@ def recorded_motion(
     ParameterError
         If it has not so many frames.
     """
-    played = play_recording(read_livelink(path), speaker.unit_names, rate).weights
+    played = play_recording(read_livelink(path), speaker.unit_names, RATE).weights
     if min(start, frames - 1) < 0 or start + frames > len(played):
         raise ParameterError(
             f"frames {start} to {start + frames - 1} are not in the recording",
             f"it has {len(played)}",
         )
-    what = f"recording {path.name}, frames {start} to {start + frames - 1} at {rate:g} Hz"
-    return Motion(person, played[start : start + frames], rate, what, recorded=True)
+    what = f"recording {path.name}, frames {start} to {start + frames - 1} at {RATE:g} Hz"
+    return Motion(person, played[start : start + frames], RATE, what, recorded=True)
 
 
 def authored_motion(
@@ -191,14 +188,14 @@ def authored_motion(
     return Motion(person, speech.weights[:frames], rate, "authored speech")
 
 
-def spoken_motion(speaker: Speaker, person: str, rate: float = RATE) -> Motion:
+def spoken_motion(speaker: Speaker, person: str) -> Motion:
     """A person who speaks for some 40 seconds: what the lips that are tracked are learned from.
 
     `HARVARD` at the pace of speech, as one sound goes over into the next; then `SENTENCES` so
     slowly (`SLOWLY`) that every vowel and fricative is reached.
     """
-    fast = authored_motion(speaker, person, frames=None, rate=rate, sentences=HARVARD)
-    slow = authored_motion(speaker, person, frames=math.ceil(SLOWLY * rate), rate=rate)
+    fast = authored_motion(speaker, person, frames=None, sentences=HARVARD)
+    slow = authored_motion(speaker, person, frames=math.ceil(SLOWLY * RATE))
     return replace(fast, weights=np.concatenate([fast.weights, slow.weights]))
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
@@ -23,10 +23,9 @@ from abs_engine.papers.basu1998.experiment import TrainedLips, lip_error
 from abs_engine.papers.basu1998.figures import Posture, draw_postures
 from abs_engine.papers.basu1998.single_frames import ITERATIONS, colours_of, fit_frame
 from abs_engine.papers.basu1998.wireframe import CloseUp
-from abs_engine.report.drawing.layout import Image, beside, captioned, framed, sheet, stacked
+from abs_engine.report.drawing.layout import beside, captioned, framed, sheet, stacked
 from abs_engine.report.drawing.lines import draw_arrows
 
-FloatArray = NDArray[np.float64]
 TILE = 250  # pixels across a tile
 _TEXT = 15
 _WIDER, _HIGHER = 1.15, 0.75  # than the fit's window; share of what is added above

@@ -5,16 +5,12 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import Image
 from abs_engine.core.geometry import Pose
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.tracking.blobs import find_lips
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory
-
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
 from abs_engine.compare.facets import FacetLikelihood
 from abs_engine.compare.pull import PullRule, pull_rule
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -26,7 +26,7 @@ from abs_engine.fit.head_frame import COLOUR
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.search import Minimiser
 from abs_engine.fit.settings import SHELL_FIT
-from abs_engine.fit.shell import Image, ShellSetting, shell_colours
+from abs_engine.fit.shell import ShellSetting, shell_colours
 from abs_engine.fit.terms import term_kinds
 from abs_engine.fit.view import View
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
@@ -41,7 +41,6 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.shell_frame import ShellBinder
 
-FloatArray = NDArray[np.float64]
 STARTS = 48
 TRIED = 4
 """Best of the starts that are all gone on with: what was seen makes several maxima."""

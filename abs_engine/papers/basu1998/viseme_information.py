@@ -14,15 +14,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.speech import parse_phonemes
 from abs_engine.studio.speech.articulate import articulate
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 VISEMES = ("p", "f", "t", "S", "w", "i", "e", "a", "o", "u")
 """Phonemes in X-SAMPA, each of which looks unlike the others."""

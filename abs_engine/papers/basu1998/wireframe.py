@@ -8,15 +8,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.lip_shell import LipShell
-from abs_engine.report.drawing.layout import Image
 from abs_engine.report.drawing.view import View
 from abs_engine.report.drawing.wire import draw_wire
 
-FloatArray = NDArray[np.float64]
 LINE = 1.1  # pixels of a tile
 ON_LIPS, ON_SKIN = (60, 255, 120), (80, 190, 255)
 """Colours of the lines of lip facets and of skin facets."""

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
@@ -27,7 +28,6 @@ from abs_engine.studio.make import Crew, Order, Progress, make
 from abs_engine.studio.people import Person, dots, paint
 from abs_engine.studio.sequence import Sequence, portrait, wander
 
-FloatArray = NDArray[np.float64]
 SIZE = (320, 240)
 BEADS = 230
 """Coloured beads on the face, as the paper's speaker wears a few hundred (figure 1); none lie on
@@ -144,9 +144,7 @@ def read_visemes(folder: Path, visemes: Several[str]) -> VisemePictures:
     )  # fmt: skip
 
 
-def split(
-    count: int, seed: int = 0, share: float = 0.8
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def split(count: int, seed: int = 0, share: float = 0.8) -> tuple[IntArray, IntArray]:
     """Indices of a random share of so many visemes, and those of the others, ascending."""
     order = np.random.default_rng([seed, 2]).permutation(count)
     cut = round(share * count)

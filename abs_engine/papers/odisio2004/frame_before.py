@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base, parted
 from abs_engine.fit.problem import Problem
@@ -16,8 +16,6 @@ from abs_engine.fit.talking import explained_share
 from abs_engine.tracking.clip_setting import UNEXPLAINED, Work
 from abs_engine.tracking.frame_state import Follower, HeadFrame, Memory, Motion
 
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 SPEEDS = (0.0, 0.5, 1.0)
 """Shares of the last movement that are tried for the next one."""
 MakeProblem = Callable[[Image, Pose, FloatArray], Problem]

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.objective import Evaluation
@@ -25,7 +25,6 @@ from abs_engine.optimise.simplex import Simplex
 from abs_engine.optimise.variations import LocalVariations
 from abs_engine.papers.odisio2004.visemes import Speech
 
-FloatArray = NDArray[np.float64]
 FAILED = 2.0
 """mm of residual above which a fit has failed."""
 BUDGETS = (150, 300, 600)
@@ -239,7 +238,6 @@ def compare_tolerances(
     renderer: Renderer,
     *,
     model: str = "tex_lin",
-    tolerances: Sequence[float] = TOLERANCES,
 ) -> list[StopRow]:
     """Nelder-Mead from neutral, the pose known, with tighter and tighter stopping rules.
 
@@ -247,10 +245,9 @@ def compare_tolerances(
     ----------
     speech, face, tests, renderer, model
         As for `compare_solvers`; the visemes must not be those that results are reported of.
-    tolerances : sequence of float
     """
     tests, rows = list(tests), []
-    for tolerance in tolerances:
+    for tolerance in TOLERANCES:
         errors, counts = [], []
         for k in tests:
             watched = Watched(speech.problem(face, model, k, renderer))

@@ -18,12 +18,7 @@ from abs_engine.papers.odisio2004.sentences_scores import Closures, Curves, clos
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import Job, Tell, Work, track_sentences
 from abs_engine.papers.odisio2004.sequence import Tracked
-from abs_engine.papers.odisio2004.trees import (
-    Tree,
-    faces_at_centres,
-    phoneme_tree,
-    trees_figure,
-)
+from abs_engine.papers.odisio2004.trees import Tree, faces_at_centres, phoneme_tree, trees_figure
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.report.drawing.figure import figure_bytes
 from abs_engine.studio.french import SENTENCES, Sentence

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CLOSED_BELOW
@@ -22,7 +23,6 @@ from abs_engine.studio.sequence import Sequence, deform, expression, portrait, w
 from abs_engine.studio.speech import Utterance, articulate
 from abs_engine.studio.take import Take
 
-FloatArray = NDArray[np.float64]
 RATE = 25.0
 """Frames per second."""
 
@@ -60,7 +60,7 @@ class Filmed:
         return len(self.pictures)
 
     @property
-    def closed(self) -> NDArray[np.bool_]:
+    def closed(self) -> BoolArray:
         """Frames (T,) in which the lips touch all along."""
         return np.asarray(self.gaps < CLOSED_BELOW)
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.evaluate.metrics.closure import closed_intervals
 from abs_engine.face.articulated import FaceShape
 from abs_engine.io.assets import Speaker
@@ -16,8 +16,6 @@ from abs_engine.papers.odisio2004.sequence import Tracked
 from abs_engine.studio.contact import widest_gap
 from abs_engine.studio.speech import Segment
 
-FloatArray = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 _NEAR = 1
 """Frames by which a closure may be early or late."""
 BILABIALS = ("p", "b", "m")
@@ -41,7 +39,7 @@ class Curves:
         Widest gap between the lips of the tracked mesh.
     """
 
-    evaluations: NDArray[np.int64]
+    evaluations: IntArray
     rms: FloatArray
     lips: FloatArray
     rest: FloatArray
@@ -182,7 +180,7 @@ def closures(filmed: Filmed, gap: FloatArray, below: float) -> Closures:
     return Closures(spoken, closed, len(runs), true)
 
 
-def _frames(segment: Segment, frames: NDArray[np.int64]) -> Flags:
+def _frames(segment: Segment, frames: IntArray) -> BoolArray:
     """Frames that belong to a segment, one more on either side."""
     times = frames / RATE
     return np.asarray(

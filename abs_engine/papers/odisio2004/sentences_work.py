@@ -14,9 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.provenance import code_digest
 from abs_engine.core.scene import Renderer
@@ -35,7 +33,6 @@ from abs_engine.render.select import open_renderer
 from abs_engine.studio.french import Sentence
 from abs_engine.studio.plan import ClipPlan
 
-FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]
 
 _OF_TEXTURES = Settings(limit=300)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import OutOfPictureError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -27,9 +27,6 @@ from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.loop import AGAIN, at_rest
 from abs_engine.tracking.loop import track as track_frames
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -107,8 +104,8 @@ class Tracked:
     alpha: FloatArray
     poses: tuple[Pose, ...]
     value: FloatArray
-    evaluations: NDArray[np.int64]
-    restarted: NDArray[np.bool_]
+    evaluations: IntArray
+    restarted: BoolArray
     seconds: float = 0.0
 
     def __len__(self) -> int:
@@ -179,13 +176,19 @@ def track(
                 progress(len(rows))
     if not rows:
         raise ParameterError("the sequence has no picture", "give at least one")
+    again = journal is not None and journal.resumed
+    return _tracked(rows, float("nan") if again else time.perf_counter() - started)
+
+
+def _tracked(rows: Sequence[FrameResult], seconds: float) -> Tracked:
+    """What was found in frames, all of which show the face."""
     return Tracked(
         np.array([parted(row.vector)[1] for row in rows]),
         tuple(row.pose for row in rows if row.pose is not None),
         np.array([row.value / row.unit for row in rows]),
         np.array([row.evaluations for row in rows], np.int64),
         np.array([row.status == AGAIN for row in rows]),
-        float("nan") if journal is not None and journal.resumed else time.perf_counter() - started,
+        seconds,
     )
 
 

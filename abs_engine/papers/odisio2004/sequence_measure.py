@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.point_selection import choose_points
 from abs_engine.face.talking import TalkingFace
 from abs_engine.learn.settings import LEARNING
@@ -50,9 +50,9 @@ def searches(usual: Settings) -> dict[str, Settings]:
     }
 
 
-def stopping(usual: Settings, tolerances: tuple[float, ...] = TOLERANCES) -> dict[str, Settings]:
+def stopping(usual: Settings) -> dict[str, Settings]:
     """The same search with looser and tighter ends."""
-    return {f"{t:g}": replace(usual, tolerance=t, coarse=min(usual.coarse, t)) for t in tolerances}
+    return {f"{t:g}": replace(usual, tolerance=t, coarse=min(usual.coarse, t)) for t in TOLERANCES}
 
 
 def compare_searches(
@@ -149,7 +149,6 @@ def practise(
     face: TalkingFace,
     filmed: Filmed,
     renderer: Renderer,
-    frames: int | None = None,
     kept: Path | None = None,
 ) -> list[dict[str, str | float]]:
     """A table of all of it: searches and stopping rules of both linear models, and variants.
@@ -162,8 +161,6 @@ def practise(
     filmed : Filmed
         Of `french.PRACTICE`.
     renderer : Renderer
-    frames : int, optional
-        From the start; by default all.
     kept : Path, optional
         As of `compare_searches`.
     """
@@ -171,7 +168,7 @@ def practise(
 
     def add(model: str, own: TalkingFace, which: Mapping[str, Settings]) -> None:
         aside = None if kept is None else kept / f"{len(rows)}"
-        found = compare_searches(speech, own, model, filmed, renderer, which, frames, aside)
+        found = compare_searches(speech, own, model, filmed, renderer, which, None, aside)
         rows.extend({"what": name, "model": model, **asdict(m)} for name, m in found.items())
 
     others = variants(speech, face, renderer)

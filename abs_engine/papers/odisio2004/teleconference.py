@@ -14,7 +14,7 @@ from abs_engine.core.pose import parted
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.atlas import fitting_size, lay_atlas
 from abs_engine.face.appearance.information import choose_informative, information
-from abs_engine.face.appearance.local import learn_local
+from abs_engine.face.appearance.local_learning import learn_local
 from abs_engine.face.appearance.texture import learn_texture
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
@@ -22,12 +22,7 @@ from abs_engine.face.talking import TalkingFace
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import LEARNING
 from abs_engine.papers.odisio2004.sentences_figures import curves_figure
-from abs_engine.papers.odisio2004.sentences_filmed import (
-    Filmed,
-    cut,
-    film_plan,
-    plan_sentence,
-)
+from abs_engine.papers.odisio2004.sentences_filmed import Filmed, cut, film_plan, plan_sentence
 from abs_engine.papers.odisio2004.sentences_scores import Curves
 from abs_engine.papers.odisio2004.sentences_scores import curves as curves_of
 from abs_engine.papers.odisio2004.sentences_work import settings_of
@@ -98,10 +93,7 @@ def film_worn(
 
 
 def learn_at_once(
-    shape: FaceShape,
-    filmed: Filmed,
-    beads: NDArray[np.integer],
-    renderer: Renderer,
+    shape: FaceShape, filmed: Filmed, beads: NDArray[np.integer], renderer: Renderer
 ) -> TalkingFace:
     """tex_cst from the first image of a sequence, la_lin from all, away from the beads.
 
@@ -129,11 +121,11 @@ def learn_at_once(
     marks = shape.marks[away > FREE_OF_BEADS]
     every = learn_local(seen, scene, marks, camera, renderer)
     own = slice(len(shape.blocks) - len(shape.spec), None)  # the pose is known
-    told = information(every, seen, scene, camera, renderer, shape.compared.moved)[:, own, own]
+    told = information(every, seen, scene, camera, renderer, shape.moved)[:, own, own]
     chosen = choose_informative(
         every,
         told,
-        parted(shape.compared.about)[1],
+        parted(shape.about)[1],
         POINTS,
         places[away > FREE_OF_BEADS],
         LEARNING.spacing,

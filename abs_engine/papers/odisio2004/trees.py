@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.cluster.hierarchy import dendrogram, fcluster
 from scipy.spatial.distance import cdist
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.studio.speech import Segment
 
-FloatArray = NDArray[np.float64]
 Faces = Mapping[str, FloatArray]
 """Points (K, N, 3), mm, of the K faces with which each phoneme was said."""
 
@@ -98,7 +97,7 @@ def phoneme_tree(faces: Faces) -> Tree:
     return Tree(names, _joined(members, away))
 
 
-def _joined(members: dict[int, NDArray[np.int64]], away: FloatArray) -> FloatArray:
+def _joined(members: dict[int, IntArray], away: FloatArray) -> FloatArray:
     count = len(members)
     height, size = dict.fromkeys(members, 0.0), dict.fromkeys(members, 1)
     apart = {

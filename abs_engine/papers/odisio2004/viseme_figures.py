@@ -9,12 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.face.talking import TalkingFace
 from abs_engine.papers.odisio2004.visemes import ASKED, NEUTRAL, PRINTED, Speech, VisemeError
-from abs_engine.report.drawing.layout import Image, beside, captioned, stacked
+from abs_engine.report.drawing.layout import beside, captioned, stacked
 from abs_engine.report.drawing.lines import draw_circles
 
 DEVIATIONS = (-2.0, 0.0, 2.0)
@@ -63,8 +64,6 @@ def texture_nomograms(
     camera: Camera,
     pose: Pose,
     renderer: Renderer,
-    parameters: Sequence[str] = ("jaw1", "lips1"),
-    values: Sequence[float] = DEVIATIONS,
 ) -> Image:
     """Figure 4: textures of one parameter at a time, all on the same, unmoved shape.
 
@@ -74,18 +73,15 @@ def texture_nomograms(
     camera : Camera
     pose : Pose
     renderer : Renderer
-    parameters : sequence of str
-    values : sequence of float
-        Standard deviations.
     """
     scene, names = face.shape.surface, face.shape.model.parameters
     still = Candidates.one(np.zeros(0), pose)
     window = camera.whole
     lines = []
-    for name in parameters:
+    for name in ("jaw1", "lips1"):
         tiles = []
         for value, texture in zip(
-            values, face.tex_lin.nomogram(names.index(name), values), strict=True
+            DEVIATIONS, face.tex_lin.nomogram(names.index(name), DEVIATIONS), strict=True
         ):
             plain = type(scene)(
                 scene.mean, scene.modes[:0], scene.faces, scene.uv, scene.facet_class, texture

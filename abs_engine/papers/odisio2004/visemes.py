@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.visibility import Sighting
 from abs_engine.face.articulated import FaceShape
-from abs_engine.face.talking import (
-    MODELS,
-    TalkingFace,
-)
+from abs_engine.face.talking import MODELS, TalkingFace
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import TALKING_FIT
 from abs_engine.fit.talking import fit, talking_problem, usual_tolerance
@@ -37,7 +34,6 @@ from abs_engine.papers.odisio2004.filmed import (
 )
 from abs_engine.studio.corpus import NOISE, PAPER_VISEMES, speak_corpus
 
-FloatArray = NDArray[np.float64]
 NEUTRAL = "neutral"
 PRINTED = {"tex_lin_printed": "tex_lin", "tex_cst_printed": "tex_cst"}
 """Textures compared by epsilon as printed, beside the whitened comparison of `talking_problem`."""
@@ -105,8 +101,6 @@ def film_speech(
     beads: int = BEADS,
     size: tuple[int, int] = SIZE,
     seed: int = 0,
-    visemes: Sequence[str] = PAPER_VISEMES,
-    filming: Callable[[int, int], None] | None = None,
 ) -> Speech:
     """Speak a corpus, build its model, and film its visemes.
 
@@ -123,23 +117,18 @@ def film_speech(
         Of the pictures.
     seed : int
         Of the corpus' noise, the head's motion and the sensor.
-    visemes : sequence of str
-    filming : callable, optional
-        Called with the number of pictures done and of all.
 
     Raises
     ------
     ParameterError, OutputError, StudioError, InputFileError, ModelFormatError
         As `speak_corpus`, `build`, `film_visemes` and `read_visemes`.
     """
-    spoken = speak_corpus(speaker, speaker.named(person), visemes, noise=NOISE, seed=seed)
+    spoken = speak_corpus(speaker, speaker.named(person), PAPER_VISEMES, noise=NOISE, seed=seed)
     built = build(spoken.corpus)
     if made_before(folder):
         pictures = read_visemes(folder, spoken.corpus.visemes)
     else:
-        pictures = film_visemes(
-            speaker, spoken, person, folder, size=size, beads=beads, seed=seed, progress=filming
-        )
+        pictures = film_visemes(speaker, spoken, person, folder, size=size, beads=beads, seed=seed)
     shape = face_shape(speaker, spoken, built, person)
     return Speech(person, spoken, built, shape, pictures, beads)
 
@@ -209,7 +198,7 @@ def _rms(distances: FloatArray) -> float:
     return float(np.sqrt((distances**2).mean()))
 
 
-def splits(count: int, seed: int, rounds: int) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+def splits(count: int, seed: int, rounds: int) -> list[tuple[IntArray, IntArray]]:
     """Random shares of four fifths to learn from, and the rest to test on.
 
     Of five rounds each viseme is tested once: the shuffled visemes are cut into five parts; fewer

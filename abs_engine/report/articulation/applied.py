@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +35,11 @@ class Applied:
     names: tuple[str, ...]
     alpha: FloatArray
     error: FloatArray
-    seen: NDArray[np.int64]
+    seen: IntArray
     lacking: tuple[str, ...]
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> BoolArray:
         """Mask (T,) of the frames that have parameters."""
         return np.asarray(np.isfinite(self.error), np.bool_)
 

@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.io.assets import Speaker
 from abs_engine.report.articulation.tables import Box
 from abs_engine.report.drawing.figure import plain
-from abs_engine.report.drawing.layout import Image
 from abs_engine.report.inspect.body import Body
 from abs_engine.report.inspect.sheets import Look, Row, nomogram
 

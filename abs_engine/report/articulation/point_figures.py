@@ -6,12 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.report.drawing.figure import plain
 
-FloatArray = NDArray[np.float64]
 REACH = 2.0
 """Standard deviations by which a parameter moves to either side."""
 _VIEWS = (("front", 0), ("side", 2))
@@ -58,7 +57,7 @@ def _extent(model: ArticulatoryModel) -> tuple[FloatArray, FloatArray]:
     return middle - half, middle + half
 
 
-def _draw(axes: Axes, ends: FloatArray, own: NDArray[np.bool_]) -> None:
+def _draw(axes: Axes, ends: FloatArray, own: BoolArray) -> None:
     """Ways (2, N, 2) of points, from the first to the second."""
     for chosen, colour in ((~own, _OTHER), (own, _OWN)):
         ways = ends[:, chosen].transpose(1, 0, 2)

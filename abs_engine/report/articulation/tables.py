@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.learn.articulatory import Build, rms
-
-FloatArray = NDArray[np.float64]
 
 PAPER_VARIANCE = {
     "jaw1": 0.1611, "lips1": 0.5010, "lips2": 0.1019, "lips3": 0.0960, "lips4": 0.0672,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import FloatArray
+from abs_engine.core.arrays import FloatArray
 from abs_engine.report.drawing.palette import colours_of
 
 TRUTH = "#1a1a1a"

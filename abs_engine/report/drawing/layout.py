@@ -8,11 +8,10 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
-Image = NDArray[np.uint8]
+from abs_engine.core.arrays import Image
 
 INK = (30, 30, 30)
 PAPER = 255

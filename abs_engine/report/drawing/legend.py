@@ -10,11 +10,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.report.drawing.palette import paint_flow, paint_normals
 
-Image = NDArray[np.uint8]
 DPI = 100
 FONT = 9.5  # points; at 100 dots an inch the height of the captions
 

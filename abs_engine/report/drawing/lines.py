@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import FloatArray
+from abs_engine.core.arrays import FloatArray, Image
 
-Image = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 _BITS = 4  # of OpenCV's sub-pixel coordinates
 _VISIBLE = 1.5  # pixels: shorter arrows are dots

@@ -8,12 +8,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import FloatArray
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.scene import Candidates, Renderer, Scene
 from abs_engine.report.drawing.smooth import smooth_picture
 from abs_engine.report.drawing.view import View
-
-Image = NDArray[np.uint8]
 
 WHITE = (255, 255, 255)
 AMBIENT = 0.5
@@ -58,10 +56,10 @@ class Coat:
     """
 
     uv: NDArray[np.float32]
-    texture: NDArray[np.uint8]
+    texture: Image
 
 
-def facet_coat(colours: NDArray[np.uint8], facet_colour: NDArray[np.integer]) -> Coat:
+def facet_coat(colours: Image, facet_colour: NDArray[np.integer]) -> Coat:
     """Each facet in one of the colours (K, 3), given by its index (F,)."""
     u = (np.repeat(facet_colour, 3) + 0.5) / len(colours)
     return Coat(np.stack([u, np.full_like(u, 0.5)], axis=1).astype(np.float32), colours[None])

@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
-Image = NDArray[np.uint8]
+from abs_engine.core.arrays import BoolArray, FloatArray, Image, IntArray
 
 CLASS_COLOURS: Image = np.array(
     [(255, 255, 255), (236, 200, 176), (214, 39, 40), (255, 127, 14), (96, 44, 60),
@@ -41,7 +41,7 @@ def rounded_up(value: float) -> float:
     return float(np.ceil(value / step - 1e-9) * step)
 
 
-def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> NDArray[np.int64]:
+def facet_palette(faces: NDArray[np.integer], weld: NDArray[np.integer]) -> IntArray:
     """Colours of facets such that neighbours differ.
 
     Facets that share an edge always have different colours, and so have, wherever the colours
@@ -93,10 +93,7 @@ def paint_ids(
 
 
 def paint_values(
-    values: NDArray[np.floating],
-    limits: tuple[float, float],
-    colours: Image,
-    known: NDArray[np.bool_],
+    values: NDArray[np.floating], limits: tuple[float, float], colours: Image, known: BoolArray
 ) -> Image:
     """Numbers (H, W) on a scale of colours (K, 3), white where they are not `known`."""
     share = np.clip((values - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0)
@@ -104,7 +101,7 @@ def paint_values(
     return np.where(known[..., None], picture, np.uint8(255))
 
 
-def paint_normals(normals: NDArray[np.floating], known: NDArray[np.bool_]) -> Image:
+def paint_normals(normals: NDArray[np.floating], known: BoolArray) -> Image:
     """Normals (H, W, 3), camera frame (x right, y down, z forward), in the usual colours.
 
     Red to the right, green upwards, blue towards the camera: (x, -y, -z) from -1..1 to 0..255.
@@ -113,7 +110,7 @@ def paint_normals(normals: NDArray[np.floating], known: NDArray[np.bool_]) -> Im
     return np.where(known[..., None], np.clip(np.rint(coded), 0, 255), 255).astype(np.uint8)
 
 
-def paint_flow(flow: NDArray[np.floating], largest: float, known: NDArray[np.bool_]) -> Image:
+def paint_flow(flow: NDArray[np.floating], largest: float, known: BoolArray) -> Image:
     """Flow (H, W, 2), pixels: hue is the direction, saturation the length up to `largest`."""
     u, v = flow[..., 0], flow[..., 1]
     hue = (np.arctan2(v, u) / (2 * np.pi)) % 1.0
@@ -121,7 +118,5 @@ def paint_flow(flow: NDArray[np.floating], largest: float, known: NDArray[np.boo
     hsv = np.stack([hue, length, 1 - 0.15 * length], axis=-1)
     from matplotlib.colors import hsv_to_rgb
 
-    coloured = np.rint(
-        255 * cast("NDArray[np.float64]", hsv_to_rgb(np.where(known[..., None], hsv, 0)))
-    )
+    coloured = np.rint(255 * cast("FloatArray", hsv_to_rgb(np.where(known[..., None], hsv, 0))))
     return np.where(known[..., None], coloured, 255).astype(np.uint8)

@@ -26,12 +26,7 @@ class Multisampling(Protocol):
     """A renderer that makes multisampled pictures, as `OpenGLRenderer` does."""
 
     def picture(
-        self,
-        scene: Scene,
-        candidates: Candidates,
-        camera: Camera,
-        window: Window,
-        samples: int = 4,
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, samples: int = 4
     ) -> list[NDArray[np.uint8]]:
         """Pictures (H, W, 3) uint8 RGB, the background black."""
         ...

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.geometry import FACING, FloatArray, Pose
+from abs_engine.core.geometry import FACING, Pose
 
 DISTANCE = 1000.0
 """From the camera to the middle of what is shown, mm."""

@@ -12,12 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.report.drawing.paint import Surface, plain_scene
 from abs_engine.report.drawing.view import View
 
-Image = NDArray[np.uint8]
 _FINER = 3  # drawn pixels a side for each pixel of the picture
 
 
@@ -26,7 +25,7 @@ def draw_wire(
     renderer: Renderer,
     surface: Surface,
     view: View,
-    edges: NDArray[np.bool_],
+    edges: BoolArray,
     width: float,
     colours: NDArray[np.integer],
     strength: float = 1.0,
@@ -66,7 +65,7 @@ def draw_wire(
 
 def quad_edges(
     vertices: FloatArray, faces: NDArray[np.integer], weld: NDArray[np.integer]
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Edges that are worth drawing: all but the diagonals of quads that were cut in two.
 
     An edge that is the longest of both of its facets is taken for such a diagonal.
@@ -99,9 +98,9 @@ def line_cover(
     barycentrics: NDArray[np.floating],
     pixels: FloatArray,
     faces: NDArray[np.integer],
-    drawn: NDArray[np.bool_],
+    drawn: BoolArray,
     width: float,
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Cover of lines.
 
     Parameters

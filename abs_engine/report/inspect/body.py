@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import FloatArray, vertex_normals
+from abs_engine.core.geometry import vertex_normals
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.report.drawing.colours import clay_of
 from abs_engine.report.drawing.paint import Coat, facet_coat

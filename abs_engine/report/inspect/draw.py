@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.scene import Renderer
 from abs_engine.io.files import check_free
-from abs_engine.report.inspect.film import Film, Image
+from abs_engine.report.inspect.film import Film
 from abs_engine.report.inspect.heads import (
     draw_nomogram,
     draw_portrait,

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.report.drawing.layout import columns_of, evenly, sheet
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.request import Request
 
-Image = NDArray[np.uint8]
 SHEET_TILES = 20
 """Frames on a sheet."""
 

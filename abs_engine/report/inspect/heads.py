@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.shape.mouth import mouth_shape
@@ -13,7 +14,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.report.drawing.layout import captioned, columns_of, sheet
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, person_body, posed
-from abs_engine.report.inspect.film import Film, Image
+from abs_engine.report.inspect.film import Film
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.request import Request
 from abs_engine.report.inspect.runs import load_run_head

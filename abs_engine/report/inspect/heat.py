@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.io.inputs import MOST, check_file
 from abs_engine.io.npz import BROKEN, read_arrays
@@ -22,7 +22,6 @@ from abs_engine.report.drawing.palette import colours_of, rounded_up
 from abs_engine.report.drawing.view import View, views_of
 from abs_engine.report.inspect.body import Body
 
-Image = NDArray[np.uint8]
 HEAT_COLOURS = colours_of("viridis")
 HEAT_AMBIENT = 0.8
 """Much of the light comes from everywhere, so that colours can be compared with the bar."""
@@ -109,7 +108,6 @@ def heat_map(
     *,
     text: str = "error, mm",
     largest: float | None = None,
-    turns: Sequence[float] = HEAT_TURNS,
 ) -> Image:
     """Numbers on the face from several sides, with a colour bar.
 
@@ -124,14 +122,12 @@ def heat_map(
         What the numbers are, and their unit.
     largest : float, optional
         The end of the scale; by default the greatest value, rounded up.
-    turns : sequence of float
-        Degrees by which the head turns to its left in each view.
 
     Returns
     -------
     (H, W, 3) uint8 RGB
     """
     limits = heat_limits(values, largest)
-    views = views_of(body.vertices, size, turns)
+    views = views_of(body.vertices, size, HEAT_TURNS)
     pictures = heat_pictures(renderer, body, values, views, limits)
     return beside([*pictures, colour_bar(HEAT_COLOURS, limits, text, size[1])])

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.io.assets import Speaker
@@ -28,7 +29,6 @@ from abs_engine.report.drawing.palette import (
 from abs_engine.report.drawing.view import View
 from abs_engine.report.inspect.body import Body
 
-Image = NDArray[np.uint8]
 MOST = 0.98
 """Share of the flow within its scale: a blink is long, and would leave all else pale."""
 LEAST_FLOW = 0.1  # px, at the end of its scale
@@ -159,7 +159,7 @@ def limits_of(kind: str, frames: Sequence[LabelFrame]) -> tuple[float, float]:
     return float(low), float(max(high, low + 10))
 
 
-def _sizes(kind: str, frame: LabelFrame) -> NDArray[np.float64]:
+def _sizes(kind: str, frame: LabelFrame) -> FloatArray:
     """Depths, or lengths of the flow, where they are known."""
     values = frame.read(kind)[frame.ids > 0].astype(np.float64)
     if kind == "flow":

@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import png, scratch, write_new
 from abs_engine.io.video import VideoWriter
 
-Image = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 """Called with the number of pictures done and of all."""
 

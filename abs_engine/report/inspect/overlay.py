@@ -6,11 +6,10 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Window
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.report.drawing.layout import captioned
 from abs_engine.report.drawing.lines import Colour, draw_line
@@ -20,8 +19,6 @@ from abs_engine.report.drawing.wire import draw_wire, quad_edges
 from abs_engine.report.inspect.body import Body, coat, unknown
 from abs_engine.report.inspect.runs import RunHead
 from abs_engine.tracking.contours import LOWER, OUTER, UPPER
-
-Image = NDArray[np.uint8]
 
 STYLES = ("wireframe", "contour", "blend")
 OUTLINE: Colour = (255, 255, 255)
@@ -93,7 +90,7 @@ class OverlayPainter:
         )
 
     @cached_property
-    def _edges(self) -> NDArray[np.bool_]:
+    def _edges(self) -> BoolArray:
         speaker = self._run.speaker
         return quad_edges(speaker.vertices.astype(np.float64), speaker.faces, speaker.weld)
 

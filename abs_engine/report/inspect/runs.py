@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -20,7 +20,6 @@ from abs_engine.report.inspect.body import Body, check_same_mesh
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
 
-Image = NDArray[np.uint8]
 _CAMERA = ("camera_matrix", "camera_size", "camera_distortion", "rate")
 
 

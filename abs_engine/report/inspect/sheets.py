@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.geometry import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.report.drawing.layout import beside, captioned, columns_of, label, sheet, stacked
-from abs_engine.report.drawing.paint import Image, paint
+from abs_engine.report.drawing.paint import paint
 from abs_engine.report.drawing.view import View, views_of
 from abs_engine.report.inspect.body import Body, check_units, coat
 from abs_engine.report.inspect.output import Progress

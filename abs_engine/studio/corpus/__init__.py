@@ -3,10 +3,4 @@
 from abs_engine.studio.corpus.make import NOISE, speak_corpus, viseme_weights
 from abs_engine.studio.corpus.visemes import ALL_VISEMES, PAPER_VISEMES
 
-__all__ = [
-    "ALL_VISEMES",
-    "NOISE",
-    "PAPER_VISEMES",
-    "speak_corpus",
-    "viseme_weights",
-]
+__all__ = ["ALL_VISEMES", "NOISE", "PAPER_VISEMES", "speak_corpus", "viseme_weights"]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.capture.corpus import Corpus
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.bite import bite_plane_of
@@ -17,7 +18,6 @@ from abs_engine.studio.corpus.subtle import as_it_happens, subtle
 from abs_engine.studio.corpus.visemes import PAPER_VISEMES, SILENT, spelled
 from abs_engine.studio.speech import articulate, parse_phonemes
 
-FloatArray = NDArray[np.float64]
 NOISE = 0.3
 """Error (mm) of a measured point: the root mean square of its distance from where it is."""
 _PREPH = {"jawOpen": 0.11, "mouthLowerDownLeft": 0.06, "mouthLowerDownRight": 0.06}

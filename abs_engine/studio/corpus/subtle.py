@@ -7,13 +7,11 @@ what the parameters before it leave around the lips.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.studio.speech.dominance import Score, blend
 from abs_engine.studio.speech.phonemes import Phoneme
 from abs_engine.studio.speech.utterance import Utterance
-
-FloatArray = NDArray[np.float64]
 
 UNITS = ("jawForward", "cheekPuff")
 """Face units that are set here, which the targets of `abs_engine.studio.speech` leave alone."""

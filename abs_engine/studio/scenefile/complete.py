@@ -13,12 +13,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.studio.look import FILL, KEY
 from abs_engine.studio.scenefile.reader import nearest
 from abs_engine.studio.scenefile.scene import ClipEntry, SceneFile
-from abs_engine.studio.scenefile.values import (
-    CameraEntry,
-    EventEntry,
-    LightEntry,
-    OccluderEntry,
-)
+from abs_engine.studio.scenefile.values import CameraEntry, EventEntry, LightEntry, OccluderEntry
 
 Named = TypeVar("Named", CameraEntry, LightEntry, OccluderEntry, EventEntry, ClipEntry)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")

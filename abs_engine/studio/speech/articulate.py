@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.speech.contact import ContactSolver
@@ -15,8 +16,6 @@ from abs_engine.studio.speech.gestures import Contact, contacts
 from abs_engine.studio.speech.lips import Lips
 from abs_engine.studio.speech.targets import ARTICULATORS, goals, hold, pace
 from abs_engine.studio.speech.utterance import Utterance
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.studio.speech.lips import Lips
 
-FloatArray = NDArray[np.float64]
 Measure = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 PRESS = 0.1
@@ -117,7 +116,7 @@ class ContactSolver:
         return best
 
     @cached_property
-    def biting_units(self) -> NDArray[np.int64]:
+    def biting_units(self) -> IntArray:
         """Indices of the face units that `bite` may change."""
         return np.flatnonzero(self._pattern(tuple(_BITING)).any(axis=1))
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from abs_engine.core.arrays import FloatArray
 
 EXPONENT = 1.5
 """Power of time in the dominance functions; above 1 the curves have no corners."""

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.studio.speech.phonemes import Phoneme
 from abs_engine.studio.speech.targets import hold
 from abs_engine.studio.speech.utterance import Segment
 
-FloatArray = NDArray[np.float64]
 Kind = Literal["lips", "teeth"]
 
 _SLOWEST, _QUICKEST = 0.080, 0.001

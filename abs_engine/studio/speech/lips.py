@@ -8,10 +8,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.io.assets import Speaker
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 INCISORS = 5.0
 """Half the width (mm) of the upper front teeth's edge that the lower lip is measured against."""

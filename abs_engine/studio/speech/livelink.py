@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.timecode import seconds_since_first
 from abs_engine.io.inputs import check_file, to_number
 from abs_engine.studio.speech.articulate import Speech, check_rate
-
-FloatArray = NDArray[np.float64]
 
 MOST_FRAMES = 1_000_000
 """Of a recording that is played: nine hours at 30 frames a second."""

@@ -1,0 +1,100 @@
+"""The equations of matches between two frames: what poses and shape make of their places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from abs_engine.core.arrays import FloatArray
+from abs_engine.core.camera import Camera
+from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import pose_moves
+from abs_engine.tracking.head_texture import HeadBody, HeadView, Matches, picture_motion
+from abs_engine.tracking.settings.head import HEAD_POSE
+
+
+@dataclass(frozen=True, eq=False)
+class MatchEquations:
+    """Matches, linearised.
+
+    Parameters
+    ----------
+    residual : (N, 2) float64, px
+        Where the second frame shows the points, less where the head puts them.
+    first : (6, N, 2) float64
+        By how much the head puts them elsewhere for a step of the first frame's pose; empty where
+        the identity is not asked for.
+    second : (6 + M, N, 2) float64
+        The same of the second frame's pose and posture.
+    identity : (K, N, 2) float64
+    weight : (N,) float64
+        Inverse variances, robust.
+    """
+
+    residual: FloatArray
+    first: FloatArray
+    second: FloatArray
+    identity: FloatArray
+    weight: FloatArray
+
+
+def linearised(
+    body: HeadBody, found: Matches, first: HeadView, second: HeadView, camera: Camera
+) -> MatchEquations:
+    """The matches' equations.
+
+    A point stays on its ray in the first frame: where shape or pose change, it slides along the
+    surface.
+    """
+    points = found.of(second.vertices)
+    return linearised_at(body, found, first, second.pose, points, camera)
+
+
+def linearised_at(
+    body: HeadBody, found: Matches, first: HeadView, pose: Pose, points: FloatArray, camera: Camera,
+    who: bool = True,
+) -> MatchEquations:  # fmt: skip
+    """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
+
+    Of the first frame and the identity only if `who` is asked for.
+    """
+    here, normal = found.of(first.vertices), found.of(first.normals)
+    eye = -first.pose.rotation.T @ first.pose.translation
+    ray = _rays(found.first, first.camera or camera) @ first.pose.rotation
+    steep = np.minimum((ray * normal).sum(axis=1, keepdims=True), HEAD_POSE.grazing)
+    slide = eye + ray * ((here - eye) * normal).sum(axis=1, keepdims=True) / steep - here
+    far = np.maximum(np.linalg.norm(slide, axis=1, keepdims=True), 1e-9)
+    slide *= np.minimum(1.0, HEAD_POSE.most_slide / far)
+
+    point = points + slide
+    there = pose.apply(point)
+    seen = picture_motion(there, camera)
+    own = seen @ pose.rotation  # of a motion in the head's own axes
+    moves = np.einsum("nij,dnj->dni", seen, _moves(pose, point, body.pivot))
+    posture = np.einsum("nij,dnj->dni", own, found.posture)
+    before = identity = np.zeros((0, *found.second.shape))
+    if who:
+        # Where the surface sinks, its points go along their rays of the first frame
+        sunk = np.einsum("nij,nj->ni", own, ray / steep)
+        back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
+        before = (back * normal).sum(axis=-1)[..., None] * sunk
+        before -= np.einsum("nij,dnj->dni", own, back)
+        identity = (found.identity * normal).sum(axis=-1)[..., None] * sunk
+    residual = found.second - camera.project(there)
+    away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
+    weight = 1 / (HEAD_POSE.matches_alike * found.sigma**2 * (1 + away))
+    return MatchEquations(residual, before, np.concatenate([moves, posture]), identity, weight)
+
+
+def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
+    """Unit vectors (N, 3) to pixels (N, 2), camera frame."""
+    flat = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
+    rays = np.column_stack([flat, np.ones(len(flat))])
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+
+def _moves(pose: Pose, points: FloatArray, pivot: FloatArray) -> FloatArray:
+    """Motion of points (N, 3) of the head, camera frame, for a step of the pose, (6, N, 3)."""
+    return pose_moves(pose.apply(points) - pose.apply(pivot))

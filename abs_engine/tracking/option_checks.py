@@ -1,0 +1,109 @@
+"""Options of tracking that do not go together, or not with the video, are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.registry import nearest
+from abs_engine.io.video import VideoInfo
+from abs_engine.tracking.mouth_landmarks import EVIDENCE
+from abs_engine.tracking.options import (
+    BLOBS,
+    LANDMARKS,
+    STARTS,
+    Leaves,
+    Model,
+    TrackOptions,
+    model_named,
+)
+from abs_engine.tracking.presets import resolved
+from abs_engine.tracking.scale import pupil_scale
+from abs_engine.tracking.smoothing import Smoothing
+
+DEFAULTS = TrackOptions()
+
+
+def check_options(options: TrackOptions, info: VideoInfo) -> None:
+    """Raise `ParameterError` for a mouth outside of the picture or another picture's camera.
+
+    And for a mouth beside poses, which say where it is.
+    """
+    if options.camera is not None and options.camera.size != info.size:
+        raise ParameterError(
+            "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
+            "give the camera.json of this video",
+        )
+    check_choices(options)
+    if options.smooth is not None:
+        Smoothing.named(options.smooth).check(info.rate, np.zeros(0))
+    if options.mouth is None:
+        return
+    if options.poses is not None:
+        raise ParameterError("head poses say where the mouth is", "leave out --mouth, or --poses")
+    x, y, width, height = options.mouth
+    right, bottom = info.size
+    if not (
+        width > 0 and height > 0 and 0 <= x < x + width <= right and 0 <= y < y + height <= bottom
+    ):
+        raise ParameterError(
+            f"the mouth {x:g} {y:g} {width:g} {height:g} is not in the picture",
+            f"give left, top, width and height within {right}x{bottom} pixels",
+        )
+
+
+def check_choices(options: TrackOptions) -> None:
+    """Raise `ParameterError` for what does not go together, whatever the video.
+
+    So for what only a start by landmarks can do, beside another start.
+    """
+    pupil_scale(options.pupil_distance)
+    if options.smooth is not None:
+        Smoothing.named(options.smooth)
+    for name, value, known in (
+        ("start", options.start or STARTS[0], STARTS),
+        ("evidence", options.evidence, EVIDENCE),
+    ):
+        if value not in known:
+            raise ParameterError(f"there is no {name} '{value}'", nearest(value, known))
+    if options.face is not None and options.face < 1:
+        raise ParameterError(f"there is no face {options.face}", "faces are counted from 1")
+    chosen = resolved(options)[0]
+    Leaves.of(chosen)
+    by = "--start blobs" if options.start == BLOBS else f"--preset {options.preset}"
+    model = model_named(chosen.model or "")
+    _check_taken(model, options, chosen.model or "")
+    placed = {
+        "--person": options.person is not None,
+        "--poses": options.poses is not None,
+        "--model": LANDMARKS not in model.starts,
+        by: chosen.start == BLOBS,
+    }
+    other = next((name for name, given in placed.items() if given), None)
+    asked = {
+        "--face": options.face is not None,
+        "--pupil-distance": options.pupil_distance is not None,
+        "--evidence": options.evidence != DEFAULTS.evidence,
+    }
+    for name, given in asked.items():
+        if given and other is not None:
+            raise ParameterError(
+                f"{name} needs a start from landmarks, which {other} replaces",
+                f"leave out {name}, or {other}",
+            )
+    if options.face is not None and options.mouth is not None:
+        raise ParameterError("--mouth says which face is meant", "leave out --face, or --mouth")
+
+
+def _check_taken(model: Model, options: TrackOptions, name: str) -> None:
+    """Raise `ParameterError` for an option that does nothing for a model."""
+    if options.start is not None and options.start not in model.starts:
+        raise ParameterError(
+            f"the model '{name}' is not found from {options.start}", "leave out --start"
+        )
+    for option in model.without:
+        if getattr(options, option) != getattr(DEFAULTS, option):
+            raise ParameterError(
+                f"--{option.replace('_', '-')} does nothing for the model '{name}'",
+                f"leave out --{option.replace('_', '-')}",
+            )
