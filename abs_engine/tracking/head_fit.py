@@ -119,7 +119,9 @@ class AverageHead:
         """The head of a person whom several frames show; `renderer` carries their texture along."""
         sized, scale, pupils = self.speaker, self.scale, pupil_vertices(self.speaker)
         noise = self.correspondence.noise.beside(self.shape.posture[: len(self.expression.modes)])
-        problem = HeadProblem(self.body, self.shape, noise, pupils, scale.pupils, camera)
+        problem = HeadProblem(
+            self.body, self.shape, noise, pupils, scale.pupils, scale.held, camera
+        )
         with one_thread():
             found = fit_jointly(problem, frames, renderer)
         moved, mean = np.tensordot(found.identity, self.people, 1), self.expression.mean

@@ -138,8 +138,8 @@ class _System:
         across = pupils[1] - pupils[0]
         apart = float(np.linalg.norm(across))
         slope = (modes[:, 1] - modes[:, 0]) @ across / apart
-        information[:k, :k] += np.outer(slope, slope) / HEAD_POSE.scale_held**2
-        gradient[:k] += slope * (apart - problem.apart) / HEAD_POSE.scale_held**2
+        information[:k, :k] += np.outer(slope, slope) / problem.held**2
+        gradient[:k] += slope * (apart - problem.apart) / problem.held**2
         return cls(problem, head, information, gradient)
 
     def _at(self, frame: int) -> NDArray[np.int_]:

@@ -75,6 +75,8 @@ class HeadProblem:
         Vertices about the right and the left pupil.
     apart : float, mm
         Distance of the pupils.
+    held : float, mm
+        Its standard deviation.
     camera : Camera
     """
 
@@ -83,6 +85,7 @@ class HeadProblem:
     noise: LandmarkNoise
     pupils: tuple[NDArray[np.integer], NDArray[np.integer]]
     apart: float
+    held: float
     camera: Camera
 
     @property

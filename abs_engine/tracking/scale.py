@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.tracking.settings.detection import DETECTION
+from abs_engine.tracking.settings.head import HEAD_POSE
 
 USUAL_PUPILS, PUPILS_SPREAD = 63.4, 3.8
 """Distance of adults' pupils, mm, and its standard deviation (Dodgson 2004, 3,976 people)."""
+_GIVEN = "pupil distance"
 _LEAST_PUPILS, _MOST_PUPILS = 30.0, 90.0  # mm; no human's lie outside
 
 
@@ -41,6 +43,11 @@ class Scale:
     pupils: float
     uncertainty: float
 
+    @property
+    def held(self) -> float:
+        """Standard deviation, mm, of the pupils' distance while a head is fitted."""
+        return HEAD_POSE.given_held if self.source == _GIVEN else HEAD_POSE.scale_held
+
 
 def pupil_scale(given: float | None) -> Scale:
     """The scale by a pupil distance that was measured, or by the usual one.
@@ -57,7 +64,7 @@ def pupil_scale(given: float | None) -> Scale:
             f"{given:g} mm is not a plausible pupil distance",
             f"give millimetres, {_LEAST_PUPILS:g} to {_MOST_PUPILS:g}",
         )
-    return Scale("pupil distance", given, DETECTION.given_spread / given)
+    return Scale(_GIVEN, given, DETECTION.given_spread / given)
 
 
 def known_scale(pupils: float, person: bool, poses: bool) -> Scale:

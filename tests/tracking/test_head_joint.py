@@ -134,7 +134,7 @@ def test_slopes_of_matches_are_those_of_another_person(mode):
 def problem():
     return HeadProblem(
         body(), landmarks_of_body(), correspondence().noise, pupil_vertices(speaker()),
-        pupil_distance(speaker(), vertices_of(PERSON)), CAMERA,
+        pupil_distance(speaker(), vertices_of(PERSON)), 0.1, CAMERA,
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ def test_a_pupil_distance_that_is_given_is_taken_as_it_is():
     assert found.pupils == 58.0
     assert found.source == "pupil distance"
     assert 0 < found.uncertainty < 0.01
+    assert found.held < pupil_scale(None).held
 
 
 def test_the_usual_one_says_how_far_people_differ():
