@@ -6,11 +6,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.buffers import Buffers
+from abs_engine.core.buffers import Buffers, Outlines
 from abs_engine.render.context import GLContext
-from abs_engine.render.programs import CLIP, Programs, set_uniform
+from abs_engine.render.programs import CLIP, KEPT, Programs, set_uniform
 from abs_engine.render.targets import Canvas, Target
 from abs_engine.render.upload import SceneUpload
+
+_NO_WEIGHTS = np.zeros((1, 0))
 
 
 def draw_buffers(
@@ -20,6 +22,7 @@ def draw_buffers(
     clips: moderngl.Buffer,
     target: Target,
     weights: NDArray[np.float64],
+    kept: int | None = None,
 ) -> list[Buffers]:
     """Draw one candidate into each layer of a target of `ALL_BUFFERS`, and read them.
 
@@ -29,13 +32,35 @@ def draw_buffers(
         (L, V, 4) float32 clip coordinates.
     weights : (L, P) float64
         Of the modes, for a texture that depends on them.
+    kept : int, optional
+        Of one candidate, how many facets of `upload.kept_facets` are drawn; all by default.
     """
     layers = target.size[2]
     defines = ("LAYERED", *upload.texture_defines) if layers > 1 else upload.texture_defines
     target.clear()
-    _draw(gl, programs.drawing("facets", "buffers", *defines), upload, clips, weights)
+    _draw(gl, programs, ("buffers", *defines), upload, clips, weights, kept)
     colour_depth, two, ids = (target.read(i) for i in range(3))
     return [_buffers(colour_depth[i], two[i], ids[i]) for i in range(layers)]
+
+
+def draw_outlines(
+    gl: GLContext,
+    programs: Programs,
+    upload: SceneUpload,
+    clips: moderngl.Buffer,
+    target: Target,
+    kept: int,
+) -> Outlines:
+    """Draw one candidate without its colours into a target of `OUTLINES`, and read it."""
+    target.clear()
+    _draw(gl, programs, ("outlines",), upload, clips, _NO_WEIGHTS, kept)
+    bary_depth, ids = (target.read(i)[0] for i in range(2))
+    return Outlines(
+        ids[..., 0].copy(),
+        ids[..., 1].copy(),
+        bary_depth[..., 3].copy(),
+        bary_depth[..., :3].copy(),
+    )
 
 
 def draw_picture(
@@ -48,26 +73,38 @@ def draw_picture(
 ) -> NDArray[np.uint8]:
     """Draw the first candidate of `clips` with many samples a pixel."""
     canvas.clear()
-    program = programs.drawing("facets", "picture", *upload.texture_defines)
-    _draw(gl, program, upload, clips, weights)
+    _draw(gl, programs, ("picture", *upload.texture_defines), upload, clips, weights)
     return canvas.read()
 
 
 def _draw(
     gl: GLContext,
-    program: moderngl.Program,
+    programs: Programs,
+    fragment: tuple[str, ...],
     upload: SceneUpload,
     clips: moderngl.Buffer,
     weights: NDArray[np.float64],
+    kept: int | None = None,
 ) -> None:
+    """By a fragment shader and its definitions."""
+    name, *defines = fragment
+    if kept == 0:
+        return
+    if kept is not None:
+        defines.append("KEPT")
+        upload.kept_facets_buffer.write(upload.kept_facets[:kept])
+        upload.kept_facets_buffer.bind_to_storage_buffer(KEPT)
+    program = programs.drawing("facets", name, *defines)
     clips.bind_to_storage_buffer(CLIP)
     stored = upload.faces_buffer, upload.uv_buffer, upload.facet_class_buffer
     for binding, buffer in enumerate(stored, start=1):
         buffer.bind_to_storage_buffer(binding)
-    upload.use_texture(program, weights)
+    if name != "outlines":
+        upload.use_texture(program, weights)
     set_uniform(program, "n_vertices", upload.n_vertices)
     array = upload.vertex_array(f"facets {program.glo}", lambda: gl.ctx.vertex_array(program, []))
-    array.render(moderngl.TRIANGLES, vertices=3 * upload.n_facets, instances=len(weights))
+    count = upload.n_facets if kept is None else kept
+    array.render(moderngl.TRIANGLES, vertices=3 * count, instances=len(weights))
 
 
 def _buffers(

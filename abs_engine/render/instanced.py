@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OpenGLError
 from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
@@ -79,6 +79,18 @@ class InstancedPath:
                 self._gl, self._programs, upload, clips, target, candidates.weights[part]
             )
         return out
+
+    def outlines(
+        self,
+        upload: SceneUpload,
+        scene: Scene,
+        candidates: Candidates,
+        camera: Camera,
+        window: Window,
+    ) -> list[Outlines]:
+        """Borders of every candidate, of all its buffers."""
+        drawn = self.draw(upload, scene, candidates, camera, window)
+        return [Outlines(b.facet_id, b.class_id, b.depth, b.barycentrics) for b in drawn]
 
     def picture(
         self,

@@ -86,19 +86,12 @@ def submit(clip, source, faces, cull, size, positions, indices, near):
     width, height = size
     n = source.size
     x, y = np.empty(n, np.float32), np.empty(n, np.float32)
-    half_x, half_y = np.float32(0.5 * width), np.float32(0.5 * height)
     last_x, last_y = np.float32(width - 1), np.float32(height - 1)
     for i in range(n):
         j = source[i]
         for k in range(4):
             positions[i, k] = clip[j, k]
-        w = clip[j, 3]
-        if w > near:
-            inverse = np.float32(1.0) / w
-            x[i] = clip[j, 0] * inverse * half_x + half_x - np.float32(0.5)
-            y[i] = clip[j, 1] * inverse * half_y + half_y - np.float32(0.5)
-        else:
-            x[i] = y[i] = np.float32(np.nan)
+        x[i], y[i] = _on_screen(clip[j], size, near)
     kept = 0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -106,6 +99,36 @@ def submit(clip, source, faces, cull, size, positions, indices, near):
         # No branch: which facets face the camera is not to be predicted.
         kept += not _useless(x[a], y[a], x[b], y[b], x[c], y[c], cull, last_x, last_y)
     return kept
+
+
+@numba.njit(cache=True, nogil=True)
+def worth_drawing(clip, faces, cull, size, near, kept):
+    """Facets that can cover a pixel centre, as `submit` keeps them, in their order.
+
+    Parameters
+    ----------
+    clip : (V, 4) float32
+    faces : (F, 3) int32
+        The scene's own.
+    cull, size, near : as in `submit`
+    kept : (F,) int32, out
+        Their numbers.
+
+    Returns
+    -------
+    int
+        How many were kept.
+    """
+    x, y = np.empty(len(clip), np.float32), np.empty(len(clip), np.float32)
+    for i in range(len(clip)):
+        x[i], y[i] = _on_screen(clip[i], size, near)
+    last_x, last_y = np.float32(size[0] - 1), np.float32(size[1] - 1)
+    count = 0
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        kept[count] = f
+        count += not _useless(x[a], y[a], x[b], y[b], x[c], y[c], cull, last_x, last_y)
+    return count
 
 
 @numba.njit(cache=True, nogil=True)
@@ -137,6 +160,20 @@ def settle(positions, size, near, far):
         positions[i, 0] = snapped(np.float64(positions[i, 0]), inverse, width) * w
         positions[i, 1] = snapped(np.float64(positions[i, 1]), inverse, height) * w
         positions[i, 2] = a * w - b
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _on_screen(clip, size, near):
+    """Drawn pixel of clip coordinates (4,); NaN where it is not in front of the near plane."""
+    w = clip[3]
+    if not w > near:
+        return np.float32(np.nan), np.float32(np.nan)
+    half_x, half_y = np.float32(0.5 * size[0]), np.float32(0.5 * size[1])
+    inverse = np.float32(1.0) / w
+    return (
+        clip[0] * inverse * half_x + half_x - np.float32(0.5),
+        clip[1] * inverse * half_y + half_y - np.float32(0.5),
+    )
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

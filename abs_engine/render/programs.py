@@ -18,6 +18,9 @@ CLIP = 0
 TEXTURE_WEIGHTS = 4
 """Storage binding of the weights of a texture's modes, as in texture.glsl."""
 
+KEPT = 5
+"""Storage binding of the numbers of facets that are drawn, as in facets.vert."""
+
 
 class Programs:
     """Compiled shaders by name and defines."""

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.core.scene import Candidates, PixelTerm, Scene
@@ -96,6 +96,23 @@ class OpenGLRenderer:
         with self._current():
             self._set_state(scene.cull)
             return self._path.draw(self._scenes.get(scene), scene, candidates, camera, window)
+
+    def outlines(
+        self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
+    ) -> list[Outlines]:
+        """Draw every candidate for what shows where classes meet.
+
+        Raises
+        ------
+        ParameterError
+            If the candidates have another number of weights than the scene has modes.
+        OpenGLError
+            If the renderer is closed, or belongs to another thread or process.
+        """
+        _check_weights(scene, candidates)
+        with self._current():
+            self._set_state(scene.cull)
+            return self._path.outlines(self._scenes.get(scene), scene, candidates, camera, window)
 
     def measure(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window, term: PixelTerm

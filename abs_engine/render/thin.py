@@ -6,12 +6,12 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.buffers import Buffers, Sums
+from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
-from abs_engine.render.layout import settle, submit
+from abs_engine.render.layout import settle, submit, worth_drawing
 from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
 from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
@@ -49,14 +49,30 @@ class ThinPath:
     ) -> list[Buffers]:
         """Buffers of every candidate."""
         target = self._pool.get((*window.drawn, 1), targets.ALL_BUFFERS)
-        clip = camera.clip_matrix(window)
         out: list[Buffers] = []
         for i in range(len(candidates)):
-            upload.vertex_buffer.write(clip_positions(scene, candidates, i, camera, clip))
+            kept = _written(upload, scene, candidates, i, camera, window)
             out += facets.draw_buffers(
                 self._gl, self._programs, upload, upload.vertex_buffer, target,
-                candidates.weights[i : i + 1],
+                candidates.weights[i : i + 1], kept,
             )  # fmt: skip
+        return out
+
+    def outlines(
+        self,
+        upload: SceneUpload,
+        scene: Scene,
+        candidates: Candidates,
+        camera: Camera,
+        window: Window,
+    ) -> list[Outlines]:
+        """Borders of every candidate: the same drawings without their colours."""
+        target = self._pool.get((*window.drawn, 1), targets.OUTLINES)
+        out: list[Outlines] = []
+        for i in range(len(candidates)):
+            kept = _written(upload, scene, candidates, i, camera, window)
+            given = self._gl, self._programs, upload, upload.vertex_buffer, target, kept
+            out.append(facets.draw_outlines(*given))
         return out
 
     def picture(
@@ -146,3 +162,18 @@ class ThinPath:
             )
 
         return upload.vertex_array(f"thin {term}", make)
+
+
+def _written(
+    upload: SceneUpload,
+    scene: Scene,
+    candidates: Candidates,
+    index: int,
+    camera: Camera,
+    window: Window,
+) -> int:
+    """How many facets of a candidate are worth drawing, whose vertices are written."""
+    clip = clip_positions(scene, candidates, index, camera, camera.clip_matrix(window))
+    upload.vertex_buffer.write(clip)
+    size = float(window.drawn[0]), float(window.drawn[1])
+    return int(worth_drawing(clip, scene.faces, scene.cull, size, camera.near, upload.kept_facets))

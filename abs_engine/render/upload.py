@@ -98,6 +98,7 @@ class SceneUpload:
         self.layout = class_layout(scene)
         self.positions = np.empty((len(self.layout.source), 4), np.float32)
         self.kept = np.empty((self.n_facets, 3), np.int32)
+        self.kept_facets = np.empty(self.n_facets, np.int32)
 
     def _buffer(self, data: NDArray[Any]) -> moderngl.Buffer:
         # A buffer may not be empty; a scene without modes still binds one.
@@ -127,6 +128,11 @@ class SceneUpload:
     def kept_buffer(self) -> moderngl.Buffer:
         """Indices of the facets that are submitted."""
         return self._reserve(self.kept.nbytes)
+
+    @cached_property
+    def kept_facets_buffer(self) -> moderngl.Buffer:
+        """Their numbers, where a facet's own attributes are drawn."""
+        return self._reserve(self.kept_facets.nbytes)
 
     @cached_property
     def index_buffer(self) -> moderngl.Buffer:

@@ -68,6 +68,7 @@ def outline(
     if "landmark_68" not in body.speaker.points:
         return None
     low, high = _heights(body, view)
+    camera = view.camera or camera
     about = view.vertices[(view.vertices[:, 1] > low) & (view.vertices[:, 1] < high)]
     if not len(about):
         return None

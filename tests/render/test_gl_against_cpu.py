@@ -62,6 +62,27 @@ def test_buffers(renderer, camera, window_of, cull):
 
 
 @pytest.mark.parametrize("window_of", [whole, crop])
+@pytest.mark.parametrize("cull", [True, False])
+def test_outlines_are_the_buffers_without_colours(renderer, camera, window_of, cull):
+    scene = Scene(**{**vars(shapes.ball(shapes.SMALL)), "cull": cull})
+    window = window_of(camera)
+    many = shapes.states(scene, 4)
+    outlines = renderer.outlines(scene, many, camera, window)
+    for one, whole_one in zip(outlines, renderer.draw(scene, many, camera, window), strict=True):
+        assert one.facet_id.any()
+        for name in ("facet_id", "class_id", "depth"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(whole_one, name))
+        np.testing.assert_allclose(one.barycentrics, whole_one.barycentrics, atol=1e-6)
+
+
+def test_what_is_out_of_the_picture_has_no_outline(renderer, camera):
+    scene, window = shapes.ball(shapes.SMALL), Window(1e4, 1e4, 40.0, 40.0, 1.0)
+    (one,) = renderer.outlines(scene, shapes.states(scene, 1), camera, window)
+    assert not one.facet_id.any()
+    assert one.facet_id.shape == (40, 40)
+
+
+@pytest.mark.parametrize("window_of", [whole, crop])
 def test_objectives(renderer, camera, window_of):
     scene = shapes.ball(shapes.SMALL)
     window = window_of(camera)
