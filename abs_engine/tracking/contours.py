@@ -60,6 +60,8 @@ class LipDrawing:
             return []
         pixels = self.camera.project(result.pose.apply(result.lips))
         outer, upper, lower = np.split(pixels, np.cumsum(self.sizes)[:2])
+        first, last = result.lips[[self.sizes[0], sum(self.sizes[:2]) - 1], 0]
+        upper, lower = _meeting(upper, lower, float(np.sign(last - first)))
         return [(upper, False, UPPER), (lower, False, LOWER), (outer, True, OUTER)]
 
     def draw(self, picture: Image, window: Window, result: FrameResult) -> None:
@@ -78,6 +80,27 @@ class LipDrawing:
         return Window(
             float(centre[0] - width / 2), float(centre[1] - height / 2), width, height, scale
         )
+
+
+def _meeting(upper: FloatArray, lower: FloatArray, down: float) -> tuple[FloatArray, FloatArray]:
+    """Lines (K, 2) and (L, 2) px, from corner to corner, that do not cross.
+
+    Closed lips reach a little into each other; there, both are drawn halfway. `down` is 1 where the
+    lines run to the subject's left, else -1.
+    """
+    across = upper[-1] - upper[0]
+    across = across / max(float(np.linalg.norm(across)), 1e-9)
+    axes = np.stack([across, down * np.array([-across[1], across[0]])])
+    (s, h), (t, k) = (axes @ (line - upper[0]).T for line in (upper, lower))
+    low, high = np.interp(s, *_rising(t, k)), np.interp(t, *_rising(s, h))
+    h, k = np.where(low < h, 0.5 * (low + h), h), np.where(high > k, 0.5 * (high + k), k)
+    one, other = (upper[0] + np.stack(line, axis=1) @ axes for line in ((s, h), (t, k)))
+    return one, other
+
+
+def _rising(along: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
+    order = np.argsort(along)
+    return along[order], height[order]
 
 
 def cut(window: Window, image: Image) -> Image:

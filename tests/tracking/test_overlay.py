@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from runs import SIZE, lost_result, toy_result, toy_setting
@@ -34,7 +36,7 @@ def test_contours_are_where_the_camera_projects_them(drawing):
     pixels = window.to_drawn(drawing.camera.project(result.pose.apply(result.lips)))
     bright = picture.max(axis=2)
     for x, y in np.rint(pixels).astype(int):
-        assert bright[y - 1 : y + 2, x - 1 : x + 2].max() > 120
+        assert bright[y - 2 : y + 3, x - 2 : x + 3].max() > 120  # where lips meet, halfway
     length = sum(
         np.linalg.norm(np.diff(c, axis=0), axis=1).sum() for c in lines_of(drawing, window)
     )
@@ -45,6 +47,24 @@ def test_contours_are_where_the_camera_projects_them(drawing):
 
 def lines_of(drawing, window):
     return [window.to_drawn(points) for points, _, _ in drawing.contours(toy_result(0, 4))]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_lines_of_lips_that_reach_into_each_other_are_drawn_where_they_meet(drawing, order):
+    result = toy_result(0, prototype=4)
+    _, up, low = drawing.sizes
+    outer, upper, lower = np.split(result.lips, np.cumsum(drawing.sizes)[:2])
+    there = np.linspace(0, 1, up)[:, None], np.linspace(0, 1, low)[:, None]
+    ends = np.array([[-20.0, 0, 0], [20.0, 0, 0]]) + upper.mean(axis=0)
+    upper, lower = (ends[0] + s * (ends[1] - ends[0]) for s in there)
+    lower[: low // 2, 1] -= 3.0
+    lower[low // 2 :, 1] += 1.0
+    crossing = replace(result, lips=np.concatenate([outer, upper[::order], lower[::order]]))
+    (one, _, _), (other, _, _), _ = drawing.contours(crossing)
+    one, other = one[::order], other[::order]
+    below = np.interp(other[:, 0], one[:, 0], one[:, 1])
+    assert (other[:, 1] >= below - 0.3).all()  # pixels; rows go down
+    assert other[low // 4, 1] > below[low // 4] + 1
 
 
 def test_the_mouth_fills_its_window_whatever_it_does(drawing):
