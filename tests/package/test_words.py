@@ -104,7 +104,7 @@ def test_a_misused_word_is_found(text):
     assert [found_in(t) for t in sentences(tree)] != [[]]
 
 
-ANSWERS = ("", "bool", "NDArray[np.bool_]")  # compiled functions have no annotations
+ANSWERS = ("", "bool", "BoolArray", "NDArray[np.bool_]")  # compiled functions have no annotations
 QUESTIONS = ("What", "Where", "Which", "How", "Who", "Whose", "When", "Why")
 
 
