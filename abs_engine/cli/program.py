@@ -25,8 +25,8 @@ _NOTES = """\
 Type 'abs-engine COMMAND --help' for the options of a command, with examples.
 
 Examples:
-  abs-engine track talk.mp4 -o run
-  abs-engine report run -o report.html
+  abs-engine track talk.mp4 -o tracked
+  abs-engine report tracked -o report.html
   eval "$(_ABS_ENGINE_COMPLETE=bash_source abs-engine)"    completion; also zsh_source, fish_source
 
 Exit status: 0 on success; 1 if doctor finds no OpenGL, check a fault, or live's camera is
@@ -70,7 +70,7 @@ PROGRAM = Program(
     help="Recovers 3D face and lip motion from video: it renders and compares.",
     epilog=_NOTES,
     subcommand_metavar="COMMAND ...",
-    context_settings={"max_content_width": WIDTH},
+    context_settings={"max_content_width": WIDTH, "help_option_names": ["--help", "-h"]},
 )
 click.version_option(engine_version(), message="abs-engine %(version)s")(PROGRAM)
 

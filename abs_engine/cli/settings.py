@@ -75,7 +75,9 @@ def read_settings(path: Path, command: Command) -> dict[str, Any]:
     try:
         found = parse_toml(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise InputFileError(f"{path} is not TOML ({error})", "correct it") from error
+        raise InputFileError(
+            f"{path} is not TOML ({error})", "give a settings file, such as a run's settings.toml"
+        ) from error
     known, values = _known(command), {}
     for name, value in found.items():
         if name not in known:

@@ -59,7 +59,7 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
 
 
 def _cell(number: float) -> str:
-    return _UNDEFINED if np.isnan(number) else f"{number:.4f}"
+    return _UNDEFINED if np.isnan(number) else f"{number:z.4f}"
 
 
 def _read_back(path: Path, spans: FloatArray) -> float:

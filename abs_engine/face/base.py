@@ -35,9 +35,14 @@ def lip_front(points: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (points[..., 3, 2] + points[..., 9, 2]), np.float64)
 
 
+_TOUCHING = 1e-6
+"""Gap of lips that touch, mm: rounding leaves some."""
+
+
 def lip_aperture(points: FloatArray) -> float:
     """Height, mm, between the inner lips' middles of the 20 points of the lips (20, 3), or 0."""
-    return max(0.0, float(lip_gap(points)))
+    gap = float(lip_gap(points))
+    return gap if gap > _TOUCHING else 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -172,7 +172,7 @@ def _written(
     camera: Camera,
     window: Window,
 ) -> int:
-    """How many facets of a candidate are worth drawing, whose vertices are written."""
+    """Number of facets of a candidate that are worth drawing; its vertices are written."""
     clip = clip_positions(scene, candidates, index, camera, camera.clip_matrix(window))
     upload.vertex_buffer.write(clip)
     size = float(window.drawn[0]), float(window.drawn[1])

@@ -56,7 +56,9 @@ class Smoothing:
         name, _, given = text.partition(":")
         if name not in (BUTTERWORTH, SAVITZKY_GOLAY):
             raise ParameterError(
-                f"there is no filter '{name}'", nearest(name, (BUTTERWORTH, SAVITZKY_GOLAY))
+                f"there is no filter '{name}'",
+                f"{nearest(name, (BUTTERWORTH, SAVITZKY_GOLAY))}; write, for example, "
+                f"{BUTTERWORTH}:8",
             )
         try:
             amount = to_number(given)
@@ -64,8 +66,10 @@ class Smoothing:
             amount = 0.0
         window = name == SAVITZKY_GOLAY
         if amount <= 0 or (window and (amount % 2 != 1 or amount <= _DEGREE + 1)):
-            what = "an odd number of frames, 5 or more" if window else "a frequency in Hz"
-            raise ParameterError(f"'{text}' does not give {what}", f"such as {name}:7")
+            what = "an odd number of frames, 5 or more" if window else "a frequency, a number of Hz"
+            raise ParameterError(
+                f"'{text}' must give {what}", f"write, for example, {name}:{_DEGREE + 5}"
+            )
         return cls(name, amount)
 
     def __str__(self) -> str:

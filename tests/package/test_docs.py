@@ -172,7 +172,7 @@ def _documented(heading: str) -> set[str]:
 @pytest.mark.gl
 def test_the_page_on_runs_names_what_a_run_holds(reader, folder):
     reader.follow(ROOT / "docs" / "track.md", folder)
-    run = folder / "run"
+    run = folder / "tracked"
     optional = {"recording.mkv", "smoothed.csv"}  # of live, and of --smooth
     assert {path.name for path in run.iterdir()} == _documented("Files") - optional
     with (run / "results.csv").open(encoding="utf-8") as file:

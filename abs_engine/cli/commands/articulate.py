@@ -99,7 +99,7 @@ example.
     examples="abs-engine articulate --person clara -o clara\n"
     "abs-engine articulate clara/points.csv --roles clara/roles.csv -o again\n"
     "abs-engine articulate mine.c3d --roles mine.csv -o mine --face me.face --pictures seen.csv\n"
-    "abs-engine track talk.mp4 -o run --model me.face\n"
+    "abs-engine track talk.mp4 -o tracked --model me.face\n"
     "abs-engine articulate speech.c3d --roles mine.csv --model mine/model.npz -o speech.csv",
     notes=_NOTES,
 )  # fmt: skip

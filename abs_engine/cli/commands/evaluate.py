@@ -31,8 +31,8 @@ Numbers in brackets are 95 % confidence intervals.
     take.metrics(),
     take.output("DIR", "folder of the scores, must not exist (default: RUN/evaluation)", False),
     take.seed("the confidence intervals"),
-    examples="abs-engine evaluate run --truth clip\n"
-    "abs-engine evaluate run other.csv --truth clip -o scores --json",
+    examples="abs-engine evaluate tracked --truth clip\n"
+    "abs-engine evaluate tracked other.csv --truth clip -o scores --json",
     notes=_FORMATS,
 )  # fmt: skip
 def evaluate(chosen: Chosen) -> Done:

@@ -27,10 +27,10 @@ def _notes() -> str:
     take.file("--speaker", text="head.npz that it was tracked with (default: the bundled head)"),
     take.file("--plugin", multiple=True, metavar="FILE.py",
         text="Python file that adds formats of your own; may be repeated"),
-    examples="abs-engine export run --to praat -o praat\n"
-    "abs-engine export run --to gltf -o head.glb\n"
-    "abs-engine export run --to arkit -o face.csv\n"
-    "abs-engine export run --to praat -o smooth --smooth butterworth:8",
+    examples="abs-engine export tracked --to praat -o praat\n"
+    "abs-engine export tracked --to gltf -o head.glb\n"
+    "abs-engine export tracked --to arkit -o face.csv\n"
+    "abs-engine export tracked --to praat -o smooth --smooth butterworth:8",
     notes=_notes,
 )  # fmt: skip
 def export(chosen: Chosen) -> Done:

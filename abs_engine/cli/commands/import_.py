@@ -29,7 +29,7 @@ _MOST_NAMED = 12
     "abs-engine import head.glb -o head.face --table head.toml\n"
     "abs-engine import head.obj --deltas shapes -o head.face --table head.toml\n"
     "abs-engine render postures -o sheet.png --speaker head.face --person neutral\n"
-    "abs-engine track talk.mp4 -o run --model head.face",
+    "abs-engine track talk.mp4 -o tracked --model head.face",
 )  # fmt: skip
 def import_(chosen: Chosen) -> Done:
     """Make a head from a mesh with morph targets."""

@@ -67,7 +67,7 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
         text="stdout is JSON, a line for each frame, whether asked for or not"),
     examples="abs-engine live\n"
     "abs-engine live talk.mp4 --renderer cpu > frames.ndjson\n"
-    "abs-engine live rtsp://127.0.0.1:8554/cam -o run",
+    "abs-engine live rtsp://127.0.0.1:8554/cam -o tracked",
     notes=_NOTES,
 )  # fmt: skip
 def live(chosen: Chosen) -> Done:

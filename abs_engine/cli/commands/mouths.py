@@ -25,7 +25,7 @@ in pixels, whose centres are at integers. Where lips are closed, the upper and l
     take.output("FILE", "what mouths look like in close-ups, for 'track --worn --model'"),
     take.seed("what is learned from, and of its order"),
     examples="abs-engine mouths labels.csv -o mouths.face\n"
-    "abs-engine track close-up.avi -o run --worn --model mouths.face",
+    "abs-engine track close-up.avi -o tracked --worn --model mouths.face",
     notes=_NOTES,
 )  # fmt: skip
 def mouths(chosen: Chosen) -> Done:

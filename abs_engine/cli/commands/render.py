@@ -88,8 +88,8 @@ def _unit(text: str) -> tuple[str, float]:
         take.renderer(),
     ),
     examples="abs-engine render -o smile.png --unit mouthSmileLeft=1 --unit mouthSmileRight=1\n"
-    "abs-engine render overlay run -o overlay.mp4 --style contour\n"
-    "abs-engine render error run --truth clip -o error.png",
+    "abs-engine render overlay tracked -o overlay.mp4 --style contour\n"
+    "abs-engine render error tracked --truth clip -o error.png",
     notes=_NOTES,
 )  # fmt: skip
 def render(chosen: Chosen) -> Done:

@@ -26,8 +26,8 @@ from abs_engine.io.files import check_free
         "the video that was tracked (default: the truth's, or where the run says it was)"),
     take.file("--speaker", "head that the runs were tracked with (default: the bundled head)"),
     take.seed("the confidence intervals"),
-    examples="abs-engine report run -o report.html\n"
-    "abs-engine report run other --truth clip -o compared.html",
+    examples="abs-engine report tracked -o report.html\n"
+    "abs-engine report tracked other --truth clip -o compared.html",
 )  # fmt: skip
 def report(chosen: Chosen) -> Done:
     """Write one HTML file about one or several runs."""

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     take.file("--camera", "camera.json of the camera's calibration"),
     take.renderer(),
     examples="abs-engine speaker monday.mp4 tuesday.mp4 -o me.face\n"
-    "abs-engine track wednesday.mp4 -o run --model me.face\n"
+    "abs-engine track wednesday.mp4 -o tracked --model me.face\n"
     "abs-engine speaker run-1 run-2 run-3 -o me.face --rounds 1 --renderer cpu",
 )  # fmt: skip
 def speaker(chosen: Chosen) -> Done:

@@ -58,8 +58,8 @@ def _notes() -> str:
             text="the camera is worn in front of the mouth: a close-up of the lower face, in which "
             "the head does not move; no face is looked for"),
         take.option("--pupil-distance", type=float, metavar="MM",
-            text="distance between the person's pupils; sets the scale (default: 63.4, adults' "
-            "mean)"),
+            text="distance between the person's pupils; sets the scale and is held to (default: "
+            "adults' mean of 63.4, held to less)"),
         take.person("a known head: one of the speaker's people (bundled: clara, kofi, mei, "
             "walter, amara, ravi); default: the average head, whose mouth is fitted"),
         take.file("--speaker", "head.npz of another speaker"),
@@ -105,9 +105,9 @@ def _notes() -> str:
         take.option("--scheduler", metavar="tcp://HOST:PORT",
             text="track with the workers of this Dask scheduler instead"),
     ),
-    examples="abs-engine track talk.mp4 -o run\n"
+    examples="abs-engine track talk.mp4 -o tracked\n"
     "abs-engine track talk.mp4 -o scaled --pupil-distance 61.5 --renderer cpu\n"
-    "abs-engine track other.mp4 -o same-way --settings run/settings.toml\n"
+    "abs-engine track other.mp4 -o same-way --settings tracked/settings.toml\n"
     "abs-engine track close-up.avi -o lips --worn --model mouths.face\n"
     "abs-engine track talk.mp4 -o simplex --driver simplex --json --quiet\n"
     "abs-engine track clips/*.mp4 -o runs --workers 4",

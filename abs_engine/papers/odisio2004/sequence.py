@@ -181,7 +181,7 @@ def track(
 
 
 def _tracked(rows: Sequence[FrameResult], seconds: float) -> Tracked:
-    """What was found in frames, all of which show the face."""
+    """Results of frames, all of which show the face."""
     return Tracked(
         np.array([parted(row.vector)[1] for row in rows]),
         tuple(row.pose for row in rows if row.pose is not None),
