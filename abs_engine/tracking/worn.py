@@ -26,6 +26,7 @@ from abs_engine.io.npz import read_model, write_npz
 from abs_engine.io.video import read_frames
 from abs_engine.learn.opening import LabelledMouth, learn_opening
 from abs_engine.tracking.clip_setting import ClipSetting
+from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.head_fit import scaled
 from abs_engine.tracking.head_frame import HeadBinder
@@ -117,6 +118,8 @@ def found_mouth(
     """Frames of a clip, where its mouth lies and what it looks like; errors as `prepare_worn`."""
     tell("finding the mouth")
     images = _spread(clip)
+    if options.mouth is None and _whole_faces(images):
+        tell("warning: these frames show whole faces, which are followed better without --worn")
     spot, points = find_mouth(images)
     if options.mouth is not None:
         x, y, width, height = options.mouth
@@ -155,6 +158,13 @@ def fitted_clip(
         leaves.driver.minimiser(), times=clip.info.times,
     )  # fmt: skip
     return ClipTracker(clip.video, clip.info, setting, scale, facts={"start": "worn"})
+
+
+def _whole_faces(images: list[Image]) -> bool:
+    """Whether most frames show a face that leaves room around it."""
+    faces = [(find_face(image), min(image.shape[:2])) for image in images]
+    small = [f is not None and f.size < CLOSE_UP.whole_face * side for f, side in faces]
+    return bool(np.mean(small) > 0.5)
 
 
 def _spread(clip: Clip) -> list[Image]:

@@ -18,7 +18,7 @@ from abs_engine.face.rings import lip_rings
 from abs_engine.learn.opening import POINTS, learn_opening, sides_of
 from abs_engine.tracking.initial_pose import with_mouth_at
 from abs_engine.tracking.record import load_run
-from abs_engine.tracking.worn import load_looks
+from abs_engine.tracking.worn import _whole_faces, load_looks
 from abs_engine.tracking.worn_labels import COLUMNS, read_mouths
 from abs_engine.tracking.worn_place import find_mouth
 
@@ -47,6 +47,13 @@ def inner_points(person: str, amount: float) -> np.ndarray:
     y = np.array([np.interp(a, *line.T) for a, line in zip(x, [upper, lower] * 3, strict=True)])
     y[1::2] = np.maximum(y[::2], y[1::2])
     return np.vstack([corners, np.column_stack([x, y])])
+
+
+def test_a_picture_of_a_whole_face_is_no_close_up():
+    whole = lit("walter", seen_at([0, 0, 0], [0, 0, 700]), Camera.ideal((320, 320)))
+    near = close_up("walter", 0.2)
+    assert _whole_faces([whole, whole, near])
+    assert not _whole_faces([near, near, whole])
 
 
 def write_clip(path, person: str, amounts) -> None:
