@@ -134,6 +134,17 @@ def file(name: str, text: str, metavar: str = "FILE", **more: Any) -> Option:
     return option(name, text=text, metavar=metavar, **{"type": INPUT, **more})
 
 
+def positive(text: str | float) -> float:
+    """A finite number above 0."""
+    try:
+        number = float(text)
+    except ValueError:
+        raise click.BadParameter(f"'{text}' is not a number") from None
+    if not 0 < number < float("inf"):
+        raise click.BadParameter(f"{text} is not a number above 0")
+    return number
+
+
 def count(text: str | int) -> int:
     """A number from 1 on."""
     number = int(text)

@@ -38,7 +38,7 @@ class Loss:
     of: str
 
     def __str__(self) -> str:
-        return f"{self.of}: {self.value:.3g} {self.unit} RMS"
+        return " ".join(filter(None, (f"{self.of}: {self.value:.3g}", self.unit, "RMS")))
 
 
 @dataclass(frozen=True)

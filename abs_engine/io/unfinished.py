@@ -49,10 +49,13 @@ class NewFolder(Making):
         try:
             check_free(folder)  # another process may have finished it just now
             self._begin()
-        except BaseException as error:
+        except OSError as error:
+            if not (self.partial / CHOICES).is_file():  # nothing was kept there before
+                self.discard()
             self.release()
-            if isinstance(error, OSError):
-                raise unwritable(folder, error) from error
+            raise unwritable(folder, error) from error
+        except BaseException:
+            self.release()
             raise
 
     def _claimed(self) -> int:

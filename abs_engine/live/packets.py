@@ -19,6 +19,7 @@ from abs_engine.io.assets import load_speaker
 from abs_engine.live.release import Released
 from abs_engine.tracking.options import ClipTracker
 
+Destination = tuple[int, Any]
 NAME = "abs_engine"
 _VERSION = 6
 _DAY = 86400
@@ -47,30 +48,28 @@ def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] |
     return head + struct.pack("!IfIIB61f", int(whole), part, fps, 1, len(values), *values)
 
 
+def reached(address: tuple[str, int]) -> Destination:
+    """Where packets for a host and port go; raises `OutputError` if there is no such host."""
+    host, port = address
+    try:
+        kind, *_, found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+    except OSError as error:
+        raise OutputError(f"there is no host {host} ({error.strerror})", "give an IP") from error
+    return kind, found
+
+
 class LiveLink:
     """Sends results to a program that listens for Live Link Face; a context manager.
 
     Parameters
     ----------
-    address : tuple
-        Host and port.
+    destination : tuple
+        As `reached` gives it.
     tracker : ClipTracker
-
-    Raises
-    ------
-    OutputError
-        If there is no such host.
     """
 
-    def __init__(self, address: tuple[str, int], tracker: ClipTracker) -> None:
-        host, port = address
-        self._address: Any
-        try:
-            kind, *_, self._address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
-        except OSError as error:
-            raise OutputError(
-                f"there is no host {host} ({error.strerror})", "give an IP"
-            ) from error
+    def __init__(self, destination: Destination, tracker: ClipTracker) -> None:
+        kind, self._address = destination
         speaker = load_speaker()
         self._order = [speaker.unit_names.index(name) for name in ORDER]
         self._fit = UnitFit.of(speaker, tracker.setting.face.body.modes)

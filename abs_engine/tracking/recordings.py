@@ -88,7 +88,7 @@ class Recording:
 
 
 def load_recording(folder: Path) -> Recording:
-    """A run, and its video: beside the run, or in the folder where the command was typed.
+    """A run, and its video: where it was, beside the run, or where the command was typed.
 
     Raises
     ------
@@ -99,11 +99,12 @@ def load_recording(folder: Path) -> Recording:
     try:
         told = parse_json((folder / SUMMARY).read_text(encoding="utf-8"))["settings"]
         name, known = str(told["video"]), str(told["video_sha256"])
+        stored = str(told.get("video_path", name))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFormatError(
             f"{folder / SUMMARY} does not say which video it is of", "track the video again"
         ) from error
-    places = [folder.parent / name, Path(name)]
+    places = [folder / stored, folder.parent / name, Path(name)]
     video = next((p for p in places if p.is_file() and digest(p) == known), None)
     if video is None:
         raise InputFileError(

@@ -205,6 +205,19 @@ def test_what_a_killed_process_left_is_taken_away_first(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.parametrize("make", [NewFolder, lambda folder: Unfinished(folder, "choices")])
+def test_a_disk_that_is_full_at_once_leaves_nothing(tmp_path, monkeypatch, make):
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", fail)
+    if make is NewFolder:
+        monkeypatch.setattr(NewFolder, "_begin", fail)
+    with pytest.raises(OutputError, match="No space left"):
+        make(tmp_path / "out")
+    assert not list(tmp_path.iterdir())
+
+
 def test_killed_once_it_was_named_only_the_remains_are_taken_away(tmp_path):
     target = tmp_path / "out"
     target.mkdir()

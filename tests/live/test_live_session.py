@@ -21,6 +21,7 @@ from runs import write_kind
 
 from abs_engine import export_run
 from abs_engine.cli import main
+from abs_engine.cli.commands import live as commands
 from abs_engine.cli.commands.live import ends_orderly
 from abs_engine.core.clock import Clock
 from abs_engine.core.errors import VideoError
@@ -194,5 +195,22 @@ def test_wrong_words_are_refused(film, tmp_path, capsys):
         port = taken.getsockname()[1]
         assert f"port {port} cannot be used" in refused(capsys, film, "--port", port)
     assert "does not exist" in refused(capsys, tmp_path / "none.mp4")
+    for value in ("-3", "0", "nan", "soon"):
+        assert "is not a number" in refused(capsys, film, "--delay", value)
+    assert "is not a number above 0" in refused(capsys, film, "--learn", "-1")
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--pupil-distance", "1000"), ("--live-link", "nowhere.invalid:1"), ("--model", __file__)],
+)
+def test_it_is_refused_before_a_renderer_opens(film, capsys, monkeypatch, option, value):
+    opened: list[object] = []
+    monkeypatch.setattr(commands, "opened", opened.append)
+    refused(capsys, film, option, value)
+    assert not opened
+
+
+def test_a_folder_that_exists_is_refused(film, tmp_path, capsys):
     tmp_path.joinpath("run").mkdir()
     assert "exists" in refused(capsys, film, "-o", tmp_path / "run")

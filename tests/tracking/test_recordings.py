@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
+from runs import write_noise, written_run
 
 from abs_engine.core.errors import (
     InputFileError,
@@ -81,6 +84,22 @@ def test_videos_of_two_sizes_are_refused():
     sizes = [(Path("a.mp4"), (320, 240)), (Path("b.mp4"), (640, 480))]
     with pytest.raises(ParameterError, match=r"b\.mp4 has 640x480 pixels"):
         check_one_camera(sizes)
+
+
+def test_its_video_is_taken_from_where_the_run_says_that_it_was(tmp_path):
+    run = written_run(tmp_path / "run", [0, 1])
+    (tmp_path / "elsewhere").mkdir()
+    video = write_noise(tmp_path / "elsewhere" / "talk.mp4")
+    summary = json.loads((run / "run.json").read_text())
+    named = {"video": video.name, "video_sha256": sha256(video.read_bytes()).hexdigest()}
+    summary["settings"] = {**named, "video_path": "../elsewhere/talk.mp4"}
+    (run / "run.json").write_text(json.dumps(summary))
+    assert load_recording(run).video.samefile(video)
+    video.rename(tmp_path / "talk.mp4")
+    assert load_recording(run).video.samefile(tmp_path / "talk.mp4")
+    (tmp_path / "talk.mp4").unlink()
+    with pytest.raises(InputFileError, match="is not there"):
+        load_recording(run)
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path):

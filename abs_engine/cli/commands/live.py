@@ -14,6 +14,7 @@ import click
 from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
+from abs_engine.cli.given_files import check_files
 from abs_engine.cli.progress import Progress
 from abs_engine.core.registry import DRIVERS
 
@@ -45,9 +46,9 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
         "at its own speed, or a URL", type=str, default="0"),
     take.output("RUN", "folder of the results, as 'track' writes it, once the session has ended",
         required=False),
-    take.option("--delay", type=float, default=120.0, metavar="MS",
+    take.option("--delay", type=take.positive, default=120.0, metavar="MS",
         text="time from a frame to its result; frames not done by then are dropped (default: 120)"),
-    take.option("--learn", type=float, metavar="SECONDS",
+    take.option("--learn", type=take.positive, metavar="SECONDS",
         text="first seconds with a face, to learn the person from (default: 2; with --model 0.2)"),
     take.option("--repeat", type=take.count, default=1, metavar="N",
         text="how many times to play a file (default: 1)"),
@@ -74,13 +75,15 @@ def live(chosen: Chosen) -> Done:
     """Track a camera while it films."""
     from abs_engine.dataset import load_camera
     from abs_engine.io.unfinished import NewFolder
+    from abs_engine.io.video import VideoInfo
     from abs_engine.live.board import Board
     from abs_engine.live.feed import open_feed
     from abs_engine.live.keeper import Keeper
-    from abs_engine.live.packets import LiveLink
+    from abs_engine.live.packets import LiveLink, reached
     from abs_engine.live.reader import Reader
     from abs_engine.live.server import served
     from abs_engine.live.session import ending, follow, learned
+    from abs_engine.tracking.option_checks import check_options
     from abs_engine.tracking.options import TrackOptions
 
     feed = open_feed(chosen.source, chosen.repeat)
@@ -90,6 +93,9 @@ def live(chosen: Chosen) -> Done:
         camera=None if chosen.camera is None else load_camera(chosen.camera),
         pupil_distance=chosen.pupil_distance,
     )
+    check_options(options, VideoInfo(feed.size, feed.rate, 0))
+    check_files(options)
+    link = None if chosen.live_link is None else reached(chosen.live_link)
     with ExitStack() as stack:
         made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
         renderer = stack.enter_context(opened(chosen.renderer))
@@ -108,8 +114,8 @@ def live(chosen: Chosen) -> Done:
         board.begin(tracker.setting)
         progress.remark(f"tracking, after {reader.count} frames that it took to get ready")
         takers = [_printer(reader), board.show]
-        if chosen.live_link is not None:
-            takers.append(stack.enter_context(LiveLink(chosen.live_link, tracker)).send)
+        if link is not None:
+            takers.append(stack.enter_context(LiveLink(link, tracker)).send)
         keeper = None if made is None else Keeper(made.work, tracker)
         if keeper is not None:
             takers.append(keeper.add)

@@ -9,6 +9,7 @@ from abs_engine.cli import options as take
 from abs_engine.cli.clips import are_many, track_clips
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened, print_hints
+from abs_engine.cli.given_files import check_files
 from abs_engine.cli.progress import Progress
 from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.summary import summary_lines
@@ -130,7 +131,7 @@ def track(chosen: Chosen) -> Done:
 
     options = _options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened
-    _check_files(options)
+    check_files(options)
     with opened(chosen.renderer) as renderer, Progress("tracking") as progress:
         print_hints(renderer)
         run = track_video(
@@ -159,7 +160,7 @@ def _many(chosen: Chosen) -> Done:
 
     options = _options(chosen)
     check_choices(options)  # what cannot be for any of them
-    _check_files(options)
+    check_files(options)
     return track_clips(track, chosen, options)
 
 
@@ -167,24 +168,6 @@ def _options(chosen: Chosen) -> TrackOptions:
     for plugin in chosen.plugin:
         load_plugin(plugin)
     return track_options(chosen)
-
-
-def _check_files(options: TrackOptions) -> None:
-    """Read what was given, so that what is wrong is refused before a renderer is opened."""
-    from abs_engine.face.appearance.colour import ColourClasses
-    from abs_engine.face.shape.modal import load_physics
-    from abs_engine.io.assets import load_speaker
-    from abs_engine.tracking.poses_file import read_poses
-    from abs_engine.tracking.presets import resolved
-
-    options, _ = resolved(options)  # a model's file may be the head
-    if options.person is not None or options.speaker is not None:
-        speaker = load_speaker(options.speaker)
-        speaker.named(options.person or next(iter(speaker.people)))
-    colours, physics = (options.colours, ColourClasses.load), (options.physics, load_physics)
-    for path, read in (colours, physics, (options.poses, read_poses)):
-        if path is not None:
-            read(path)
 
 
 def track_options(chosen: Chosen) -> TrackOptions:
