@@ -34,6 +34,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     from abs_engine.clips.job import FAILED
     from abs_engine.clips.many import track_many
     from abs_engine.clips.table import TABLE, runs_folder, write_table
+    from abs_engine.clips.worker import known_run
 
     if chosen.workers is not None and chosen.scheduler is not None:
         raise ParameterError("a scheduler has workers of its own", "leave out --workers")
@@ -41,6 +42,8 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     outcomes: dict[str, Outcome] = {}
     start, deaths = time.perf_counter(), Counter[str]()
     with runs_folder(chosen.output) as folder, Progress("tracking", "clips") as progress:
+        for job in jobs:
+            known_run(job)  # one with other options is refused while the table is as it was
         write_table(folder, jobs, outcomes)
         if chosen.scheduler is None:
             with opened(chosen.renderer) as renderer:  # what is wrong with it is said once

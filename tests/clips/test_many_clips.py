@@ -280,6 +280,16 @@ def test_the_same_again_keeps_what_is_done(tracked, capsys):
     assert (folder / "runs" / "head").stat().st_mtime_ns == made
 
 
+@pytest.mark.slow
+def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, capsys):
+    folder, words = tracked
+    before = contents(folder / "runs")
+    assert main([*words, "--workers", "1", "--driver", "simplex"]) == 2
+    said = capsys.readouterr().err
+    assert "head holds something else than this clip, tracked with these options" in said
+    assert contents(folder / "runs") == before
+
+
 def test_a_run_with_other_options_is_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
     one = job(tmp_path)
