@@ -301,6 +301,13 @@ def test_what_has_no_effect_on_a_run_is_refused(fails, place):
     assert "--person does not go with RUN" in fails(*error, "--person", "kofi")
 
 
+def test_a_wrong_head_is_refused_before_a_renderer_is_opened(fails, place, monkeypatch):
+    opened: list[object] = []
+    monkeypatch.setattr("abs_engine.render.select.open_renderer", opened.append)
+    assert "is not an NPZ file" in fails("overlay", place / "run", "--speaker", __file__)
+    assert not opened
+
+
 def test_a_wrong_person_is_told_before_a_renderer_is_opened(fails, monkeypatch):
     def opened(*_):
         raise AssertionError("a renderer was opened")

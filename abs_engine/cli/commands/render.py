@@ -108,7 +108,8 @@ def render(chosen: Chosen) -> Done:
 
 
 def request_of(chosen: Chosen) -> Request:
-    """The typed options as a request; a wrong name is refused before anything is opened."""
+    """The typed options as a request; a wrong name or head is refused before anything is opened."""
+    from abs_engine.io.assets import load_speaker
     from abs_engine.report.inspect.body import check_person
     from abs_engine.report.inspect.request import Request
 
@@ -116,4 +117,6 @@ def request_of(chosen: Chosen) -> Request:
     request = Request(**typed | {"units": dict(chosen.units)})
     if request.run is None and request.truth is None:
         check_person(request.person, request.speaker)
+    elif request.speaker is not None:
+        load_speaker(request.speaker)
     return request
