@@ -34,7 +34,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     from abs_engine.clips.job import FAILED
     from abs_engine.clips.many import track_many
     from abs_engine.clips.table import TABLE, runs_folder, write_table
-    from abs_engine.clips.worker import known_run
+    from abs_engine.clips.worker import check_same_options
 
     if chosen.workers is not None and chosen.scheduler is not None:
         raise ParameterError("a scheduler has workers of its own", "leave out --workers")
@@ -43,7 +43,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     start, deaths = time.perf_counter(), Counter[str]()
     with runs_folder(chosen.output) as folder, Progress("tracking", "clips") as progress:
         for job in jobs:
-            known_run(job)  # one with other options is refused while the table is as it was
+            check_same_options(job)  # refused while the table is as it was
         write_table(folder, jobs, outcomes)
         if chosen.scheduler is None:
             with opened(chosen.renderer) as renderer:  # what is wrong with it is said once

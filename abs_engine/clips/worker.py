@@ -84,6 +84,18 @@ def known_run(job: Job) -> dict[str, Any] | None:
     return facts
 
 
+def check_same_options(job: Job) -> None:
+    """Raise `OutputError` if a run that is there was tracked with other options."""
+    if not made_before(job.folder):
+        return
+    there = {name: job.folder / name for name in job.beside if (job.folder / name).is_file()}
+    if any(_text(path) != job.beside[name] for name, path in there.items()):
+        raise OutputError(
+            f"{job.folder} was tracked with other options",
+            "choose another folder for the runs, or give the same options",
+        )
+
+
 def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")

@@ -49,7 +49,7 @@ def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] |
 
 
 def reached(address: tuple[str, int]) -> Destination:
-    """Where packets for a host and port go; raises `OutputError` if there is no such host."""
+    """Destination of packets for a host and port; raises `OutputError` if there is no such host."""
     host, port = address
     try:
         kind, *_, found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]

@@ -28,6 +28,8 @@ LEGEND: tuple[tuple[str, Colour], ...] = (
     ("lower lip, inner", LOWER),
 )
 
+_DOWN = np.array([[0.0, -5.0, 0.0], [0.0, 5.0, 0.0]])  # mm
+_UPRIGHT = 0.7  # cosine between across the corners' line and down the head
 _FRACTION = 4  # bits of OpenCV's sub-pixel coordinates
 
 
@@ -60,8 +62,8 @@ class LipDrawing:
             return []
         pixels = self.camera.project(result.pose.apply(result.lips))
         outer, upper, lower = np.split(pixels, np.cumsum(self.sizes)[:2])
-        first, last = result.lips[[self.sizes[0], sum(self.sizes[:2]) - 1], 0]
-        upper, lower = _meeting(upper, lower, float(np.sign(last - first)))
+        middle = result.pose.apply(result.lips.mean(axis=0) + _DOWN)
+        upper, lower = _meeting(upper, lower, np.subtract(*self.camera.project(middle)))
         return [(upper, False, UPPER), (lower, False, LOWER), (outer, True, OUTER)]
 
     def draw(self, picture: Image, window: Window, result: FrameResult) -> None:
@@ -82,15 +84,21 @@ class LipDrawing:
         )
 
 
-def _meeting(upper: FloatArray, lower: FloatArray, down: float) -> tuple[FloatArray, FloatArray]:
+def _meeting(
+    upper: FloatArray, lower: FloatArray, down: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Lines (K, 2) and (L, 2) px, from corner to corner, that do not cross.
 
-    Closed lips reach a little into each other; there, both are drawn halfway. `down` is 1 where the
-    lines run to the subject's left, else -1.
+    Closed lips reach a little into each other; there, both are drawn halfway. `down` (2,) px is the
+    head's own direction; seen from the side, where corners lie along it, lines stay as they are.
     """
-    across = upper[-1] - upper[0]
-    across = across / max(float(np.linalg.norm(across)), 1e-9)
-    axes = np.stack([across, down * np.array([-across[1], across[0]])])
+    along = upper[-1] - upper[0] if len(upper) else np.zeros(2)
+    across = along / max(float(np.linalg.norm(along)), 1e-9)
+    below = np.array([-across[1], across[0]])
+    side = float(below @ down) / max(float(np.linalg.norm(down)), 1e-9)
+    if abs(side) < _UPRIGHT:
+        return upper, lower
+    axes = np.stack([across, np.sign(side) * below])
     (s, h), (t, k) = (axes @ (line - upper[0]).T for line in (upper, lower))
     low, high = np.interp(s, *_rising(t, k)), np.interp(t, *_rising(s, h))
     h, k = np.where(low < h, 0.5 * (low + h), h), np.where(high > k, 0.5 * (high + k), k)

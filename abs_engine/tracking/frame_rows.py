@@ -8,11 +8,12 @@ from array import array
 from collections.abc import Mapping
 from pathlib import Path
 from sys import intern
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.errors import OutputError
 from abs_engine.core.pose import parted
 from abs_engine.face.base import Face
 from abs_engine.io.assets import LIPS_OF_68
@@ -49,7 +50,12 @@ class FrameRows:
         self._face, self._row = face, np.zeros(1, _row(face))
         self._status: list[str] = []
         self._terms: dict[str, array[float]] = {}
-        self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - closed as this is
+        self._where = folder
+        try:
+            # closed as this is
+            self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
+        except OSError as error:
+            self._fail(error)
         weakref.finalize(self, self._file.close)
 
     def __len__(self) -> int:
@@ -62,17 +68,32 @@ class FrameRows:
         Raises
         ------
         OSError
-            If it cannot be written.
+            If it cannot be written to the folder that was given.
+        OutputError
+            If temporary files cannot be written.
         """
         row = self._row[0]
         for name, number in _numbers(self._face, result).items():
             row[name] = number
-        self._file.write(self._row.tobytes())
+        left = memoryview(self._row.tobytes())
+        try:
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            self._fail(error)
         for name in result.terms:
             self._terms.setdefault(name, array("d", [np.nan]) * len(self))
         for name, values in self._terms.items():
             values.append(result.terms.get(name, np.nan))
         self._status.append(intern(result.status))
+
+    def _fail(self, error: OSError) -> NoReturn:
+        if self._where is not None:
+            raise error
+        raise OutputError(
+            f"temporary files cannot be written ({error.strerror or error})",
+            "let TMPDIR name a folder with space left, or give an output",
+        ) from error
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """Numbers of all frames by their names, (T, ...) each; they cannot be written to.
@@ -84,7 +105,6 @@ class FrameRows:
             (T, 20, 3), mm, head frame: the usual lip points. Most stay in the file until they are
             used.
         """
-        self._file.flush()
         kind, count = self._row.dtype, len(self)
         # An empty file cannot be mapped
         rows = np.memmap(self._file, kind, "r", shape=count) if count else np.zeros(0, kind)

@@ -107,6 +107,7 @@ def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Ca
     A place of an outline may slide along the line of sight and along the outline, so that only how
     far it goes across the outline counts.
     """
+    camera = view.camera or camera
     there = view.pose.apply(between(found.corners, found.weights, view.vertices))
     scale = pixels_a_mm(view.pose, camera)
     across = np.einsum("nij,ni->nj", picture_motion(there, camera), found.normal) / scale

@@ -66,7 +66,7 @@ class Smoothing:
             amount = 0.0
         window = name == SAVITZKY_GOLAY
         if amount <= 0 or (window and (amount % 2 != 1 or amount <= _DEGREE + 1)):
-            what = "an odd number of frames, 5 or more" if window else "a frequency, a number of Hz"
+            what = "an odd number of frames, 5 or more" if window else "a frequency in Hz"
             raise ParameterError(
                 f"'{text}' must give {what}", f"write, for example, {name}:{_DEGREE + 5}"
             )

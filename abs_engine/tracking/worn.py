@@ -1,7 +1,7 @@
 """A camera worn before the mouth: a close-up of the lower face, the head still in the picture.
 
 As in the teleconference experiment of Odisio and Bailly's "Shape and appearance models of talking
-faces". No face is looked for; the mouth is found, and followed by local appearance and outlines.
+faces". No face is needed; the mouth is found, and followed by local appearance and outlines.
 """
 
 from __future__ import annotations

@@ -286,7 +286,7 @@ def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, ca
     before = contents(folder / "runs")
     assert main([*words, "--workers", "1", "--driver", "simplex"]) == 2
     said = capsys.readouterr().err
-    assert "head holds something else than this clip, tracked with these options" in said
+    assert "head was tracked with other options" in said
     assert contents(folder / "runs") == before
 
 

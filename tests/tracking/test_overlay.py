@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from runs import SIZE, lost_result, toy_result, toy_setting
+from scipy.spatial.transform import Rotation
 
+from abs_engine.core.geometry import Pose
 from abs_engine.io.video import probe, read_frames
 from abs_engine.tracking import sheet as sheets
 from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing
@@ -158,3 +160,15 @@ def test_tiles_mark_closed_and_lost_frames():
     assert len(painted(closed, yellow)) > 20
     assert len(painted(wide, yellow)) == 0
     assert len(painted(lost, LOST)) > 20
+
+
+def test_lines_of_a_head_seen_from_the_side_stay_as_they_are(drawing):
+    result = toy_result(0, prototype=4)
+    aside = Rotation.from_euler("y", 95, degrees=True).as_matrix()
+    pose = Pose(result.pose.rotation @ aside, result.pose.translation)
+    turned = replace(result, pose=pose)
+    upper, lower, _ = (line for line, _, _ in drawing.contours(turned))
+    pixels = drawing.camera.project(pose.apply(result.lips))
+    _, one, other = np.split(pixels, np.cumsum(drawing.sizes)[:2])
+    assert np.abs(upper - one).max() < 1.0
+    assert np.abs(lower - other).max() < 1.0

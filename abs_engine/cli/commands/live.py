@@ -83,19 +83,20 @@ def live(chosen: Chosen) -> Done:
     from abs_engine.live.reader import Reader
     from abs_engine.live.server import served
     from abs_engine.live.session import ending, follow, learned
-    from abs_engine.tracking.option_checks import check_options
+    from abs_engine.tracking.option_checks import check_choices, check_options
     from abs_engine.tracking.options import TrackOptions
 
-    feed = open_feed(chosen.source, chosen.repeat)
     options = TrackOptions(
         driver=chosen.driver,
         model=None if chosen.model is None else str(chosen.model),
         camera=None if chosen.camera is None else load_camera(chosen.camera),
         pupil_distance=chosen.pupil_distance,
     )
-    check_options(options, VideoInfo(feed.size, feed.rate, 0))
+    check_choices(options)
     check_files(options)
     link = None if chosen.live_link is None else reached(chosen.live_link)
+    feed = open_feed(chosen.source, chosen.repeat)
+    check_options(options, VideoInfo(feed.size, feed.rate, 0))
     with ExitStack() as stack:
         made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))
         renderer = stack.enter_context(opened(chosen.renderer))

@@ -57,7 +57,7 @@ def _notes() -> str:
             text="box around the mouth to track in the first frame, pixels (default: it is found)"),
         take.option("--worn", is_flag=True,
             text="the camera is worn in front of the mouth: a close-up of the lower face, in which "
-            "the head does not move; no face is looked for"),
+            "the head does not move; no face is needed"),
         take.option("--pupil-distance", type=float, metavar="MM",
             text="distance between the person's pupils; sets the scale and is held to (default: "
             "adults' mean of 63.4, held to less)"),
