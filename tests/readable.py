@@ -198,7 +198,10 @@ TALKING = (
 )
 TRUE = ("identity_weights", "outer_lip", "outer_lip_20", "class_names")
 NULLS = ('"" for number', "null for number", "null for str", "null for list", "null for dict")
-FACE = ("seen", "noise_between", "noise_within", "cheeks", "expression_mixing")
+FACE = (
+    *("seen", "noise_between", "noise_within", "cheeks", "expression_mixing"),
+    *("tex_lin.common", "la_lin.left_out"),  # factors, and frames
+)
 
 READERS = (
     Reader("head of a speaker", "head.npz", whole.speaker, "io.assets:load_speaker", free=SPEAKER),
@@ -216,7 +219,7 @@ READERS = (
     Reader("face of a speaker", "me.face", whole.speaker_face,
            "tracking.speaker_face:load_speaker_face", lambda path: (path, _head(path)),
            optional=whole.COLOURS_SPARE, gaps=("cheeks",), free=FACE,
-           empty=("look", "seen", "noise_between", "noise_within")),
+           empty=("look", "seen", "noise_between", "noise_within", "tex_lin.common")),
     Reader("kind of a model", "me.face", whole.speaker_face, "tracking.presets:model_of_file",
            unread=("*",)),
     Reader("talking face", "face.npz", whole.talking_face, "face.talking_file:load_talking",

@@ -70,7 +70,7 @@ class LocalModel:
         n, p = len(self.vertices), len(self.modes)
         fits = all(a.shape == (n,) for a in (self.vertices, self.sigma, self.seen, self.facing))
         fits = fits and all(a.shape == (n, N_D) for a in (self.base, self.mean, self.spread))
-        fits = fits and self.left_out.shape[1:] == (n, N_D)
+        fits = fits and len(self.left_out) > 0 and self.left_out.shape[1:] == (n, N_D)
         if n == 0 or not fits or self.modes.shape != (p, n, N_D) or self.reach.shape != (p,):
             raise ParameterError("local appearance arrays do not fit", "learn them again")
         if not (np.isfinite(self.base).all() and np.isfinite(self.modes).all()):
@@ -167,7 +167,7 @@ LAYOUT: Layout = {
     "modes": real("P*", "N", N_D),
     "sigma": real("N", low=1e-9),
     "spread": real("N", N_D, low=0.0),
-    "left_out": real("Q*", "N", N_D, dtype=np.float32),
+    "left_out": real("Q", "N", N_D, dtype=np.float32),
     **dict.fromkeys(("seen", "facing"), real("N", low=0.0)),
     "reach": real("P*"),
     **dict.fromkeys(("explained", "unit"), real()),
