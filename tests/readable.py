@@ -224,7 +224,7 @@ READERS = (
            unread=("*",)),
     Reader("talking face", "face.npz", whole.talking_face, "face.talking_file:load_talking",
            free=TALKING,
-           empty=("tex_lin.modes", "tex_lin.common", "la_lin.modes", "la_lin.left_out")),
+           empty=("tex_lin.modes", "tex_lin.common", "la_lin.modes")),
     Reader("trained lips", "lips.npz", whole.physics, "face.shape.modal:load_physics",
            empty=("noise_variances",)),
     Reader("articulatory model", "model.npz", whole.articulatory,

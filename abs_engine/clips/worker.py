@@ -48,7 +48,7 @@ def _tracked(job: Job) -> dict[str, Any]:
     for plugin in job.plugins:
         load_plugin(plugin)
     while True:
-        known = known_run(job)
+        known = _known(job)
         if known is not None:
             return known
         try:
@@ -60,7 +60,7 @@ def _tracked(job: Job) -> dict[str, Any]:
             time.sleep(_PATIENCE)
 
 
-def known_run(job: Job) -> dict[str, Any] | None:
+def _known(job: Job) -> dict[str, Any] | None:
     """Content of the ``run.json`` of a run that is there; None if there is none.
 
     Raises

@@ -44,8 +44,7 @@ def outlined(
     outlines = getattr(renderer, "outlines", None)  # of one that can leave out the colours
     if outlines is not None:
         return cast("list[Outlines]", outlines(scene, candidates, camera, window))
-    drawn = renderer.draw(scene, candidates, camera, window)
-    return [Outlines(b.facet_id, b.class_id, b.depth, b.barycentrics) for b in drawn]
+    return [Outlines.of(drawn) for drawn in renderer.draw(scene, candidates, camera, window)]
 
 
 def buffer_sums(drawn: Sequence[Buffers], term: PixelTerm) -> Sums:

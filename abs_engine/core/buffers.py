@@ -61,6 +61,11 @@ class Outlines:
     depth: NDArray[np.float32]
     barycentrics: NDArray[np.float32]
 
+    @classmethod
+    def of(cls, drawn: Buffers) -> Outlines:
+        """Those of all buffers."""
+        return cls(drawn.facet_id, drawn.class_id, drawn.depth, drawn.barycentrics)
+
 
 @dataclass(frozen=True, eq=False)
 class Sums:

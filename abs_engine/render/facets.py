@@ -12,8 +12,6 @@ from abs_engine.render.programs import CLIP, KEPT, Programs, set_uniform
 from abs_engine.render.targets import Canvas, Target
 from abs_engine.render.upload import SceneUpload
 
-_NO_WEIGHTS = np.zeros((1, 0))
-
 
 def draw_buffers(
     gl: GLContext,
@@ -53,7 +51,7 @@ def draw_outlines(
 ) -> Outlines:
     """Draw one candidate without its colours into a target of `OUTLINES`, and read it."""
     target.clear()
-    _draw(gl, programs, ("outlines",), upload, clips, _NO_WEIGHTS, kept)
+    _draw(gl, programs, ("outlines",), upload, clips, None, kept)
     bary_depth, ids = (target.read(i)[0] for i in range(2))
     return Outlines(
         ids[..., 0].copy(),
@@ -83,10 +81,10 @@ def _draw(
     fragment: tuple[str, ...],
     upload: SceneUpload,
     clips: moderngl.Buffer,
-    weights: NDArray[np.float64],
+    weights: NDArray[np.float64] | None,
     kept: int | None = None,
 ) -> None:
-    """By a fragment shader and its definitions."""
+    """By a fragment shader and its definitions; without weights, one candidate's, uncoloured."""
     name, *defines = fragment
     if kept == 0:
         return
@@ -99,12 +97,13 @@ def _draw(
     stored = upload.faces_buffer, upload.uv_buffer, upload.facet_class_buffer
     for binding, buffer in enumerate(stored, start=1):
         buffer.bind_to_storage_buffer(binding)
-    if name != "outlines":
+    if weights is not None:
         upload.use_texture(program, weights)
     set_uniform(program, "n_vertices", upload.n_vertices)
     array = upload.vertex_array(f"facets {program.glo}", lambda: gl.ctx.vertex_array(program, []))
     count = upload.n_facets if kept is None else kept
-    array.render(moderngl.TRIANGLES, vertices=3 * count, instances=len(weights))
+    instances = 1 if weights is None else len(weights)
+    array.render(moderngl.TRIANGLES, vertices=3 * count, instances=instances)
 
 
 def _buffers(

@@ -90,7 +90,7 @@ class InstancedPath:
     ) -> list[Outlines]:
         """Borders of every candidate, of all its buffers."""
         drawn = self.draw(upload, scene, candidates, camera, window)
-        return [Outlines(b.facet_id, b.class_id, b.depth, b.barycentrics) for b in drawn]
+        return [Outlines.of(one) for one in drawn]
 
     def picture(
         self,

@@ -100,15 +100,7 @@ class OpenGLRenderer:
     def outlines(
         self, scene: Scene, candidates: Candidates, camera: Camera, window: Window
     ) -> list[Outlines]:
-        """Draw every candidate for what shows where classes meet.
-
-        Raises
-        ------
-        ParameterError
-            If the candidates have another number of weights than the scene has modes.
-        OpenGLError
-            If the renderer is closed, or belongs to another thread or process.
-        """
+        """Draw every candidate for what shows where classes meet; raises as `draw`."""
         _check_weights(scene, candidates)
         with self._current():
             self._set_state(scene.cull)

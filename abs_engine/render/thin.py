@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -49,14 +51,13 @@ class ThinPath:
     ) -> list[Buffers]:
         """Buffers of every candidate."""
         target = self._pool.get((*window.drawn, 1), targets.ALL_BUFFERS)
-        out: list[Buffers] = []
-        for i in range(len(candidates)):
-            kept = _written(upload, scene, candidates, i, camera, window)
-            out += facets.draw_buffers(
-                self._gl, self._programs, upload, upload.vertex_buffer, target,
-                candidates.weights[i : i + 1], kept,
-            )  # fmt: skip
-        return out
+        given = self._gl, self._programs, upload, upload.vertex_buffer, target
+        written = _written(upload, scene, candidates, camera, window)
+        drawn = (
+            facets.draw_buffers(*given, candidates.weights[i : i + 1], kept)
+            for i, kept in enumerate(written)
+        )
+        return [buffers for (buffers,) in drawn]
 
     def outlines(
         self,
@@ -68,12 +69,9 @@ class ThinPath:
     ) -> list[Outlines]:
         """Borders of every candidate: the same drawings without their colours."""
         target = self._pool.get((*window.drawn, 1), targets.OUTLINES)
-        out: list[Outlines] = []
-        for i in range(len(candidates)):
-            kept = _written(upload, scene, candidates, i, camera, window)
-            given = self._gl, self._programs, upload, upload.vertex_buffer, target, kept
-            out.append(facets.draw_outlines(*given))
-        return out
+        given = self._gl, self._programs, upload, upload.vertex_buffer, target
+        written = _written(upload, scene, candidates, camera, window)
+        return [facets.draw_outlines(*given, kept) for kept in written]
 
     def picture(
         self,
@@ -165,15 +163,12 @@ class ThinPath:
 
 
 def _written(
-    upload: SceneUpload,
-    scene: Scene,
-    candidates: Candidates,
-    index: int,
-    camera: Camera,
-    window: Window,
-) -> int:
-    """Number of facets of a candidate that are worth drawing; its vertices are written."""
-    clip = clip_positions(scene, candidates, index, camera, camera.clip_matrix(window))
-    upload.vertex_buffer.write(clip)
+    upload: SceneUpload, scene: Scene, candidates: Candidates, camera: Camera, window: Window
+) -> Iterator[int]:
+    """Write the vertices of each candidate; yields how many of its facets are worth drawing."""
+    matrix = camera.clip_matrix(window)
     size = float(window.drawn[0]), float(window.drawn[1])
-    return int(worth_drawing(clip, scene.faces, scene.cull, size, camera.near, upload.kept_facets))
+    for index in range(len(candidates)):
+        clip = clip_positions(scene, candidates, index, camera, matrix)
+        upload.vertex_buffer.write(clip)
+        yield worth_drawing(clip, scene.faces, scene.cull, size, camera.near, upload.kept_facets)

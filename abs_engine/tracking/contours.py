@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 
-Image = NDArray[np.uint8]
-FloatArray = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 OUTER: Colour = (60, 255, 120)

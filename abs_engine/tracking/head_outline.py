@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera
 from abs_engine.core.pose import pose_moves
@@ -22,9 +23,6 @@ from abs_engine.tracking.head_equations import Equations
 from abs_engine.tracking.head_texture import HeadBody, HeadView, between, picture_motion
 from abs_engine.tracking.head_window import pixels_a_mm, window_about
 from abs_engine.tracking.settings.outline import OUTLINE
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 _PLACES = np.arange(OUTLINE.beside[0], OUTLINE.ear_reach + OUTLINE.step / 2, OUTLINE.step)
 _SPREAD = np.array(OUTLINE.spread)

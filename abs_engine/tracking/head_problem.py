@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.head_equations import HeadGuess
@@ -15,8 +16,6 @@ from abs_engine.tracking.head_texture import Gray, HeadBody, HeadView
 from abs_engine.tracking.landmark_noise import LandmarkNoise
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
 
@@ -16,7 +16,7 @@ def pixels_a_mm(pose: Pose, camera: Camera) -> float:
     return float(camera.matrix[0, 0] / pose.translation[2])
 
 
-def window_about(vertices: NDArray[np.float64], pose: Pose, camera: Camera, side: int) -> Window:
+def window_about(vertices: FloatArray, pose: Pose, camera: Camera, side: int) -> Window:
     """About vertices (N, 3), mm, head frame; its longer side is `side` drawn pixels at most."""
     pixels = camera.project(pose.apply(vertices))
     low, high = pixels.min(axis=0) - _MARGIN, pixels.max(axis=0) + _MARGIN

@@ -9,6 +9,7 @@ from types import TracebackType
 import cv2
 import numpy as np
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Window
 from abs_engine.core.threads import Behind
 from abs_engine.io.assets import CLOSED_APERTURE
@@ -20,7 +21,6 @@ from abs_engine.tracking.contours import (
     LOST,
     OUTER,
     WHITE,
-    Image,
     LipDrawing,
     cut,
     write_text,

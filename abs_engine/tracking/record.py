@@ -39,7 +39,6 @@ from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import cells, closed_frames, closure_table, table_of
 from abs_engine.tracking.run_warnings import contradicted
 
-FloatArray = NDArray[np.float64]
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
 CLOSURES = "closures.csv"

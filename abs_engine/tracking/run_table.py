@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.pose import POSE_NAMES
 from abs_engine.io.assets import CLOSED_APERTURE, LIPS_OF_68
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.frame_rows import BELIEVED, LANDMARK_MEASURES
 from abs_engine.tracking.measures import NAMES, Closure
-
-FloatArray = NDArray[np.float64]
 
 POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.tracking.settings.frames import FRAME_LOOP
-
-FloatArray = NDArray[np.float64]
 
 NO_COLOUR = (
     "the video has no colour: its classes rest on brightness alone, and the result is less exact; "

@@ -206,7 +206,7 @@ def test_every_number_that_is_not_finite_is_named(whole, tmp_path):
 
 SHORTER = {"marks", "lips", "scene.texture", "tex_lin.common", "la_lin.left_out"}
 """Arrays that may have one row less, beside the lips' contours."""
-NONE = {"tex_lin.common", "la_lin.left_out", "tex_lin.modes"}
+NONE = {"tex_lin.common", "tex_lin.modes"}
 """Arrays that may have no row at all."""
 
 

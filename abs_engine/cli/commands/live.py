@@ -21,6 +21,7 @@ from abs_engine.core.registry import DRIVERS
 if TYPE_CHECKING:
     from abs_engine.live.reader import Reader
     from abs_engine.live.release import Released
+    from abs_engine.tracking.options import TrackOptions
 
 _LEARN, _LOOK = 2.0, 0.2  # seconds of a stranger, and of a face that is known
 _NOTES = """\
@@ -73,7 +74,6 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
 )  # fmt: skip
 def live(chosen: Chosen) -> Done:
     """Track a camera while it films."""
-    from abs_engine.dataset import load_camera
     from abs_engine.io.unfinished import NewFolder
     from abs_engine.io.video import VideoInfo
     from abs_engine.live.board import Board
@@ -83,17 +83,9 @@ def live(chosen: Chosen) -> Done:
     from abs_engine.live.reader import Reader
     from abs_engine.live.server import served
     from abs_engine.live.session import ending, follow, learned
-    from abs_engine.tracking.option_checks import check_choices, check_options
-    from abs_engine.tracking.options import TrackOptions
+    from abs_engine.tracking.option_checks import check_options
 
-    options = TrackOptions(
-        driver=chosen.driver,
-        model=None if chosen.model is None else str(chosen.model),
-        camera=None if chosen.camera is None else load_camera(chosen.camera),
-        pupil_distance=chosen.pupil_distance,
-    )
-    check_choices(options)
-    check_files(options)
+    options = _checked(chosen)
     link = None if chosen.live_link is None else reached(chosen.live_link)
     feed = open_feed(chosen.source, chosen.repeat)
     check_options(options, VideoInfo(feed.size, feed.rate, 0))
@@ -137,6 +129,23 @@ def live(chosen: Chosen) -> Done:
             made.finish()
             _say(f"wrote {chosen.output}")
     return Done((), status=int(fault))
+
+
+def _checked(chosen: Chosen) -> TrackOptions:
+    """Options of tracking, whose files can be read and which go together."""
+    from abs_engine.dataset import load_camera
+    from abs_engine.tracking.option_checks import check_choices
+    from abs_engine.tracking.options import TrackOptions
+
+    options = TrackOptions(
+        driver=chosen.driver,
+        model=None if chosen.model is None else str(chosen.model),
+        camera=None if chosen.camera is None else load_camera(chosen.camera),
+        pupil_distance=chosen.pupil_distance,
+    )
+    check_choices(options)
+    check_files(options)
+    return options
 
 
 def _printer(reader: Reader) -> Callable[[Released], None]:

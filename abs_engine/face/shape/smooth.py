@@ -13,9 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
-
-FloatArray = NDArray[np.float64]
 
 _SAMPLES = 400  # points that the kernel's eigenfunctions are found on
 _RANK = 60  # of a coordinate

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.articulated import FaceShape
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.articulated import shape_of
@@ -15,7 +16,6 @@ from abs_engine.learn.measured.fit import REST, MeasuredHead, fit_head
 from abs_engine.learn.measured.residual import Smoothness, field, smoothness
 from abs_engine.learn.settings import MEASURED_FACE
 
-FloatArray = NDArray[np.float64]
 _SOFT = ("skin", "upper_lip", "lower_lip", "inner_mouth")
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.shape.dots import ShellPoints
@@ -20,7 +20,6 @@ from abs_engine.learn.measured.motion import slid, unit_weights
 from abs_engine.learn.measured.sites import LIPS, Sites
 from abs_engine.learn.settings import MEASURED_FACE
 
-FloatArray = NDArray[np.float64]
 REST = "rest"
 """The viseme in which the head keeps still."""
 LEAST, LEAST_LIPS, LEAST_OTHERS = 12, 4, 4

@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.pose import pose_moves
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.learn.settings import MEASURED_FACE
 
-FloatArray = NDArray[np.float64]
 _POSE = 6
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.learn.settings import MEASURED_FACE
-
-FloatArray = NDArray[np.float64]
 
 
 def unit_weights(moved: FloatArray, units: FloatArray, noise: float) -> FloatArray:

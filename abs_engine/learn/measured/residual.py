@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.learn.settings import MEASURED_FACE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

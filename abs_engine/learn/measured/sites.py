@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point, points_to_barycentric
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import MEASURED_FACE
 
-FloatArray = NDArray[np.float64]
 TEETH, LIPS, UPPER, LOWER = "lower_teeth", "lips", "upper_lip", "lower_lip"
 """Groups of points that say where on a head they lie; all others lie on the skin."""
 
