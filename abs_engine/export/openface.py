@@ -49,7 +49,7 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
 
 
 def _pose(run: TrackedRun) -> FloatArray:
-    """Place (mm) and angles (radians, R = Rx Ry Rz) of the head, (T, 6)."""
+    """Place (mm) and angles (radians, camera axes, R = Rx Ry Rz) of the head, (T, 6)."""
     out = np.full((len(run), 6), np.nan)
     for frame in run.frames:
         pose = run.pose(frame)

@@ -31,7 +31,7 @@ OF_FRAME = (*LIPS, "jaw_opening", *ANGLES)
 NAMES = (*LIPS, "jaw_opening", *VELOCITIES, *ANGLES)
 """Columns of ``results.csv`` that are measured here."""
 
-_FACING = np.diag([1.0, -1.0, -1.0])  # head to camera, of a face that looks straight at it
+_UP = np.array([0.0, -1.0, 0.0])  # the picture's, in the camera's frame
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ def of_frame(face: Face, vertices: FloatArray | None, pose: Pose | None) -> dict
         how far the lower teeth lie below their place at rest, NaN for a face without teeth. mm^2,
         seen along z: `opening_area` between the inner contours, `lip_area` within the outer one.
         Degrees: `head_pitch` (up is positive), `head_yaw` (to the subject's left), `head_roll` (to
-        the subject's right shoulder), 0, 0, 0 for a face turned straight to the camera; the head is
-        turned by its yaw, then about its own axes by pitch and roll.
+        the subject's right shoulder), 0, 0, 0 for an upright head that looks into the lens, see
+        `angles`.
     """
     turned = dict(zip(ANGLES, angles(pose), strict=True))
     if vertices is None:
@@ -134,10 +134,30 @@ def velocity(values: FloatArray, time: FloatArray) -> FloatArray:
 
 
 def angles(pose: Pose | None) -> tuple[float, float, float]:
-    """Pitch, yaw and roll of a head to the camera, degrees; NaN of an unknown one."""
+    """Pitch, yaw and roll of a head that looks into the lens or past it.
+
+    With t the place of the head's origin before the camera, the lens lies towards z = -t / |t|.
+    Right-handed axes x, y, z with y as near to the picture's up u as can be have x along u x z and
+    y = z x x. The head is turned away from them by its yaw about y, then about its own axes by
+    pitch and roll: (x y z)^T R = Ry(yaw) Rx(-pitch) Rz(roll).
+
+    Parameters
+    ----------
+    pose : Pose or None
+        Head to camera, the head not straight above or below the lens; None where it is unknown.
+
+    Returns
+    -------
+    tuple of float
+        Degrees: up, to the subject's left and to the subject's right shoulder are positive; NaN of
+        an unknown pose.
+    """
     if pose is None:
         return (np.nan,) * 3
-    turn = _FACING @ pose.rotation
+    z = -pose.translation / np.linalg.norm(pose.translation)
+    x = np.cross(_UP, z)
+    x /= np.linalg.norm(x)
+    turn = np.array([x, np.cross(z, x), z]) @ pose.rotation
     pitch = np.arcsin(np.clip(turn[1, 2], -1, 1))
     yaw = np.arctan2(turn[0, 2], turn[2, 2])
     roll = np.arctan2(turn[1, 0], turn[1, 1])

@@ -67,18 +67,39 @@ def test_velocity_of_even_motion_and_beside_a_gap():
     ],
 )
 def test_angles_of_a_turn_about_one_axis(axis, degrees, expected):
-    pose = Pose(FACING @ about(axis, degrees), np.array([10.0, 0, 600]))
+    pose = Pose(FACING @ about(axis, degrees), np.array([0, 0, 600.0]))
     np.testing.assert_allclose(angles(pose), expected, atol=1e-9)
 
 
-def test_a_face_straight_before_the_camera_has_no_angles():
-    assert angles(Pose(FACING, np.array([0.0, 0, 500]))) == pytest.approx((0, 0, 0))
+def towards_lens(place: np.ndarray) -> np.ndarray:
+    """Rotation of an upright head at a place that looks into the lens: panned and tilted."""
+    x, y, z = place
+    pan = np.degrees(np.arctan2(x, z))  # to the picture's right, where the head's x points, too
+    tilt = np.degrees(np.arctan2(y, np.hypot(x, z)))  # below the lens: the head looks up
+    return FACING @ about("y", -pan) @ about("x", -tilt)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_angles_are_those_from_looking_into_the_lens_wherever_the_head_is(seed):
+    rng = np.random.default_rng(seed)
+    place = rng.uniform([-400, -300, 300], [400, 300, 1500])
+    pitch, yaw, roll = rng.uniform([-60, -120, -90], [60, 120, 90])
+    upright = towards_lens(place)
+    np.testing.assert_allclose(upright[:, 2], -place / np.linalg.norm(place), atol=1e-12)
+    np.testing.assert_allclose(upright[1, 0], 0, atol=1e-12)  # the eyes are level in the picture
+    np.testing.assert_allclose(angles(Pose(upright, place)), (0, 0, 0), atol=1e-9)
+    turned = upright @ about("y", yaw) @ about("x", -pitch) @ about("z", roll)
+    np.testing.assert_allclose(angles(Pose(turned, place)), (pitch, yaw, roll), atol=1e-9)
+
+
+def test_a_head_at_the_side_that_looks_along_the_axis_looks_past_the_lens():
+    """A picture's right is the subject's left: there the lens lies to the subject's right."""
+    pitch, yaw, roll = angles(Pose(FACING, np.array([300.0, 0, 300 * np.sqrt(3)])))
+    np.testing.assert_allclose((pitch, yaw, roll), (0, 30, 0), atol=1e-9)
+
+
+def test_an_unknown_pose_has_no_angles():
     assert np.isnan(angles(None)).all()
-
-
-def test_angles_turn_a_head_again():
-    turned = FACING @ about("y", 25) @ about("x", -12) @ about("z", 8)
-    np.testing.assert_allclose(angles(Pose(turned, np.zeros(3))), (12, 25, 8), atol=1e-9)
 
 
 def test_closures_have_onset_and_release_between_frames():
