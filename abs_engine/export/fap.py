@@ -2,12 +2,15 @@
 
 A text file as FAP players read it: a line with version, name, frames per second and number of
 frames; then for each frame a mask of 68 flags, and the frame's number with the parameters whose
-flags are set. Distances are in facial animation parameter units (FAPU), thousandths (1/1024) of
-distances of the neutral face; head angles in units of 1e-5 radian.
+flags are set. Distances are from the neutral face, whose lips meet, in facial animation parameter
+units (FAPU), thousandths (1/1024) of distances in it; head angles in units of 1e-5 radian, with
+regard to the camera's axes.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +19,8 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.live_link import head_angles
 
-_NOSE, _CHIN, _INNER_CORNERS = 33, 8, (60, 64)
-_UPPER, _LOWER = 62, 66
+_NOSE, _CHIN, _CORNERS, _MIDDLE = 33, 8, (48, 54), 62  # 9.15, 2.10, 8.4 and 8.3, 2.2
+_UPPER, _LOWER = [61, 62, 63], [67, 66, 65]  # the inner contours, right to left
 _X, _Y, _Z = 0, 1, 2
 
 # Number of the parameter: its unit, the landmark of 300-W it moves, the axis, and the sense.
@@ -52,18 +55,31 @@ _AU = 1e-5  # rad
 _COUNT = 68
 
 
+@cache
+def neutral(run: TrackedRun) -> FloatArray:
+    """The 68 landmarks of the person's neutral face, (68, 3) float64, mm, head frame.
+
+    MPEG-4's neutral face has lips that meet. A mesh's mean has those of average speech, which are
+    parted; this is the most probable posture that closes them.
+    """
+    mesh, marks = run.mesh, run.speaker.points["landmark_68"]
+    upper, lower = marks[_UPPER], marks[_LOWER]
+    gaps = mesh.mean[upper, _Y] - mesh.mean[lower, _Y]
+    opened = mesh.modes[:, upper, _Y] - mesh.modes[:, lower, _Y]
+    closing = np.linalg.lstsq(opened.T.astype(np.float64), -gaps.astype(np.float64))[0]
+    return np.asarray(replace(mesh, weights=closing[None]).points(marks)[0])
+
+
 def fapu(run: TrackedRun) -> dict[str, float]:
     """FAPU of the tracked person, mm: mouth-nose separation and mouth width, over 1024."""
-    rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
-    middle = rest[[_UPPER, _LOWER]].mean(axis=0)
-    width = abs(float(rest[_INNER_CORNERS[1], _X] - rest[_INNER_CORNERS[0], _X]))
-    return {"MNS": abs(float(rest[_NOSE, _Y] - middle[_Y])) / 1024, "MW": width / 1024}
+    rest = neutral(run)
+    width = abs(float(np.diff(rest[_CORNERS, _X])[0]))
+    return {"MNS": abs(float(rest[_NOSE, _Y] - rest[_MIDDLE, _Y])) / 1024, "MW": width / 1024}
 
 
 def parameters(run: TrackedRun) -> dict[int, FloatArray]:
     """The parameters that are given, each (T,) in its unit; NaN in lost frames."""
-    rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
-    moved, units = run.landmarks - rest, fapu(run)
+    moved, units = run.landmarks - neutral(run), fapu(run)
     out = {k: s * moved[:, p, a] / units[u] for k, (u, p, a, s) in LIPS.items()}
     if "jaw_opening" in run.arrays:
         out[_OPEN_JAW] = run.arrays["jaw_opening"] / units["MNS"]
@@ -89,8 +105,7 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
 
 def _losses(run: TrackedRun, given: dict[int, FloatArray], steps: FloatArray) -> tuple[Loss, ...]:
     """The lips that a player can rebuild from these numbers alone, beside those tracked."""
-    rest = run.mesh.mean[run.speaker.points["landmark_68"]].astype(np.float64)
-    rebuilt, units = np.tile(rest, (len(run), 1, 1)), fapu(run)
+    rebuilt, units = np.tile(neutral(run), (len(run), 1, 1)), fapu(run)
     columns, rounding = dict(zip(given, steps.T, strict=True)), []
     for number, (unit, point, axis, sense) in LIPS.items():
         rebuilt[:, point, axis] += sense * columns[number] * units[unit]

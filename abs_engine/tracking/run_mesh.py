@@ -28,7 +28,7 @@ class RunMesh:
     Parameters
     ----------
     mean : (V, 3) float32, mm, head frame
-        The person without expression.
+        The person at weight 0: for most models the average of speech, with parted lips.
     modes : (P, V, 3) float32, mm at weight 1
     weights : (T, P) float64
         NaN in lost frames.

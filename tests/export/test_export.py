@@ -20,7 +20,7 @@ from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.export.exporter import read_run, rms
 from abs_engine.export.face_units import unit_weights
-from abs_engine.export.fap import LIPS, fapu, parameters
+from abs_engine.export.fap import LIPS, fapu, neutral, parameters
 from abs_engine.export.live_link import timecode
 from abs_engine.export.praat import closures
 from abs_engine.export.smoothed import smoothed
@@ -183,13 +183,24 @@ def test_fap_holds_what_the_format_has(folder, run, tmp_path):
     assert all(len(mask) == 68 for mask in masks)
     assert [len(row) - 1 for row in rows] == [mask.sum() for mask in masks]
     assert masks[LOST].sum() == 0
-    wide, rest = run.landmarks[3], run.mesh.mean[run.speaker.points["landmark_68"]]
+    wide, rest = run.landmarks[3], neutral(run)
     numbers = dict(zip((np.flatnonzero(masks[3]) + 1).tolist(), rows[3][1:], strict=True))
     unit = fapu(run)["MNS"]
     assert numbers[5] * unit == pytest.approx(wide[66, 1] - rest[66, 1], abs=unit)
     assert numbers[51] * unit == pytest.approx(rest[51, 1] - wide[51, 1], abs=unit)
     assert parameters(run)[5][3] < 0  # the lower lip of an open mouth lies lower
+    assert parameters(run)[3][3] > parameters(run)[3][0]  # and so do the lower teeth
     assert set(numbers) == {3, 48, 49, 50, *LIPS}
+
+
+def test_fap_starts_from_a_face_whose_lips_meet(run):
+    marks, rest = run.speaker.points["landmark_68"], neutral(run)
+    assert run.mesh.mean[marks[62], 1] > run.mesh.mean[marks[66], 1] + 5
+    np.testing.assert_allclose(rest[[61, 62, 63], 1], rest[[67, 66, 65], 1], atol=1e-4)
+    shut = np.sqrt(((run.landmarks[0] - rest)[48:] ** 2).sum(axis=1).mean())
+    assert shut < 1  # mm; the mean of the mesh is 3.4 mm away
+    assert 1024 * fapu(run)["MNS"] == pytest.approx(rest[33, 1] - rest[62, 1])
+    assert 1024 * fapu(run)["MW"] == pytest.approx(rest[54, 0] - rest[48, 0])
 
 
 def test_the_command_reports_what_is_lost(folder, tmp_path, capsys):
