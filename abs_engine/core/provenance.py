@@ -54,7 +54,7 @@ def caution(made: Mapping[str, Any]) -> str | None:
 def code_digest() -> str:
     """SHA-256 of the package's own source and data, for what is kept from one run to the next."""
     seen = hashlib.sha256()
-    parts = [folder / part for folder in (_BUILT.parent, _PACKAGE.parent) for part in _DATA]
+    parts = [folder / part for folder in (_PACKAGE / "_data", _PACKAGE.parent) for part in _DATA]
     data = (path for part in parts for path in part.rglob("*") if path.is_file())
     for path in sorted([*_PACKAGE.rglob("*.py"), *data]):
         seen.update(os.path.relpath(path, _PACKAGE).encode())
