@@ -6,9 +6,9 @@ Run it by hand, with `{out}` where the command names its output:
 
 The command first runs undisturbed. Then it is killed (SIGKILL, it and its children) at moments
 drawn uniformly from the processor's seconds that it took, which do not depend on what else the
-machine does, and started again, until it ends; then all over again, until it was killed often
-enough. Every end must have the bytes of the undisturbed one in every file but `timing.json`, with
-nothing beside it. Of many clips, `--workers` is to be given.
+machine does, or once its output has its name, which is every fourth time, and started again, until
+it ends with exit status 0; then all over again, until it was killed often enough. Every end must
+have the bytes of the undisturbed one in every file but `timing.json`, with nothing beside it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from pathlib import Path
 import psutil
 
 DURATIONS = "timing.json"  # differ from run to run by their nature
-LOOK = 0.1  # seconds between looks at what a command has taken so far
+LOOK = 0.02  # seconds between looks at what a command has taken so far, and made
+AIMED = 0.25  # share of kills that strike once the output has its name
 FAULTS = ("other bytes", "something left beside", "failed")
 
 
@@ -55,8 +56,10 @@ def spent(process: psutil.Process) -> float:
     return seconds
 
 
-def runs_through(command: Sequence[str], seconds: float) -> bool:
-    """Whether a command ended well before it took so many seconds, at which it is killed.
+def runs_through(command: Sequence[str], seconds: float, out: Path | None = None) -> bool:
+    """Whether a command ended well before it took so many seconds, or `out` was there.
+
+    It is killed then.
 
     Raises
     ------
@@ -69,7 +72,8 @@ def runs_through(command: Sequence[str], seconds: float) -> bool:
         while process.poll() is None:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(LOOK)
-            if process.returncode is None and spent(watched) >= seconds:
+            made = out is not None and out.exists()
+            if process.returncode is None and (made or spent(watched) >= seconds):
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
                 return False
@@ -80,21 +84,18 @@ def runs_through(command: Sequence[str], seconds: float) -> bool:
     return True
 
 
-def killed_until_done(
-    command: Sequence[str], out: Path, longest: float, kills: int, chance: random.Random
-) -> int:
-    """Start a command until its output is there; how often it was killed, at most `kills` times.
-
-    A kill can strike after the output got its name: it is whole then, and the command would say
-    that it exists already. But the folder of many clips is there from the beginning.
-    """
-    for done in range(kills):
-        if runs_through(command, chance.uniform(0.0, longest)):
-            return done
-        if out.exists() and "--workers" not in command:
-            return done + 1
-    runs_through(command, math.inf)
-    return kills
+def until_done(
+    command: Sequence[str], out: Path, longest: float, kills: int, chance: random.Random,
+    count: Counter[str],
+) -> None:  # fmt: skip
+    """Start a command until it ends with status 0, killed as long as there are kills left."""
+    while True:
+        left, aimed = count["kills"] < kills, chance.random() < AIMED
+        seconds = chance.uniform(0.0, longest) if left and not aimed else math.inf
+        if runs_through(command, seconds, out if left and aimed else None):
+            return
+        count["kills"] += 1
+        count["once it was there"] += out.exists()
 
 
 def seconds_of_children() -> float:
@@ -117,9 +118,7 @@ def trial(command: Sequence[str], kills: int, seed: int = 0) -> Counter[str]:
             shutil.rmtree(place)
             place.mkdir()
             try:
-                count["kills"] += killed_until_done(
-                    filled, out, longest, kills - count["kills"], chance
-                )
+                until_done(filled, out, longest, kills, chance, count)
             except RuntimeError as error:
                 count["failed"] += 1
                 sys.stderr.write(f"{error}\n")
@@ -133,7 +132,8 @@ def trial(command: Sequence[str], kills: int, seed: int = 0) -> Counter[str]:
 
 def told(count: Counter[str]) -> str:
     """A line of what was counted so far."""
-    return ", ".join(f"{name} {count[name]}" for name in ("kills", "ends", *FAULTS))
+    names = "kills", "once it was there", "ends", *FAULTS
+    return ", ".join(f"{name} {count[name]}" for name in names)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from abs_engine.cli.options import STDOUT, Option
+from abs_engine.core.errors import SameOutputError
 
 Chosen = SimpleNamespace
 """What was typed, by the names of arguments and options."""
@@ -94,7 +95,10 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> int:
         """Run it, print what it found, and return the exit status."""
-        done = self.run(Chosen(**ctx.params))
+        try:
+            done = self.run(Chosen(**ctx.params))
+        except SameOutputError as same:
+            done = Done([str(same)], {"output": ctx.params["output"], "made_before": True})
         if not done.lines and not done.facts:
             return done.status
         if ctx.params["json"] in (True, STDOUT):

@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.clips.job import DONE, FAILED, Job, Outcome
-from abs_engine.core.errors import AbsEngineError, BusyOutputError, InputFileError, OutputError
+from abs_engine.core.errors import (
+    AbsEngineError,
+    BusyOutputError,
+    InputFileError,
+    OutputError,
+    SameOutputError,
+)
 from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.threads import keep_to_one_core
 from abs_engine.dataset.sums import digest
@@ -56,8 +62,8 @@ def _tracked(job: Job) -> dict[str, Any]:
                 return track_video(
                     job.video, job.folder, renderer, job.options, beside=job.beside
                 )  # fmt: skip
-        except BusyOutputError:  # a worker that was given up, or a command before, still tracks it
-            time.sleep(_PATIENCE)
+        except (BusyOutputError, SameOutputError):  # a worker that was given up, or a command
+            time.sleep(_PATIENCE)  # before, still tracks it, or has just done it
 
 
 def _known(job: Job) -> dict[str, Any] | None:

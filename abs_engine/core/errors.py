@@ -64,6 +64,10 @@ class OutputError(AbsEngineError):
     """An output folder or file exists already or cannot be written."""
 
 
+class SameOutputError(OutputError):
+    """An output is there already, whole, and the same command made it."""
+
+
 class BusyOutputError(OutputError):
     """Another process makes an output right now."""
 

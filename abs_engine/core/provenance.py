@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import subprocess
 from collections.abc import Mapping
 from functools import cache
@@ -16,6 +17,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 _BUILT = _PACKAGE / "_data" / "commit.json"  # written when a wheel is built
 CODE = ("abs_engine", "shaders", "assets", "pyproject.toml", "constraints.txt")
 """What results depend on; changes of pages and tests do not count."""
+_DATA = ("shaders", "assets/speaker", "assets/detector", "assets/lips")
 
 
 @cache
@@ -50,10 +52,12 @@ def caution(made: Mapping[str, Any]) -> str | None:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 of the package's own source, for what is kept from one run to the next."""
+    """SHA-256 of the package's own source and data, for what is kept from one run to the next."""
     seen = hashlib.sha256()
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        seen.update(path.relative_to(_PACKAGE).as_posix().encode())
+    parts = [folder / part for folder in (_PACKAGE / "_data", _PACKAGE.parent) for part in _DATA]
+    data = (path for part in parts for path in part.rglob("*") if path.is_file())
+    for path in sorted([*_PACKAGE.rglob("*.py"), *data]):
+        seen.update(os.path.relpath(path, _PACKAGE).encode())
         seen.update(path.read_bytes())
     return seen.hexdigest()
 

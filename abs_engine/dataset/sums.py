@@ -1,6 +1,7 @@
 """``SHA256SUMS``: what a folder's files were when it was written, as ``sha256sum -c`` reads it.
 
-What the folder took to make, ``timing.json``, is not among them: it differs from time to time.
+What the folder took to make, ``timing.json``, is not among them: it differs from time to time. Nor
+is the record of the choices that made it, which is written last.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from pathlib import Path
 from abs_engine.core.clock import TIMING
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.dataset.picture import AGAIN
+from abs_engine.io.naming import RECORD
 
 SUMS = "SHA256SUMS"
+_LATER = SUMS, TIMING, RECORD
 _LINE = re.compile("(?P<digest>[0-9a-f]{64})  (?P<name>.+)")
 
 
@@ -25,7 +28,7 @@ def digest(path: Path) -> str:
 
 
 def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
-    """Write the list of all other files of a folder but the timing.
+    """Write the list of all other files of a folder but the timing and the record.
 
     Parameters
     ----------
@@ -39,11 +42,9 @@ def write_sums(folder: Path, known: Mapping[str, str] | None = None) -> None:
 
 
 def file_names(folder: Path) -> list[str]:
-    """Names of all files below a folder but the list and the timing, sorted, with '/' between."""
+    """Names of all files below a folder but `_LATER`, sorted, with '/' between."""
     paths = (p for p in folder.rglob("*") if p.is_file())
-    return sorted(
-        n for n in (p.relative_to(folder).as_posix() for p in paths) if n not in (SUMS, TIMING)
-    )
+    return sorted(n for n in (p.relative_to(folder).as_posix() for p in paths) if n not in _LATER)
 
 
 def read_sums(folder: Path) -> dict[str, str]:

@@ -14,6 +14,8 @@ from pathlib import Path
 
 WHOLE, CHOICES = "whole", "choices"
 """In a folder of what is unfinished: the output as it will be, and all that it follows from."""
+RECORD = ".choices"
+"""In a finished folder: a digest of all that it follows from, then the names of its files."""
 _NOREPLACE = 1  # RENAME_NOREPLACE of renameat2(2)
 _HERE = -100  # AT_FDCWD
 _UNKNOWN = (errno.ENOSYS, errno.EINVAL)  # of the system, of its kind of disk

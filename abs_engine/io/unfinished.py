@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from abs_engine.core.errors import AbsEngineError, OpenGLError, OutputError, StudioError
+from abs_engine.core.errors import (
+    AbsEngineError,
+    OpenGLError,
+    OutputError,
+    SameOutputError,
+    StudioError,
+)
 from abs_engine.io.files import Making, check_free, unwritable
-from abs_engine.io.naming import CHOICES, WHOLE, lock, partial_of, rename_new
+from abs_engine.io.naming import CHOICES, RECORD, WHOLE, lock, partial_of, rename_new, sweep
 
 _TRIES = 10
 _MACHINE = OutputError, OpenGLError, StudioError
@@ -42,12 +49,13 @@ class NewFolder(Making):
     """
 
     def __init__(self, folder: Path) -> None:
-        self.target = check_free(folder)
+        self.target = Path(folder)
+        self._check()
         self.partial = partial_of(folder)
         self.work = self.partial / WHOLE
         self._lock: int | None = self._claimed()
         try:
-            check_free(folder)  # another process may have finished it just now
+            self._check()  # another process may have finished it just now
             self._begin()
         except OSError as error:
             if not (self.partial / CHOICES).is_file():  # nothing was kept there before
@@ -56,7 +64,12 @@ class NewFolder(Making):
             raise unwritable(folder, error) from error
         except BaseException:
             self.release()
+            sweep(self.target)
             raise
+
+    def _check(self) -> None:
+        """Refuse a name that is taken."""
+        check_free(self.target)
 
     def _claimed(self) -> int:
         for _ in range(_TRIES):
@@ -133,6 +146,8 @@ class Unfinished(NewFolder):
         All that the content follows from; '' begins again whatever lies there.
     anew : bool
         Whether what was begun with other choices is removed; else it is an error.
+    also : str
+        Choices that what was begun may be gone on with by others, but that its end follows from.
 
     Attributes
     ----------
@@ -143,15 +158,49 @@ class Unfinished(NewFolder):
     ------
     OutputError
         As by `NewFolder`, and if other choices began it.
+    SameOutputError
+        If the folder exists, made with the same choices, with all the files that it had.
     """
 
     what = "what was begun with other choices"
     remedy = "choose the same, or remove that folder to begin again"
     """What is said of it, and what to do."""
 
-    def __init__(self, folder: Path, choices: str, anew: bool = False) -> None:
-        self._choices, self._anew, self.resumed = choices, anew, False
+    def __init__(self, folder: Path, choices: str, anew: bool = False, also: str = "") -> None:
+        self._choices, self._anew, self._also, self.resumed = choices, anew, also, False
         super().__init__(folder)
+
+    def _check(self) -> None:
+        """Refuse a name that is taken; by another error, if by what would be made."""
+        if is_recorded(self.target) and self._choices:
+            made = (self.target / RECORD).read_text("utf-8", "replace").split("\n")
+            now = self._record(self.target)
+            if made[0] == now[0] and set(made) <= set(now):
+                sweep(self.target)
+                raise SameOutputError(
+                    f"{self.target} is there already, whole: the same command made it",
+                    "remove it to make it again",
+                )
+        super()._check()
+
+    def _record(self, folder: Path) -> list[str]:
+        """Lines of the record of a folder."""
+        follows_from = hashlib.sha256(f"{self._choices}\n{self._also}".encode()).hexdigest()
+        files = (path for path in folder.rglob("*") if path.is_file())
+        names = sorted(path.relative_to(folder).as_posix() for path in files)
+        return [follows_from, *(name for name in names if name != RECORD)]
+
+    def finish(self) -> Path:
+        """Give the folder its name, with a record of what it follows from, and return it.
+
+        Raises
+        ------
+        OutputError
+            If somebody made the folder in the meantime, or the disk fails.
+        """
+        if self._choices:
+            (self.work / RECORD).write_text("\n".join(self._record(self.work)), encoding="utf-8")
+        return super().finish()
 
     def _begin(self) -> None:
         basis = self.partial / CHOICES
@@ -182,6 +231,25 @@ class Unfinished(NewFolder):
             raise KeyboardInterrupt(
                 f"what was done is kept in {self.partial}; the same command resumes there"
             ) from None
+
+
+def is_recorded(folder: Path) -> bool:
+    """Whether a folder holds a record of what it follows from."""
+    return os.path.isfile(Path(folder) / RECORD)
+
+
+def check_output(folder: Path) -> None:
+    """Refuse a name that is taken, unless the same command may have made what is there.
+
+    Which is seen by `Unfinished`, once all that it follows from is known.
+
+    Raises
+    ------
+    OutputError
+        As `abs_engine.io.files.check_free`.
+    """
+    if not is_recorded(folder):
+        check_free(folder)
 
 
 @contextmanager

@@ -110,7 +110,7 @@ def run_demo(
     Raises
     ------
     OutputError
-        If the folder exists or cannot be written.
+        If the folder exists or cannot be written; `SameOutputError` if it is this demo, whole.
     StudioError
         If the studio cannot draw on this machine.
     """

@@ -58,7 +58,7 @@ def film_scene(
         If something in the scene cannot be filmed.
     OutputError
         If the folder exists or cannot be written, or an unfinished data set of another scene lies
-        beside it.
+        beside it; `SameOutputError` if it is this data set, whole.
     StudioError
         If pyrender cannot draw on this machine.
     KeyboardInterrupt

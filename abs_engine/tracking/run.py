@@ -19,12 +19,14 @@ from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.io.assets import POINTS
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
+from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.settings.stages import SETTINGS
@@ -146,7 +148,7 @@ def track_video(
         If an option does not fit the video; so of poses that are too few or too many, not finite,
         no rotations, or of another camera.
     OutputError
-        If the folder exists or cannot be written.
+        If the folder exists or cannot be written; `SameOutputError` if it is this run, whole.
     """
     check_options(options, probe(video))
     with Unfinished(folder, _choices(video, renderer, options, beside), anew=True) as made:
@@ -183,17 +185,22 @@ def track_video(
 def _choices(
     video: Path, renderer: Renderer, options: TrackOptions, beside: Mapping[str, str]
 ) -> str:
-    """All that a run follows from; the files that options name count once the clip is prepared."""
+    """Digest of all that a run follows from; of files that options name, their content counts."""
+    chosen, _ = resolved(options)
+    given = {name: _content(value) for name, value in vars(chosen).items()}
     plugins = [digest(path) for path in PLUGINS]
-    parts = (
-        digest(video),
-        code_digest(),
-        renderer.description,
-        options,
-        plugins,
-        sorted(beside.items()),
-    )
-    return "\n".join(map(str, parts))
+    drawn = renderer.description
+    return fingerprint((digest(video), code_digest(), drawn, given, plugins, dict(beside)))
+
+
+def _content(value: object) -> object:
+    """A value of the options; of a file, what it holds, and what a head's has beside it."""
+    if not isinstance(value, Path):
+        return value
+    if value.is_dir():
+        return replace(read_poses(value), path=Path())
+    held = value, value.parent / POINTS, *sorted(value.parent.glob("texture_*.jpg"))
+    return [digest(path) for path in held if path.is_file()]
 
 
 def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:

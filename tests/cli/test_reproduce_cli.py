@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -10,6 +11,7 @@ import pytest
 
 from abs_engine.cli import main
 from abs_engine.core.errors import ParameterError
+from abs_engine.io.naming import RECORD
 
 MODULE = "abs_engine.papers.basu1998.reproduce"
 
@@ -107,7 +109,7 @@ def test_an_interrupted_report_is_resumed_by_the_same_command(words, error, tmp_
     assert found == [[[], []], [["half"], ["half"]]]
     made = tmp_path / "runs"
     assert [p.name for p in made.iterdir()] == ["reproduce-000"]
-    assert [p.name for p in (made / "reproduce-000").iterdir()] == ["half"]
+    assert {p.name for p in (made / "reproduce-000").iterdir()} == {"half", RECORD}
 
 
 def test_hours_of_work_are_not_removed_for_other_choices(tmp_path, monkeypatch, capsys):
@@ -120,6 +122,22 @@ def test_hours_of_work_are_not_removed_for_other_choices(tmp_path, monkeypatch, 
     assert run("000", "-o", tmp_path / "report", "--seed", 2) == 2
     assert "choose the same" in capsys.readouterr().err.splitlines()[-1]
     assert (tmp_path / ".report.partial" / "whole" / "half").is_file()
+
+
+def test_the_same_again_is_there_already(asked, tmp_path, capsys):
+    report = tmp_path / "report"
+    assert run("000", "-o", report, "--quick") == 0
+    capsys.readouterr()
+    assert run("000", "-o", report, "--quick", "--quiet") == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.startswith(f"{report} is there already, whole: the same command made it")
+    assert run("000", "-o", report, "--quick", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == {"output": str(report), "made_before": True}
+    for other in (["--seed", 5], ["--sentences", 3], ["--workers", 2]):
+        assert run("000", "-o", report, "--quick", *other) == 2
+        assert "exists already" in capsys.readouterr().err
+    assert len(asked) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["report"]
 
 
 def test_what_exists_is_not_written_over(asked, tmp_path, capsys):

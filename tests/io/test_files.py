@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from abs_engine.core.errors import OutputError
+from abs_engine.core.errors import BusyOutputError, OutputError, SameOutputError
 from abs_engine.io import naming
 from abs_engine.io.files import parent_folder, write_new
-from abs_engine.io.naming import CHOICES, WHOLE, partial_of
-from abs_engine.io.unfinished import NewFolder, Unfinished
+from abs_engine.io.naming import CHOICES, RECORD, WHOLE, partial_of
+from abs_engine.io.unfinished import NewFolder, Unfinished, check_output
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -234,6 +234,102 @@ def test_killed_once_it_was_named_only_the_remains_are_taken_away(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["moved", "out"]
 
 
+def finished(target, *choices):
+    """A folder with a file, made with these choices, and the bytes of what it holds."""
+    with Unfinished(target, *choices) as made:
+        (made.work / "deep").mkdir()
+        (made.work / "deep" / "file").write_text("x")
+        made.finish()
+    return held(target)
+
+
+def held(folder):
+    """The bytes of the files of a folder, and when they were written."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in files}
+
+
+def test_made_again_with_the_same_choices_it_is_left_as_it_is(tmp_path):
+    before = finished(tmp_path / "out", "same", False, "much")
+    assert {path.name for path in before} == {"file", RECORD}
+    check_output(tmp_path / "out")
+    with pytest.raises(SameOutputError, match="out is there already, whole"):
+        Unfinished(tmp_path / "out", "same", also="much")
+    (tmp_path / "out" / "mine").touch()
+    with pytest.raises(SameOutputError):
+        Unfinished(tmp_path / "out", "same", also="much")
+    (tmp_path / "out" / "mine").unlink()
+    assert held(tmp_path / "out") == before
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize("choices", [("other", "much"), ("same", "more"), ("", "much")])
+def test_made_again_with_other_choices_it_exists_already(tmp_path, choices):
+    before = finished(tmp_path / "out", "same", False, "much")
+    with pytest.raises(OutputError, match="exists already") as caught:
+        Unfinished(tmp_path / "out", choices[0], also=choices[1])
+    assert not isinstance(caught.value, SameOutputError)
+    assert held(tmp_path / "out") == before
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        lambda out: (out / "deep" / "file").unlink(),
+        lambda out: (out / RECORD).write_bytes(b""),
+        lambda out: (out / RECORD).write_bytes(b"\xff\n"),
+        lambda out: (out / RECORD).unlink(),
+    ],
+)
+def test_what_is_no_longer_whole_exists_already(tmp_path, harm):
+    finished(tmp_path / "out", "same")
+    harm(tmp_path / "out")
+    with pytest.raises(OutputError, match="exists already"):
+        Unfinished(tmp_path / "out", "same")
+
+
+def test_choices_that_count_at_the_end_alone_do_not_hinder_going_on(tmp_path):
+    with Unfinished(tmp_path / "out", "same", also="much") as made:
+        (made.work / "done").touch()
+    with Unfinished(tmp_path / "out", "same", also="more") as again:
+        assert again.resumed
+        again.finish()
+    with pytest.raises(SameOutputError):
+        Unfinished(tmp_path / "out", "same", also="more")
+
+
+def test_killed_between_its_name_and_the_tidying_it_is_there_whole(tmp_path, monkeypatch):
+    target = tmp_path / "out"
+    monkeypatch.setattr(Unfinished, "discard", Unfinished.release)
+    before = finished(target, "same")
+    monkeypatch.undo()
+    assert (partial_of(target) / CHOICES).is_file()
+    with pytest.raises(SameOutputError):
+        Unfinished(target, "same")
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert held(target) == before
+
+
+def test_of_two_at_once_the_later_one_is_refused_until_the_first_is_done(tmp_path, monkeypatch):
+    target = tmp_path / "out"
+    with Unfinished(target, "same") as first:
+        with pytest.raises(BusyOutputError):
+            Unfinished(target, "same")
+        first.finish()
+    claimed = Unfinished._claimed
+
+    def later(made):
+        if made.target == tmp_path / "other" and not made.target.exists():
+            monkeypatch.undo()
+            finished(made.target, "same")  # between the look and the claim
+        return claimed(made)
+
+    monkeypatch.setattr(Unfinished, "_claimed", later)
+    with pytest.raises(SameOutputError):
+        Unfinished(tmp_path / "other", "same")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["other", "out"]
+
+
 def test_what_can_be_gone_on_with_is_kept_beside_a_folder_of_its_name(tmp_path):
     with Unfinished(tmp_path / "out", "same") as made:
         (made.work / "done").touch()
@@ -274,7 +370,7 @@ with Unfinished(Path({str(tmp_path / "out")!r}), "same") as made:
         with Unfinished(tmp_path / "out", "same") as made:
             (made.work / "done").write_text("x")
             made.finish()
-    except OutputError:
+    except SameOutputError:
         assert (tmp_path / "out").is_dir()  # it had its name already
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
     assert (tmp_path / "out" / "done").read_text() == "x"

@@ -11,7 +11,8 @@ from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened, print_hints
 from abs_engine.cli.progress import Progress
 from abs_engine.cli.summary import summary_lines
-from abs_engine.io.files import check_free, next_free, parent_folder
+from abs_engine.io.files import next_free, parent_folder
+from abs_engine.io.unfinished import check_output
 
 
 @command(
@@ -28,7 +29,7 @@ def demo(chosen: Chosen) -> Done:
     """Film the bundled head, track it, compare with the truth."""
     folder: Path = chosen.output or next_free(Path("runs/demo"))
     with nullcontext() if chosen.output else parent_folder(folder):
-        check_free(folder)
+        check_output(folder)
         return _demo(folder, chosen)
 
 

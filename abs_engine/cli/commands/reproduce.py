@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +12,10 @@ from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
 from abs_engine.cli.progress import Progress, say
+from abs_engine.core.errors import InputFileError
 from abs_engine.core.provenance import code_digest
-from abs_engine.io.files import check_free, next_free, parent_folder
-from abs_engine.io.unfinished import Unfinished, kept_if_of_use
+from abs_engine.io.files import next_free, parent_folder
+from abs_engine.io.unfinished import Unfinished, check_output, kept_if_of_use
 
 if TYPE_CHECKING:
     from abs_engine.core.scene import Renderer
@@ -86,7 +87,7 @@ def reproduce(chosen: Chosen) -> Done:
     check_person(chosen.person, None)
     folder = chosen.output or next_free(Path(f"runs/reproduce-{chosen.paper}"))
     with nullcontext() if chosen.output else parent_folder(folder):
-        check_free(folder)
+        check_output(folder)
         with (
             opened(chosen.renderer) as renderer,
             Progress(f"reproduce {chosen.paper}") as progress,
@@ -106,8 +107,23 @@ def _folder(chosen: Chosen, output: Path, renderer: Renderer) -> Unfinished:
     """
     words = chosen.paper, chosen.quick, chosen.seed, chosen.person, renderer.description
     choices = "\n".join(map(str, (*words, code_digest())))
-    folder = Unfinished(output, choices, anew=chosen.quick)
+    also = f"{chosen.sentences} {chosen.twins} {chosen.workers} {_recordings(chosen)}"
+    folder = Unfinished(output, choices, anew=chosen.quick, also=also)
     if folder.resumed:
         say(f"resuming {folder.partial}")
     (folder.partial / KEPT).mkdir(exist_ok=True)
     return folder
+
+
+def _recordings(chosen: Chosen) -> list[str]:
+    """Digests of what is read that is not shipped."""
+    if chosen.paper != "000" or chosen.quick:
+        return []
+    from abs_engine.dataset.sums import digest
+    from abs_engine.papers.basu1998.motion import recording_path
+    from abs_engine.papers.basu1998.real_clips import labelled_clips
+
+    recordings = labelled_clips()
+    with suppress(InputFileError):
+        recordings.append(recording_path())
+    return [digest(path) for path in recordings]

@@ -12,7 +12,7 @@ from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.io.files import check_free
+from abs_engine.io.unfinished import check_output
 
 if TYPE_CHECKING:
     from abs_engine.studio.scenefile import SceneFile
@@ -70,7 +70,7 @@ def synth(chosen: Chosen) -> Done:
     from abs_engine.studio.filming import film_scene
     from abs_engine.studio.make import Crew
 
-    check_free(chosen.output)
+    check_output(chosen.output)
     request = request_of(chosen)
     with Progress("filming") as filming, Progress("encoding") as encoding:
 

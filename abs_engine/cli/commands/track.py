@@ -14,7 +14,7 @@ from abs_engine.cli.progress import Progress
 from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.summary import summary_lines
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
-from abs_engine.io.files import check_free
+from abs_engine.io.unfinished import check_output
 
 if TYPE_CHECKING:
     from abs_engine.tracking.options import TrackOptions
@@ -121,7 +121,7 @@ def track(chosen: Chosen) -> Done:
     from abs_engine.io.video import probe
 
     (video,) = chosen.videos
-    check_free(chosen.output)
+    check_output(chosen.output)
     info = probe(video)  # says what is wrong before anything slow is loaded
 
     from abs_engine.tracking.option_checks import check_options

@@ -108,6 +108,15 @@ def agreement(labels: ClosureLabels, run: dict[str, Any]) -> Agreement:
     )  # fmt: skip
 
 
+def labelled_clips() -> list[Path]:
+    """The labelled clips that are at hand; none of them is shipped."""
+    try:
+        folder = data_folder(FOLDER)
+    except InputFileError:
+        return []
+    return [path for name in closure_labels() if (path := folder / f"{name}.mpg").is_file()]
+
+
 def grid_agreement(
     renderer: Renderer, tell: Callable[[str], None], kept: Path
 ) -> dict[str, Any] | None:
@@ -121,24 +130,20 @@ def grid_agreement(
     kept : Path
         Folder that gets the runs, and has those of an interrupted run; made if need be.
     """
-    labels = closure_labels()
-    try:
-        folder = data_folder(FOLDER)
-    except InputFileError:
-        return None
-    clips = [name for name in labels if (folder / f"{name}.mpg").is_file()]
+    labels, clips = closure_labels(), labelled_clips()
     if not clips:
         return None
     total = Agreement(0, 0, 0, 0, 0, 0)
     kept.mkdir(parents=True, exist_ok=True)
-    for name in clips:
-        tell(f"tracking {name}")
-        out = kept / name
+    for clip in clips:
+        tell(f"tracking {clip.stem}")
+        out = kept / clip.stem
         if not made_before(out):
-            track_video(folder / f"{name}.mpg", out, renderer, TrackOptions(start=BLOBS))
-        total += agreement(labels[name], load_run(out))
+            track_video(clip, out, renderer, TrackOptions(start=BLOBS))
+        total += agreement(labels[clip.stem], load_run(out))
     return {
         "closure_precision": total.precision, "closure_recall": total.recall,
         "closures_met": total.met, "closures": total.closures,
-        "closures_missed": total.closures - total.met, "spikes": total.spikes, "clips": clips,
+        "closures_missed": total.closures - total.met, "spikes": total.spikes,
+        "clips": [clip.stem for clip in clips],
     }  # fmt: skip
