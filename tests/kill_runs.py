@@ -32,7 +32,7 @@ import psutil
 
 DURATIONS = "timing.json"  # differ from run to run by their nature
 LOOK = 0.02  # seconds between looks at what a command has taken so far, and made
-AIMED = 0.25  # share of kills that strike once the output has its name
+AIMED = 4  # kills of which the last strikes once the output has its name
 FAULTS = ("other bytes", "something left beside", "failed")
 
 
@@ -90,7 +90,7 @@ def until_done(
 ) -> None:  # fmt: skip
     """Start a command until it ends with status 0, killed as long as there are kills left."""
     while True:
-        left, aimed = count["kills"] < kills, chance.random() < AIMED
+        left, aimed = count["kills"] < kills, count["kills"] % AIMED == AIMED - 1
         seconds = chance.uniform(0.0, longest) if left and not aimed else math.inf
         if runs_through(command, seconds, out if left and aimed else None):
             return

@@ -12,7 +12,7 @@ import pytest
 from abs_engine.core.errors import OutputError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.talking import MODELS
-from abs_engine.io.naming import partial_of
+from abs_engine.io.naming import RECORD, partial_of
 from abs_engine.io.unfinished import Unfinished
 from abs_engine.papers.odisio2004 import sentences_work
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
@@ -207,7 +207,7 @@ def test_a_folder_in_the_making_survives(tmp_path):
         with pytest.raises(OutputError, match="another process makes"):
             Unfinished(target, "seed 0")
         again.finish()
-    assert [p.name for p in target.iterdir()] == ["half"]
+    assert {p.name for p in target.iterdir()} == {"half", RECORD}
     assert not partial_of(target).exists()
     with pytest.raises(OutputError, match="exists already"):
-        Unfinished(target, "seed 0")
+        Unfinished(target, "seed 1")
