@@ -194,7 +194,9 @@ def test_a_film_process_that_dies_is_one_line(tmp_path):
         )
     assert "\n" not in str(caught.value)
     assert killed
-    assert not list(tmp_path.iterdir())  # no chunk was done
+    for left in tmp_path.iterdir():  # what the other process had done by then is kept
+        assert left == partial_of(tmp_path / "data")
+        assert list((left / "chunks").iterdir())
 
 
 def test_jobs_are_chunks_and_each_process_stays_with_its_camera():
