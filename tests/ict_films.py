@@ -33,6 +33,7 @@ from scipy.spatial.transform import Rotation
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import FACING
 from abs_engine.dataset.camera_file import camera_json
+from abs_engine.studio.worker import know_arguments
 from abs_engine.tracking.face_detection import find_face
 
 FloatArray = NDArray[np.float64]
@@ -623,6 +624,7 @@ class Stage:
         import pyrender
         import trimesh
 
+        know_arguments()
         self._gl, self._place, self._drawn = pyrender, place, drawn
         self._colours = np.c_[colours**2.2, np.ones(len(colours))].astype(np.float32)
         width, height = place.camera.size

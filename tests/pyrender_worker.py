@@ -10,6 +10,10 @@ import sys
 
 import numpy as np
 import pyrender
+from OpenGL.plugins import FormatHandler
+
+# PyOpenGL 3.1.0, which pyrender pins, does not know the kind of `byref` of Python 3.12.
+FormatHandler.by_name("ctypesparameter").check.append("_ctypes.CArgObject")
 
 
 def main(source: str, target: str) -> None:

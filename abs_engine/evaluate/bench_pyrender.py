@@ -34,7 +34,10 @@ class Bench:
 
     def __init__(self, work: Mapping[str, NDArray[Any]]) -> None:
         import pyrender  # only here: importing it chooses the OpenGL platform of the process
+        from OpenGL.plugins import FormatHandler
 
+        # PyOpenGL 3.1.0, which pyrender pins, does not know the kind of `byref` of Python 3.12.
+        FormatHandler.by_name("ctypesparameter").check.append("_ctypes.CArgObject")
         self.given = {name: work[name] for name in work}
         self.given["modes"] = self.given["modes"].astype(np.float32)
         self.texcoords = _upwards(self.given["uv"])

@@ -10,7 +10,6 @@ regard to the camera's axes.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +54,6 @@ _AU = 1e-5  # rad
 _COUNT = 68
 
 
-@cache
 def neutral(run: TrackedRun) -> FloatArray:
     """The 68 landmarks of the person's neutral face, (68, 3) float64, mm, head frame.
 

@@ -69,6 +69,7 @@ class Stage:
     def __init__(self, setup: Arrays) -> None:
         import pyrender
 
+        know_arguments()
         self._setup = setup
         self._scene = pyrender.Scene(bg_color=[0, 0, 0, 0])
         self._nodes: list[Any] = []
@@ -209,6 +210,13 @@ def open_renderer(pyrender: Any, size: NDArray[Any]) -> Any:
         except (AssertionError, RuntimeError) as error:  # pyrender asserts what EGL returns
             reason = error
     raise RuntimeError(f"no EGL device works: {reason!r}")
+
+
+def know_arguments() -> None:
+    """Name the kind of `ctypes.byref` from Python 3.12 on to PyOpenGL 3.1.0, which pyrender pins."""
+    from OpenGL.plugins import FormatHandler
+
+    FormatHandler.by_name("ctypesparameter").check.append("_ctypes.CArgObject")
 
 
 def mend_osmesa() -> None:
