@@ -213,7 +213,7 @@ def open_renderer(pyrender: Any, size: NDArray[Any]) -> Any:
 
 
 def know_arguments() -> None:
-    """Name the kind of `ctypes.byref` from Python 3.12 on to PyOpenGL 3.1.0, which pyrender pins."""
+    """Name the kind of `byref` since Python 3.12 to PyOpenGL 3.1.0, which pyrender pins."""
     from OpenGL.plugins import FormatHandler
 
     FormatHandler.by_name("ctypesparameter").check.append("_ctypes.CArgObject")
