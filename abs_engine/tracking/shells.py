@@ -148,7 +148,10 @@ def shell_face(
     moved = physics_shape(speaker, rest, lips.shell, lips.physics)
     contour = np.concatenate([marks[name] for name in RINGS]).astype(np.int32)
     classes = speaker.facet_class.astype(np.int32)
-    body = Body(moved.mean, moved.modes, speaker.faces, classes, colour_classes(speaker), contour)
+    body = Body(
+        moved.mean, moved.modes, speaker.faces, classes, colour_classes(speaker), contour,
+        np.asarray(rest, np.float32),
+    )  # fmt: skip
 
     def colours(_face: Face, view: View) -> FacetLikelihood:
         return shell_colours(setting, view.image, view.frame.base)
