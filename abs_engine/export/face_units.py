@@ -35,8 +35,17 @@ class UnitFit:
     mean: FloatArray
 
     @classmethod
-    def of(cls, speaker: Speaker, head: Moving) -> UnitFit:
-        """For a tracked head of V vertices, and the units of its speaker.
+    def of(cls, speaker: Speaker, head: Moving, weight_cost: float = EXPORT.weight_cost) -> UnitFit:
+        """For a tracked head.
+
+        Parameters
+        ----------
+        speaker : Speaker
+            With its units.
+        head : Moving
+            Of the speaker's vertices.
+        weight_cost : float
+            mm; see `ExportSettings`.
 
         Raises
         ------
@@ -48,7 +57,7 @@ class UnitFit:
         lists = speaker.points
         area = np.unique(np.concatenate([lists["face"], lists["lips"]]))
         units = speaker.units[:, area].astype(np.float64)
-        cost = EXPORT.weight_cost * np.sqrt(len(area))
+        cost = weight_cost * np.sqrt(len(area))
         triangle, basis = _reduced(units.reshape(len(units), -1).T, float(cost))
         modes = np.asarray(head.modes[:, area], np.float64).reshape(len(head.modes), -1)
         mean = (head.mean - neutral_face(head, lists["landmark_68"]))[area].ravel()
