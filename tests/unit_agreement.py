@@ -3,9 +3,9 @@
 Run it by hand. `python tests/unit_agreement.py recorded` takes 300 frames of the Live Link Face
 recording, makes of each the posture of the tracker that comes nearest, and says how far the weights
 found of it are from those recorded. `python tests/unit_agreement.py RUN [RUN...]` says of runs how
-jaw and lips are in closed and in open frames, and what the units lose. Each is done from the
-neutral face, and from the mean of the tracker's mouth without a cost of weights, as versions before
-did.
+jaw and lips are in closed and in open frames, what the units lose, and how far another head, ICT's,
+opens its lips with the weights. Each is done from the neutral face, and from the mean of the
+tracker's mouth without a cost of weights, as versions before did.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ from abs_engine.export.face_units import UnitFit
 from abs_engine.export.settings import EXPORT
 from abs_engine.face.held_head import held_head
 from abs_engine.face.neutral import neutral_face
+from abs_engine.face.schema import ICT_68, face_unit
 from abs_engine.face.shape.mouth import mouth_units
 from abs_engine.io.assets import CLOSED_APERTURE, load_speaker
+from abs_engine.io.morphs import read_morphs
 from abs_engine.studio.speech.livelink import read_livelink
 
 RECORDING = Path("livelink_rom") / "alex_rom_3.csv"
@@ -97,11 +99,29 @@ def of_run(run: TrackedRun) -> list[str]:
         lines.append(
             f"  {name:8s} r of jawOpen with aperture {apart:.2f}, jaw {along:.3f}; loses {lost} mm"
         )
+        other = weights @ ict_slopes(run.speaker.unit_names)
+        off = np.maximum(other, 0) - aperture
+        lines.append(
+            f"           ICT's lips closed {other[closed].mean():+.1f} mm, open "
+            f"{other[wide].mean():.1f} mm (tracked {aperture[wide].mean():.1f} mm); off by "
+            f"{rms(off):.2f} mm, r {np.corrcoef(other, aperture)[0, 1]:.3f}"
+        )
         for state, chosen in (("closed", closed), ("open", wide)):
             means = weights[chosen].mean(axis=0)
             shown = (f"{n} {means[run.speaker.unit_names.index(n)]:.2f}" for n in SHOWN)
             lines.append(f"           {state:6s} {'  '.join(shown)}")
     return lines
+
+
+def ict_slopes(names: tuple[str, ...]) -> FloatArray:
+    """How far each unit opens the middles of the inner lips of ICT's head, (U,) mm at weight 1."""
+    mesh = read_morphs(Path(os.environ["ABS_ENGINE_DATA"]) / "ict")
+    upper, lower = ICT_68[62], ICT_68[66]
+    opened = dict.fromkeys(names, 0.0)
+    for target, moved in mesh.targets.items():
+        if face_unit(target) in opened:
+            opened[face_unit(target)] += 10.0 * float(moved[upper, 1] - moved[lower, 1])
+    return np.array(list(opened.values()))
 
 
 def _lost(run: TrackedRun, weights: FloatArray, base: FloatArray, area: str) -> float:
