@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import principal_shapes
 from abs_engine.face.shape.mouth import mouth_shape, mouth_units, sample_postures
+from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.io.assets import load_speaker
 
 N, V = 6, 40
@@ -30,7 +33,7 @@ def shapes_of(neutral, generators, samples):
 
 def test_the_mean_is_that_of_the_shapes(toy):
     neutral, generators, samples, importance = toy
-    model = principal_shapes(neutral, generators, samples, 3, importance)
+    model = principal_shapes(neutral, generators, Postures.of(samples), 3, importance)
     np.testing.assert_allclose(model.mean, shapes_of(*toy[:3]).mean(axis=0), atol=1e-4)
     np.testing.assert_allclose(model.offset, samples.mean(axis=0))
 
@@ -38,7 +41,7 @@ def test_the_mean_is_that_of_the_shapes(toy):
 def test_modes_are_those_of_the_vertices_covariance(toy):
     """The detour over the generators' space gives what the plain way gives."""
     neutral, generators, samples, importance = toy
-    model = principal_shapes(neutral, generators, samples, N, importance)
+    model = principal_shapes(neutral, generators, Postures.of(samples), N, importance)
     scale = np.repeat(np.sqrt(importance), 3)
     flat = shapes_of(neutral, generators, samples).reshape(len(samples), -1) * scale
     values = np.linalg.eigvalsh(np.cov(flat.T))[::-1][:N]
@@ -53,14 +56,14 @@ def test_modes_are_those_of_the_vertices_covariance(toy):
 
 def test_parameters_of_the_samples_have_unit_variance(toy):
     neutral, generators, samples, importance = toy
-    model = principal_shapes(neutral, generators, samples, N, importance)
+    model = principal_shapes(neutral, generators, Postures.of(samples), N, importance)
     parameters = np.linalg.solve(model.mixing.T, (samples - model.offset).T).T
     np.testing.assert_allclose(np.cov(parameters.T), np.eye(N), atol=1e-6)
 
 
 def test_generators_make_the_same_vertices_as_the_modes(toy):
     neutral, generators, samples, importance = toy
-    model = principal_shapes(neutral, generators, samples, 4, importance)
+    model = principal_shapes(neutral, generators, Postures.of(samples), 4, importance)
     parameters = np.random.default_rng(1).normal(0, 1, (3, 4))
     by_modes = model.mean + np.tensordot(parameters, model.modes, 1)
     by_generators = shapes_of(neutral, generators, model.offset + parameters @ model.mixing)
@@ -71,8 +74,8 @@ def test_more_modes_than_the_samples_span(toy):
     neutral, generators, samples, importance = toy
     flat = samples.copy()
     flat[:, -2:] = 0.5
-    with pytest.raises(ParameterError, match="5 modes asked for, the samples span 4"):
-        principal_shapes(neutral, generators, flat, 5, importance)
+    with pytest.raises(ParameterError, match="5 modes asked for, the postures span 4"):
+        principal_shapes(neutral, generators, Postures.of(flat), 5, importance)
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +98,46 @@ def test_postures_are_plausible():
     assert jaw.max() < SHAPE.widest_jaw + 0.4
     assert (close <= jaw + 1e-12).all()
     np.testing.assert_array_equal(postures, sample_postures(500, seed=3))
+
+
+def test_pooled_moments_are_those_of_both_kinds_together():
+    rng = np.random.default_rng(0)
+    one, other = rng.normal(0, 1, (500, 3)), rng.normal(2, 3, (500, 3))
+    pooled = Postures.of(one).pooled(Postures.of(other))
+    together = np.concatenate([one, other])
+    np.testing.assert_allclose(pooled.mean, together.mean(axis=0))
+    np.testing.assert_allclose(pooled.covariance, np.cov(together.T, bias=True), rtol=5e-3)
+
+
+def test_recorded_postures_prefer_no_side_and_follow_the_names_asked_for():
+    names = ("jawOpen", "mouthSmileLeft", "mouthSmileRight")
+    told, turned = recorded_postures(names), recorded_postures(names[::-1])
+    assert told.mean[1] == told.mean[2]
+    assert told.covariance[0, 1] == told.covariance[0, 2]
+    assert told.covariance[1, 2] > 0.9 * told.covariance[1, 1]  # people smile with both sides
+    np.testing.assert_array_equal(told.covariance, turned.covariance[::-1, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "said"),
+    [
+        ({"version": 9}, ModelFormatError, "another format or version"),
+        ({"mean": [0.0]}, ModelFormatError, "mean"),
+        ({"covariance": [[1.0, float("nan")], [0.0, 1.0]]}, InputFileError, "no moments"),
+        ({"unit_names": ["jawOpen", "brow"]}, ModelFormatError, "says nothing of mouthClose"),
+        ({"mean": None}, ModelFormatError, "mean"),
+    ],
+)
+def test_a_file_of_postures_that_is_none_is_refused(tmp_path, change, error, said):
+    names = ["jawOpen", "mouthClose"]
+    good = {"format": "abs_engine.postures", "version": 1, "unit_names": names,
+            "mean": [0.1, 0.2], "covariance": [[1.0, 0.1], [0.1, 1.0]]}  # fmt: skip
+    path = tmp_path / "postures.json"
+    path.write_text(json.dumps(good))
+    assert recorded_postures(names, path).mean.tolist() == [0.1, 0.2]
+    path.write_text(json.dumps(good | change))
+    with pytest.raises(error, match=said):
+        recorded_postures(names, path)
 
 
 def test_modes_are_orthogonal_over_the_lips_metric(speaker, mouth):

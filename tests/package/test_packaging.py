@@ -119,7 +119,12 @@ def test_the_wheel_holds_shaders_and_assets_as_they_are_in_the_repository(instal
                 packed = wheel.read(f"abs_engine/_data/{file.relative_to(ROOT).as_posix()}")
                 assert packed == file.read_bytes()
         names = wheel.namelist()
-        for licence in ("LICENSE", "assets/detector/LICENSE.txt", "assets/speaker/LICENSE.txt"):
+        for licence in (
+            "LICENSE",
+            "assets/detector/LICENSE.txt",
+            "assets/postures/LICENSE.txt",
+            "assets/speaker/LICENSE.txt",
+        ):
             assert f"abs_engine-{VERSION}.dist-info/licenses/{licence}" in names
         assert not [n for n in names if "__pycache__" in n or n.startswith(("tests", "shaders"))]
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.face.shape.postures import Postures
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,21 +38,21 @@ class LinearShape:
 def principal_shapes(
     neutral: NDArray[np.float32],
     generators: NDArray[np.float32],
-    samples: FloatArray,
+    postures: Postures,
     n_modes: int,
     importance: FloatArray,
 ) -> LinearShape:
     """Principal components of shapes that linear generators make.
 
     Works in the space of the generators, which is exact and costs nothing: the covariance of the
-    vertices is G' C G with C that of the samples.
+    vertices is G' C G with C that of the postures.
 
     Parameters
     ----------
     neutral : (V, 3) float32, mm
     generators : (N, V, 3) float32, mm at weight 1
-    samples : (S, N) float64
-        Generator weights of the training shapes.
+    postures : Postures
+        Moments of the training shapes' generator weights, N.
     n_modes : int
     importance : (V,) float64
         How much the displacement of a vertex counts in the variance.
@@ -63,29 +64,28 @@ def principal_shapes(
     Raises
     ------
     ParameterError
-        If more modes are asked for than the samples span.
+        If more modes are asked for than the postures span.
     """
-    centre = samples.mean(axis=0)
-    root, rank = _covariance_root(samples - centre)
+    root, rank = _covariance_root(postures.covariance)
     if n_modes > rank:
-        raise ParameterError(f"{n_modes} modes asked for, the samples span {rank}", "ask for less")
+        raise ParameterError(f"{n_modes} modes asked for, the postures span {rank}", "ask for less")
     weighted = generators.reshape(len(generators), -1) * np.repeat(np.sqrt(importance), 3)
     gram = np.asarray(weighted @ weighted.T, np.float64)
     values, vectors = np.linalg.eigh(root.T @ gram @ root)
     order = np.argsort(values)[::-1][:n_modes]
     mixing = (root @ vectors[:, order]).T
     mixing *= np.sign(mixing[np.arange(n_modes), np.abs(mixing).argmax(axis=1)])[:, None]
-    mean = neutral + np.tensordot(centre, generators, 1)
+    mean = neutral + np.tensordot(postures.mean, generators, 1)
     return LinearShape(
         mean.astype(np.float32),
         np.tensordot(mixing, generators, 1).astype(np.float32),
         mixing,
-        centre,
+        postures.mean,
         values[order] / values.sum(),
     )
 
 
-def _covariance_root(centred: FloatArray) -> tuple[FloatArray, int]:
-    values, vectors = np.linalg.eigh(centred.T @ centred / (len(centred) - 1))
+def _covariance_root(covariance: FloatArray) -> tuple[FloatArray, int]:
+    values, vectors = np.linalg.eigh(covariance)
     keep = values > 1e-9 * values.max()
     return vectors[:, keep] * np.sqrt(values[keep]), int(keep.sum())

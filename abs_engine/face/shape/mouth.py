@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape, principal_shapes
+from abs_engine.face.shape.postures import Postures, recorded_postures
 from abs_engine.io.assets import Speaker
 
 # unit (both sides where it has two): largest weight, and how often it takes part
@@ -45,7 +46,10 @@ _PRESSING = {
 def mouth_shape(
     speaker: Speaker, neutral: NDArray[np.float32], n_modes: int, seed: int = 0
 ) -> LinearShape:
-    """Principal components over random but plausible mouth postures.
+    """Principal components over a real person's mouth postures and as many that are authored.
+
+    The recorded ones are large and move together as a face does; the authored ones have every
+    action of speech, closures and one-sided ones among them.
 
     Parameters
     ----------
@@ -54,6 +58,7 @@ def mouth_shape(
         The person's neutral vertices.
     n_modes : int
     seed : int
+        Of the authored postures.
 
     Returns
     -------
@@ -62,9 +67,8 @@ def mouth_shape(
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)
-    return principal_shapes(
-        neutral, units, sample_postures(4000, seed), n_modes, _importance(speaker)
-    )
+    postures = recorded_postures(names).pooled(Postures.of(sample_postures(4000, seed)))
+    return principal_shapes(neutral, units, postures, n_modes, _importance(speaker))
 
 
 def mouth_units() -> tuple[str, ...]:

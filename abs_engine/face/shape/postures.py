@@ -1,0 +1,81 @@
+"""How people move their mouths: moments of recorded and of authored postures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.core.arrays import FloatArray
+from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.io.arrays import check_arrays, of_json, real, text
+from abs_engine.io.assets import shipped
+from abs_engine.io.inputs import parse_json
+
+FORMAT, VERSION = "abs_engine.postures", 1
+RECORDED = "postures/recorded.json"
+_AGAIN = "make it again with assets/make_postures.py"
+
+
+@dataclass(frozen=True, eq=False)
+class Postures:
+    """Mean and covariance of many postures.
+
+    Parameters
+    ----------
+    mean : (N,) float64
+        Weights of the generators, face units say.
+    covariance : (N, N) float64
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+
+    @classmethod
+    def of(cls, samples: FloatArray) -> Postures:
+        """Moments of postures (S, N)."""
+        return cls(samples.mean(axis=0), np.cov(samples, rowvar=False))
+
+    def pooled(self, other: Postures) -> Postures:
+        """Moments of postures of which half are of one kind, half of the other."""
+        apart = self.mean - other.mean
+        within = 0.5 * (self.covariance + other.covariance)
+        return Postures(0.5 * (self.mean + other.mean), within + 0.25 * np.outer(apart, apart))
+
+
+def recorded_postures(names: Sequence[str], path: Path | None = None) -> Postures:
+    """Moments of a real person's postures, by the names of the face units.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The units, in the order that is asked for.
+    path : Path, optional
+        By default the file that is shipped, see ``assets/postures/PROVENANCE.md``.
+
+    Raises
+    ------
+    InputFileError
+        If the file cannot be read.
+    ModelFormatError
+        If it has another format or version, or lacks a unit.
+    """
+    path = shipped(RECORDED) if path is None else path
+    try:
+        read = parse_json(path.read_text(encoding="utf-8"))
+        kind = (read["format"], read["version"])
+        given = {k: of_json(read[k]) for k in ("unit_names", "mean", "covariance")}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputFileError(f"{path} holds no moments of postures", _AGAIN) from error
+    if kind != (FORMAT, VERSION):
+        raise ModelFormatError(f"{path} has another format or version", _AGAIN)
+    layout = {"unit_names": text("N"), "mean": real("N"), "covariance": real("N", "N")}
+    data = check_arrays(path, given, layout, _AGAIN)
+    known = {str(name): k for k, name in enumerate(data["unit_names"])}
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise ModelFormatError(f"{path} says nothing of {missing[0]}", _AGAIN)
+    order = np.array([known[name] for name in names])
+    return Postures(data["mean"][order], data["covariance"][np.ix_(order, order)])
