@@ -56,7 +56,7 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
     dtype, channels = PICTURES[kind]
     if picture_header(path)[:2] != size:  # before memory is taken for it
         raise ModelFormatError(f"{path} is not {size[0]}x{size[1]}", AGAIN)
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path) else None
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path.read_bytes()) else None
     if image is None:
         raise InputFileError(f"{path} is not a whole picture", AGAIN)
     shape = (size[1], size[0]) if channels == 1 else (size[1], size[0], channels)
