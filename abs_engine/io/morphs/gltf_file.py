@@ -11,13 +11,11 @@ from urllib.parse import unquote_to_bytes
 import pygltflib as gl
 
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import check_file, parse_json
 
 _GLB, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 _HEAD, _CHUNK = 12, 8
 """Bytes before the chunks of a GLB, and before the content of each."""
-_LARGEST = 1 << 29
-"""Bytes of a file."""
 _UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 
 
@@ -47,9 +45,10 @@ class GltfFile:
         ValueError, TypeError, OSError
             If it is damaged.
         InputFileError
-            If it is compressed.
+            If it is not there, too large, or compressed.
         """
-        content = _bounded(path)
+        check_file(path)
+        content = path.read_bytes()
         is_glb = path.suffix.lower() == ".glb"
         text, binary = _chunks(content) if is_glb else (content, b"")
         told = parse_json(text.decode("utf-8"))
@@ -66,7 +65,7 @@ class GltfFile:
 
         Raises
         ------
-        ValueError, OSError
+        ValueError, OSError, InputFileError
             If there is no such file, or it lies elsewhere.
         """
         if uri is None:
@@ -79,13 +78,8 @@ class GltfFile:
         place = (self.folder / unquote_to_bytes(uri).decode("utf-8")).resolve()
         if not place.is_relative_to(self.folder.resolve()):
             raise ValueError(f"{uri} lies elsewhere")
-        return _bounded(place)
-
-
-def _bounded(path: Path) -> bytes:
-    if not path.is_file() or path.stat().st_size > _LARGEST:
-        raise ValueError(f"{path} is no file, or larger than {_LARGEST >> 20} MiB")
-    return path.read_bytes()
+        check_file(place)
+        return place.read_bytes()
 
 
 def _of_data(uri: str) -> bytes:

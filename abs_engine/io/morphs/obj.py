@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.inputs import to_number
+from abs_engine.io.inputs import check_file, to_number
 from abs_engine.io.morphs.mesh import MorphMesh, displacement
 
 _PARTS = ("g", "o", "usemtl")
@@ -84,6 +84,7 @@ def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _lines(path: Path) -> list[str]:
+    check_file(path, "give an OBJ file")
     try:
         return path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
