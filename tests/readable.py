@@ -323,6 +323,8 @@ READERS = (
            lambda path: (path.parent, None), free=("identity_deltas",), empty=("identity_deltas",)),
     Reader("table of a head", "head.toml", lambda _: whole.HEAD_TABLE,
            "learn.heads.marks:find_marks", _marked),
+    Reader("labels of close-ups", "labels.csv", whole.mouth_labels,
+           "tracking.worn_labels:read_mouths"),
     Reader("video, what it is", "clip.mp4", whole.video, "io.video:probe"),
     Reader("video, its frames", "clip.mp4", whole.video, "io.video:read_frames"),
 )  # fmt: skip

@@ -536,3 +536,12 @@ def npy(_: Path) -> bytes:
     made = io.BytesIO()
     np.save(made, rng().random(5))
     return made.getvalue()
+
+
+def mouth_labels(folder: Path) -> bytes:
+    from abs_engine.tracking.worn_labels import COLUMNS
+
+    (folder / "clip.mp4").write_bytes(video(folder))
+    rows = rng().uniform(2, 20, (2, len(COLUMNS))).round(2).tolist()
+    lines = [f"clip.mp4,{k},{','.join(map(str, row))}" for k, row in enumerate(rows)]
+    return "\n".join([f"video,frame,{','.join(COLUMNS)}", *lines]).encode()

@@ -80,7 +80,7 @@ class _Reader:
             raise InputFileError(
                 f"{self.path} has no triangles", "give a file with the head's mesh"
             )
-        _check_size(3 * self.count * len({name for name, *_ in self.moved}))
+        self._check_size(3 * self.count * len({name for name, *_ in self.moved}))
         targets: dict[str, NDArray[np.float32]] = {}
         for name, first, displaced in self.moved:
             whole = targets.setdefault(name, np.zeros((self.count, 3), np.float32))
@@ -198,6 +198,14 @@ class _Reader:
             uv[:, 0] /= len(tiles)
         return np.hstack(tiles)
 
+    def _check_size(self, numbers: int) -> None:
+        """Refuse what takes too much memory, before it is taken."""
+        if numbers > _MOST_NUMBERS:
+            raise InputFileError(
+                f"{self.path} has more than {_MOST_NUMBERS / 1e6:.0f} million numbers",
+                "leave out meshes and morph targets that a talking face does not need",
+            )
+
     def _view(self, number: int) -> memoryview:
         view = self.document.bufferViews[number]
         data = self.file.bytes_at(self.document.buffers[view.buffer].uri)
@@ -213,7 +221,7 @@ class _Reader:
             raise ValueError("an accessor of another kind")
         kind, columns = np.dtype(_KINDS[accessor.componentType]), _COLUMNS[accessor.type]
         self.taken += accessor.count * columns
-        _check_size(self.taken)
+        self._check_size(self.taken)
         if accessor.bufferView is None:
             out = np.zeros((accessor.count, columns), kind)
         else:
@@ -237,12 +245,6 @@ class _Reader:
         if accessor.normalized:
             out = out / np.iinfo(out.dtype).max
         return np.asarray(out, np.float64)
-
-
-def _check_size(numbers: int) -> None:
-    """Raise `ValueError` for more than memory should be taken for."""
-    if numbers > _MOST_NUMBERS:
-        raise ValueError(f"more than {_MOST_NUMBERS} numbers")
 
 
 def _rows(
