@@ -206,7 +206,7 @@ TRUE = ("identity_weights", "outer_lip", "outer_lip_20", "class_names")
 GLTF = (  # what glTF may lack, or has a usual value for, and what nobody looks at
     *("asset", "version", "scene", "scenes", "name", "children", "scale", "translation", "extras"),
     *("targetNames", "targets", "POSITION", "TEXCOORD_0", "indices", "material", "byteOffset"),
-    *("pbrMetallicRoughness", "baseColorTexture", "bufferView", "byteLength", "nodes"),
+    *("pbrMetallicRoughness", "baseColorTexture", "bufferView", "byteLength", "nodes", "materials"),
 )
 NULLS = ('"" for number', "null for number", "null for str", "null for list", "null for dict")
 FACE = (

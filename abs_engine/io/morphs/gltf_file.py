@@ -61,7 +61,7 @@ class GltfFile:
         return cls(path.parent, document, binary)
 
     def bytes_at(self, uri: str | None) -> bytes:
-        """What the document names: in itself, or in a file beside it or below.
+        """Bytes that the document names: its own, or those of a file beside it or below.
 
         Raises
         ------
