@@ -211,7 +211,7 @@ def run(_: Path) -> bytes:
 def mesh(_: Path) -> bytes:
     return npz(
         "abs_engine.run_mesh", 1, mean=VERTICES, modes=np.ones((2, V, 3), np.float32),
-        weights=rng().normal(size=(T, 2)), faces=FACES,
+        weights=rng().normal(size=(T, 2)), faces=FACES, rest=VERTICES,
     )  # fmt: skip
 
 

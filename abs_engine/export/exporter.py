@@ -15,6 +15,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
+from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
@@ -106,6 +107,11 @@ class TrackedRun:
         width, height = (int(n) for n in self.arrays["camera_size"])
         distortion = self.arrays["camera_distortion"]
         return Camera(self.arrays["camera_matrix"], (width, height), distortion)
+
+    @cached_property
+    def neutral(self) -> FloatArray:
+        """The person's neutral face, whose lips just meet: (V, 3) mm, head frame."""
+        return neutral_face(self.mesh, self.speaker.points["landmark_68"])
 
     def pose(self, frame: int) -> Pose:
         """Head to camera."""

@@ -4,36 +4,48 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.export.exporter import Loss, TrackedRun, rms
+from abs_engine.export.settings import EXPORT
+from abs_engine.face.neutral import Moving, neutral_face
 from abs_engine.io.assets import Speaker
 
 
 @dataclass(frozen=True, eq=False)
 class UnitFit:
-    """Finds the weights with which face units come nearest to a posture.
+    """Finds the weights with which face units, on the neutral face, come nearest to a posture.
 
     Parameters
     ----------
     triangle : (M, U) float64
         The units, in as few rows as there can be.
-    modes : (R, M) float64
+    modes : (P, M) float64
         What moves the tracked head, in the same rows.
+    mean : (M,) float64
+        How posture 0 differs from the person's neutral face, in the same rows.
     """
 
     triangle: FloatArray
     modes: FloatArray
+    mean: FloatArray
 
     @classmethod
-    def of(cls, speaker: Speaker, modes: NDArray[np.floating[Any]]) -> UnitFit:
-        """For a head with units and the modes (R, V, 3), mm, that it is tracked with.
+    def of(cls, speaker: Speaker, head: Moving, weight_cost: float = EXPORT.weight_cost) -> UnitFit:
+        """For a tracked head.
+
+        Parameters
+        ----------
+        speaker : Speaker
+            With its units.
+        head : Moving
+            Of the speaker's vertices.
+        weight_cost : float
+            mm; see `ExportSettings`.
 
         Raises
         ------
@@ -45,13 +57,16 @@ class UnitFit:
         lists = speaker.points
         area = np.unique(np.concatenate([lists["face"], lists["lips"]]))
         units = speaker.units[:, area].astype(np.float64)
-        triangle, basis = _reduced(units.reshape(len(units), -1).T)
-        moved = np.asarray(modes[:, area], np.float64).reshape(len(modes), -1)
-        return cls(triangle, moved @ basis)
+        cost = weight_cost * np.sqrt(len(area))
+        triangle, basis = _reduced(units.reshape(len(units), -1).T, float(cost))
+        modes = np.asarray(head.modes[:, area], np.float64).reshape(len(head.modes), -1)
+        mean = (head.mean - neutral_face(head, lists["landmark_68"]))[area].ravel()
+        return cls(triangle, modes @ basis, mean @ basis)
 
     def weights(self, posture: FloatArray) -> FloatArray:
-        """Weights (U,) between 0 and 1 of a posture (R,)."""
-        found = lsq_linear(self.triangle, posture @ self.modes, (0.0, 1.0), method="bvls").x
+        """Weights (U,) between 0 and 1 of a posture (P,)."""
+        moved = self.mean + posture @ self.modes
+        found = lsq_linear(self.triangle, moved, (0.0, 1.0), method="bvls").x
         return np.asarray(np.clip(found, 0.0, 1.0))  # it may end a rounding error outside
 
 
@@ -59,36 +74,35 @@ class UnitFit:
 def unit_weights(run: TrackedRun) -> FloatArray:
     """Weights of the face units, (T, 52), between 0 and 1; NaN in lost frames.
 
-    They are those with which the units come nearest to the tracked face and lips; nothing is
-    smoothed.
+    They are those with which the units, on the person's neutral face, come nearest to the tracked
+    face and lips, at a small cost of each weight (`EXPORT.weight_cost`); nothing is smoothed.
 
     Raises
     ------
     ParameterError
         If the head has no face units.
     """
-    fit = UnitFit.of(run.speaker, run.mesh.modes)
+    fit = UnitFit.of(run.speaker, run.mesh)
     out = np.full((len(run), len(run.speaker.units)), np.nan)
     for frame in run.frames:
         out[frame] = fit.weights(run.mesh.weights[frame])
     return out
 
 
-def _reduced(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same least squares in as many rows as columns; the small ridge decides between ties."""
+def _reduced(matrix: FloatArray, cost: float) -> tuple[FloatArray, FloatArray]:
+    """The same least squares in as many rows as columns, and a row for each column's cost."""
     basis, triangle = np.linalg.qr(matrix)
-    ridge = 1e-3 * np.sqrt(np.mean(triangle**2))
     size = len(triangle)
-    stacked = np.vstack([triangle, ridge * np.eye(size)])
+    stacked = np.vstack([triangle, cost * np.eye(size)])
     return stacked, np.hstack([basis, np.zeros((len(basis), size))])
 
 
 def unit_loss(run: TrackedRun, weights: FloatArray) -> tuple[Loss, ...]:
-    """Distance of faces and lips made of units from the tracked ones, mm."""
+    """Distance of neutral faces and lips moved by units from the tracked ones, mm."""
     out = []
     for area in ("lips", "face"):
         index = run.speaker.points[area]
         units = run.speaker.units[:, index].astype(np.float64)
-        moved = run.mesh.points(index) - run.mesh.mean[index]
+        moved = run.mesh.points(index) - run.neutral[index]
         out.append(Loss(rms(np.tensordot(weights, units, 1) - moved), "mm", area))
     return tuple(out)

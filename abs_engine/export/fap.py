@@ -9,7 +9,6 @@ regard to the camera's axes.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.live_link import head_angles
 
 _NOSE, _CHIN, _CORNERS, _MIDDLE = 33, 8, (48, 54), 62  # 9.15, 2.10, 8.4 and 8.3, 2.2
-_UPPER, _LOWER = [61, 62, 63], [67, 66, 65]  # the inner contours, right to left
 _X, _Y, _Z = 0, 1, 2
 
 # Number of the parameter: its unit, the landmark of 300-W it moves, the axis, and the sense.
@@ -55,17 +53,8 @@ _COUNT = 68
 
 
 def neutral(run: TrackedRun) -> FloatArray:
-    """The 68 landmarks of the person's neutral face, (68, 3) float64, mm, head frame.
-
-    MPEG-4's neutral face has lips that meet. A mesh's mean has those of average speech, which are
-    parted; this is the most probable posture that closes them.
-    """
-    mesh, marks = run.mesh, run.speaker.points["landmark_68"]
-    upper, lower = marks[_UPPER], marks[_LOWER]
-    gaps = mesh.mean[upper, _Y] - mesh.mean[lower, _Y]
-    opened = mesh.modes[:, upper, _Y] - mesh.modes[:, lower, _Y]
-    closing = np.linalg.lstsq(opened.T.astype(np.float64), -gaps.astype(np.float64))[0]
-    return np.asarray(replace(mesh, weights=closing[None]).points(marks)[0])
+    """The 68 landmarks of the person's neutral face, (68, 3) float64, mm, head frame."""
+    return run.neutral[run.speaker.points["landmark_68"]]
 
 
 def fapu(run: TrackedRun) -> dict[str, float]:

@@ -55,7 +55,8 @@ class _Buffer:
 def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     names, targets, weights = _units(run) if arkit else _modes(run)
     buffer = _Buffer()
-    mesh = _mesh(run, names, targets, buffer)
+    base = run.neutral if arkit else run.mesh.mean.astype(np.float64)
+    mesh = _mesh(run, base, names, targets, buffer)
     mesh.weights = [0.0] * len(names)
     camera = gl.Camera(type="perspective", perspective=_perspective(run))
     head = gl.Node(name="head", mesh=0)
@@ -83,9 +84,11 @@ def _modes(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
     return names, run.mesh.modes.astype(np.float64), run.mesh.weights
 
 
-def _mesh(run: TrackedRun, names: list[str], targets: FloatArray, buffer: _Buffer) -> gl.Mesh:
-    places = (run.mesh.mean * METRES).astype(np.float32)
-    normals = vertex_normals(run.mesh.mean.astype(np.float64), run.mesh.faces)
+def _mesh(
+    run: TrackedRun, base: FloatArray, names: list[str], targets: FloatArray, buffer: _Buffer
+) -> gl.Mesh:
+    places = (base * METRES).astype(np.float32)
+    normals = vertex_normals(base, run.mesh.faces)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.where(lengths > 0.5, normals / np.maximum(lengths, 0.5), [0.0, 0.0, 1.0])
     attributes = gl.Attributes(

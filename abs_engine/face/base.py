@@ -52,7 +52,7 @@ class Body:
     Parameters
     ----------
     mean : (V, 3) float32, mm, head frame
-        At rest.
+        Posture 0: of most models the average of speech, with parted lips.
     modes : (P, V, 3) float32, mm per unit of a posture's parameters
     faces : (F, 3) int32
     facet_class : (F,) int32
@@ -60,6 +60,8 @@ class Body:
         What colour class the facets of each class show.
     lips : (N,) int32
         The vertices at the lips' contours: outer, upper inner, lower inner.
+    rest : (V, 3) float32, mm, head frame, optional
+        The person without expression; see `face.neutral`.
     """
 
     mean: NDArray[np.float32]
@@ -68,6 +70,7 @@ class Body:
     facet_class: NDArray[np.int32]
     regions: tuple[str | None, ...]
     lips: NDArray[np.int32]
+    rest: NDArray[np.float32] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -135,9 +135,14 @@ class MouthModel:
         return _person_modes(self.speaker)[: self.n_person]
 
     def whole(self, person: FloatArray) -> NDArray[np.float32]:
-        """The whole head (V, 3), mm, of a person (Q,), without expression."""
+        """The whole head (V, 3), mm, of a person (Q,) in posture 0, the average of speech."""
         moved = np.tensordot(person, self.person_modes, 1)
         return np.asarray(self.expression.mean + moved, np.float32)
+
+    def at_rest(self, person: FloatArray) -> NDArray[np.float32]:
+        """The whole head (V, 3), mm, of a person (Q,) without expression."""
+        moved = np.tensordot(person, self.person_modes, 1)
+        return np.asarray(self.head.mean + moved, np.float32)
 
     def held(self, person: FloatArray) -> Scene:
         """The scene with the person modes fixed at `person` (Q,): P modes remain."""

@@ -26,7 +26,7 @@ def held_head(model: MouthModel, person: FloatArray, classes: ColourClasses | No
     lips = np.concatenate([model.kept[model.rings[name]] for name in RINGS]).astype(np.int32)
     body = Body(
         model.whole(person), model.expression.modes.astype(np.float32), speaker.faces,
-        model.head.facet_class, model.colour_classes, lips,
+        model.head.facet_class, model.colour_classes, lips, model.at_rest(person),
     )  # fmt: skip
     return Face(
         "head", model.held(person), mode_block(model.n_expression), model.pivot, model.rings,

@@ -94,14 +94,15 @@ def as_face(face: TalkingFace, texture: str = "tex_lin", local: str = "la_lin") 
 def shape_as_face(shape: FaceShape) -> Face:
     """The face that a clip is tracked with, without any appearance."""
     own = {name: np.searchsorted(shape.kept, at) for name, at in shape.rings.items()}
-    whole = shape.scene
+    whole, rest = shape.scene, shape.scene.vertices(shape.neutral)
     body = Body(
         np.asarray(whole.mean, np.float32), np.asarray(whole.modes, np.float32), whole.faces,
         whole.facet_class, shape.regions,
         np.concatenate([shape.rings[n] for n in RINGS]).astype(np.int32),
+        np.asarray(rest, np.float32),
     )  # fmt: skip
     return Face(
         "talking", shape.outer, shape.spec, shape.pivot, own,
-        whole.vertices(shape.neutral)[shape.rings["outer"]].astype(np.float64),
+        rest[shape.rings["outer"]].astype(np.float64),
         shape.neutral[None], shape.regions, body,
     )  # fmt: skip

@@ -72,7 +72,7 @@ class LiveLink:
         kind, self._address = destination
         speaker = load_speaker()
         self._order = [speaker.unit_names.index(name) for name in ORDER]
-        self._fit = UnitFit.of(speaker, tracker.setting.face.body.modes)
+        self._fit = UnitFit.of(speaker, tracker.setting.face.body)
         self._rate = tracker.setting.rate
         self._socket = socket.socket(kind, socket.SOCK_DGRAM)
         self._socket.setblocking(False)

@@ -171,7 +171,7 @@ class Recorder:
         """The whole head in every frame."""
         body = self._setting.face.body
         weights = parted(self._rows.columns()["parameters"])[1].copy()
-        return RunMesh(body.mean, body.modes, weights, body.faces)
+        return RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
 
     def table(self) -> Iterator[list[Any]]:
         """The table of all frames, its heading first."""

@@ -18,6 +18,7 @@ _LAYOUT: Layout = {
     "modes": real("P*", "V", 3, dtype=np.float32),
     "weights": real("T", "P*", gaps=True),
     "faces": index("V", "F", 3),
+    "rest": real("V", 3, dtype=np.float32, optional=True),
 }
 
 
@@ -33,12 +34,16 @@ class RunMesh:
     weights : (T, P) float64
         NaN in lost frames.
     faces : (F, 3) int32
+    rest : (V, 3) float32, mm, head frame, or None
+        The person without expression, with closed lips; None where the model does not say, and in
+        runs of earlier versions. `face.neutral.neutral_face` starts from it.
     """
 
     mean: NDArray[np.float32]
     modes: NDArray[np.float32]
     weights: NDArray[np.float64]
     faces: NDArray[np.int32]
+    rest: NDArray[np.float32] | None = None
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -55,7 +60,8 @@ class RunMesh:
 
     def save(self, folder: Path) -> None:
         """Write ``mesh.npz`` into an existing folder."""
-        np.savez_compressed(folder / MESH, format=FORMAT, version=VERSION, **vars(self))
+        arrays = {name: values for name, values in vars(self).items() if values is not None}
+        np.savez_compressed(folder / MESH, format=FORMAT, version=VERSION, **arrays)
 
 
 def load_mesh(folder: Path) -> RunMesh:

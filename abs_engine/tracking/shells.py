@@ -85,7 +85,7 @@ def prepare_shell(
     free = None if base.setting.pose_held else BY_BLOB if by_blobs else POSE_DEVIATION
     scene = _with_marks(speaker, lips, rest)
     shell = ShellSetting(lips, scene, classes, clip.camera, renderer, free)
-    face = shell_face(speaker, lips, scene, rest, shell, head.identity).looking(colour=classes)
+    face = shell_face(speaker, lips, scene, rest, shell, head).looking(colour=classes)
     touching = contact_of(scene, face.rings, np.zeros(lips.n_modes))
     binder = ShellBinder(
         shell, face, leaves.kinds, marks or MouthLandmarks(lips.n_modes), priors=(touching,)
@@ -121,7 +121,7 @@ def shell_face(
     scene: Scene,
     rest: NDArray[np.float32],
     setting: ShellSetting,
-    person: FloatArray,
+    head: Face,
 ) -> Face:
     """The face of a shell: what is drawn is the shell, what is written the head about it.
 
@@ -136,8 +136,8 @@ def shell_face(
     rest : (V, 3) float32, mm
         The head at rest.
     setting : ShellSetting
-    person : (Q,) float64
-        What was fitted of the person.
+    head : Face
+        What the whole head is tracked as: who was fitted, and the person without expression.
     """
     marks, drawn = lip_rings(speaker), len(scene.mean) - _count(speaker)
     ends = drawn + np.cumsum([len(at) for at in marks.values()])
@@ -148,7 +148,10 @@ def shell_face(
     moved = physics_shape(speaker, rest, lips.shell, lips.physics)
     contour = np.concatenate([marks[name] for name in RINGS]).astype(np.int32)
     classes = speaker.facet_class.astype(np.int32)
-    body = Body(moved.mean, moved.modes, speaker.faces, classes, colour_classes(speaker), contour)
+    body = Body(
+        moved.mean, moved.modes, speaker.faces, classes, colour_classes(speaker), contour,
+        head.body.rest,
+    )  # fmt: skip
 
     def colours(_face: Face, view: View) -> FacetLikelihood:
         return shell_colours(setting, view.image, view.frame.base)
@@ -156,7 +159,7 @@ def shell_face(
     return Face(
         "shell", scene, mode_block(lips.n_modes, SHELL_FIT.mode_limit),
         setting.border.mean(axis=0), rings,
-        setting.border, _starts(lips.n_modes), COLOUR_OF, body, person,
+        setting.border, _starts(lips.n_modes), COLOUR_OF, body, head.identity,
         own_terms={"colour": colours},
     )  # fmt: skip
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import socket
 import struct
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from runs import toy_result, toy_setting, written_run
 
-from abs_engine.export.live_link import EYES, HEAD, ORDER
+from abs_engine.export.exporter import read_run
+from abs_engine.export.face_units import unit_weights
+from abs_engine.export.live_link import EYES, HEAD, ORDER, live_link_rows
 from abs_engine.io.assets import load_speaker
-from abs_engine.live.packets import packet
+from abs_engine.live.packets import LiveLink, packet, reached
+from abs_engine.live.release import Released
 
 VALUES = np.linspace(0, 1, 61)
 
@@ -51,3 +57,21 @@ def test_every_unit_has_its_place():
     assert sorted(ORDER) == sorted(load_speaker().unit_names)
     assert len(ORDER) + len(HEAD) + len(EYES) == 61
     assert (ORDER[0], ORDER[17], ORDER[51]) == ("eyeBlinkLeft", "jawOpen", "tongueOut")
+
+
+def test_what_is_sent_are_the_weights_that_an_export_has(tmp_path):
+    folder = written_run(tmp_path / "run", (0, 3))
+    exported = live_link_rows(read_run(folder))
+    run = read_run(folder)
+    places = [run.speaker.unit_names.index(name) for name in ORDER]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
+        there.bind(("127.0.0.1", 0))
+        there.settimeout(5)
+        with LiveLink(reached(there.getsockname()), SimpleNamespace(setting=toy_setting())) as link:
+            for frame, posture in enumerate((0, 3)):
+                link.send(Released(None, toy_result(frame, posture), 0.1, 0))
+                sent = decoded(there.recv(1000))[3][-1]
+                weights = unit_weights(run)[frame, places]
+                np.testing.assert_allclose(sent[:52], weights, atol=1e-5)
+                np.testing.assert_allclose(sent[52:], exported[frame, 52:], atol=1e-5)
+    assert max(unit_weights(run)[0]) < 0.1  # the face at rest

@@ -18,6 +18,7 @@ from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import DRIVERS, MODELS, TERMS
+from abs_engine.face.neutral import neutral_face
 from abs_engine.face.talking_file import save_talking
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.articulated import face_shape
@@ -190,6 +191,21 @@ def test_given_poses_are_held_by_every_face(video, talking, tmp_path):
         assert all(one.found for one in found), chosen
         assert not np.any([one.vector[:6] for one in found]), chosen
         assert np.corrcoef([one.aperture for one in found], OPEN)[0, 1] > 0.8, chosen
+
+
+@pytest.mark.parametrize("model", ["head", "shell", "talking"])
+def test_every_model_knows_the_persons_neutral_face(model, prepared):
+    speaker, body = load_speaker(), prepared[model].setting.face.body
+    marks, lips = speaker.points["landmark_68"], speaker.points["lips"]
+    assert body.rest is not None
+    neutral = neutral_face(body, marks)
+    gaps = neutral[marks[[61, 62, 63]], 1] - neutral[marks[[67, 66, 65]], 1]
+    np.testing.assert_allclose(gaps, 0, atol=1e-3)
+    off = np.linalg.norm((neutral - body.rest)[lips], axis=1)
+    assert off.max() < 1.5  # mm; closed from the mean, lips would move by 3 mm each
+    if model != "talking":
+        back = np.linalg.norm(neutral - body.mean, axis=1)[marks[66]]
+        assert back > 3.0
 
 
 def test_skin_alone_is_no_mouth_of_a_shell(prepared):

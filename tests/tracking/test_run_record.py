@@ -179,6 +179,15 @@ def test_the_mesh_holds_the_lips_of_the_results(folder, run):
     assert mesh.faces.max() == len(mesh.mean) - 1
 
 
+def test_the_mesh_holds_the_person_without_expression(folder, tmp_path):
+    mesh, model = load_mesh(folder), toy_model()
+    np.testing.assert_array_equal(mesh.rest, model.at_rest(np.zeros(model.n_person)))
+    np.testing.assert_array_equal(mesh.rest, model.head.mean)
+    replace(mesh, rest=None).save(tmp_path)  # as earlier versions wrote it
+    assert load_mesh(tmp_path).rest is None
+    np.testing.assert_array_equal(load_mesh(tmp_path).mean, mesh.mean)
+
+
 def test_a_person_moves_the_whole_mesh_as_the_drawn_part():
     model = toy_model()
     person = np.linspace(-1, 1, model.n_person)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import abs_engine
+from abs_engine.export import settings as exporting
 from abs_engine.learn import settings as learning
 from abs_engine.tracking.settings import stages
 from abs_engine.tracking.settings.stages import SETTINGS, Settings
@@ -18,7 +19,7 @@ from abs_engine.tracking.settings.stages import SETTINGS, Settings
 STAGES = [one.name for one in fields(Settings)]
 EVERY = {
     name: value
-    for module in (stages, learning)
+    for module in (stages, learning, exporting)
     for name, value in vars(module).items()
     if name.isupper() and name != "SETTINGS"
 }
@@ -82,6 +83,7 @@ def test_a_run_gathers_every_stage_of_tracking():
     assert {one.__module__ for one in gathered} == set(homes) - {
         "abs_engine.cli.settings",  # options of a command
         learning.__name__,
+        exporting.__name__,
         stages.__name__,
         *(home for home in homes if home.endswith("__init__")),
     }
