@@ -173,6 +173,12 @@ def _track(path: Path) -> tuple[Any, ...]:
     return path, track
 
 
+def _marked(path: Path) -> tuple[Any, ...]:
+    from abs_engine.learn.heads.table import read_table
+
+    return read_table(path).landmarks, whole.VERTICES, path.name
+
+
 RUN_GAPS = (
     *("parameters", "rotation", "translation", "lip_points", "width", "aperture", "value", "score"),
     *("protrusion", "landmark_distance", "landmark_aperture", "term_values", "closed_probability"),
@@ -197,6 +203,11 @@ TALKING = (
     *(f"rings.{name}" for name in ("outer", "upper", "lower", "points", "corners")),
 )
 TRUE = ("identity_weights", "outer_lip", "outer_lip_20", "class_names")
+GLTF = (  # what glTF may lack, or has a usual value for, and what nobody looks at
+    *("asset", "version", "scene", "scenes", "name", "children", "scale", "translation", "extras"),
+    *("targetNames", "targets", "POSITION", "TEXCOORD_0", "indices", "material", "byteOffset"),
+    *("pbrMetallicRoughness", "baseColorTexture", "bufferView", "byteLength", "nodes", "materials"),
+)
 NULLS = ('"" for number', "null for number", "null for str", "null for list", "null for dict")
 FACE = (
     *("seen", "noise_between", "noise_within", "cheeks", "expression_mixing"),
@@ -301,6 +312,19 @@ READERS = (
     Reader("numbers of vertices", "values.npz",
            lambda _: whole.npz("x", 1, values=np.ones(whole.V)),
            "report.inspect.heat:read_values", lambda path: (path, whole.V)),
+    Reader("numbers of vertices, NPY", "values.npy", whole.npy, "report.inspect.heat:read_values",
+           lambda path: (path, whole.V)),
+    Reader("head of another program, GLB", "head.glb", whole.glb, "io.morphs:read_morphs"),
+    Reader("head of another program, glTF", "head.gltf", whole.gltf, "io.morphs:read_morphs",
+           unread=GLTF),
+    Reader("head of another program, OBJ", "head.obj", whole.obj, "io.morphs:read_morphs",
+           lambda path: (path, path.parent)),
+    Reader("ICT's face model", "ict_face_model.npz", whole.ict, "io.morphs:read_morphs",
+           lambda path: (path.parent, None), free=("identity_deltas",), empty=("identity_deltas",)),
+    Reader("table of a head", "head.toml", lambda _: whole.HEAD_TABLE,
+           "learn.heads.marks:find_marks", _marked),
+    Reader("labels of close-ups", "labels.csv", whole.mouth_labels,
+           "tracking.worn_labels:read_mouths"),
     Reader("video, what it is", "clip.mp4", whole.video, "io.video:probe"),
     Reader("video, its frames", "clip.mp4", whole.video, "io.video:read_frames"),
 )  # fmt: skip

@@ -442,3 +442,106 @@ def journal(folder: Path) -> bytes:
 
 def jpeg(shape: tuple[int, ...]) -> bytes:
     return cv2.imencode(".jpg", rng().integers(0, 255, shape).astype(np.uint8))[1].tobytes()
+
+
+def _gltf(uri: str | None) -> tuple[dict[str, Any], bytes]:
+    """A triangle of three vertices that one target moves, with a picture; its numbers."""
+    pieces = [
+        VERTICES[:3].tobytes(), np.ones((3, 3), np.float32).tobytes(),
+        rng().random((3, 2), np.float32).tobytes(), np.arange(4, dtype=np.uint16).tobytes(),
+        png(np.uint8, (4, 4, 3)),
+    ]  # fmt: skip
+    starts = np.cumsum([0, *map(len, pieces)]).tolist()
+    content = b"".join(pieces)
+    places = {"componentType": 5126, "count": 3}
+    told = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"children": [1], "scale": [2, 2, 2]}, {"mesh": 0, "translation": [0, 1, 0]}],
+        "meshes": [{
+            "primitives": [{
+                "attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 3, "material": 0,
+                "targets": [{"POSITION": 1}],
+            }],
+            "extras": {"targetNames": ["jawOpen"]},
+        }],
+        "materials": [{"name": "skin", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}], "images": [{"bufferView": 4}],
+        "accessors": [
+            {"bufferView": 0, "type": "VEC3", **places},
+            {"bufferView": 1, "type": "VEC3", **places},
+            {"bufferView": 2, "type": "VEC2", **places},
+            {"bufferView": 3, "type": "SCALAR", "componentType": 5123, "count": 3},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": at, "byteLength": len(piece)}
+            for at, piece in zip(starts, pieces, strict=False)
+        ],
+        "buffers": [{"byteLength": len(content)} | ({} if uri is None else {"uri": uri})],
+    }  # fmt: skip
+    return told, content
+
+
+def gltf(folder: Path) -> bytes:
+    told, content = _gltf("numbers.bin")
+    (folder / "numbers.bin").write_bytes(content)
+    return json.dumps(told).encode()
+
+
+def glb(_: Path) -> bytes:
+    told, content = _gltf(None)
+    text = json.dumps(told).encode()
+    parts = (
+        (b"JSON", text + b" " * (-len(text) % 4)),
+        (b"BIN\0", content + bytes(-len(content) % 4)),
+    )
+    body = b"".join(len(part).to_bytes(4, "little") + kind + part for kind, part in parts)
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little") + body
+
+
+def obj(folder: Path) -> bytes:
+    places = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 1\n"
+    (folder / "jawOpen.obj").write_text(places.replace("9 9 1", "9 8 1"))
+    return f"o head\n{places}vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 2/2 4/1 -2/3\n".encode()
+
+
+def ict(folder: Path) -> bytes:
+    (folder / "generic_neutral_mesh.obj").write_bytes(obj(folder))
+    draw = rng()
+    made = io.BytesIO()
+    np.savez(
+        made, expression_names=np.array(["jawOpen", "mouthClose"]),
+        expression_deltas=draw.random((2, 4, 3), np.float32),
+        identity_deltas=draw.random((3, 4, 3), np.float32),
+    )  # fmt: skip
+    return made.getvalue()
+
+
+HEAD_TABLE = b"""length = "cm"
+[units]
+jawOpen = [ "open" , "wide" ]
+[regions]
+Teeth = "teeth"
+[landmarks]
+outer_lip = [ 0 , 1 , 2 , 3 , 4 , 0 , 1 , 2 , 3 , 4 , 1 , 2 ]
+inner_lip = [ 0 , 1 , 2 , 3 , 4 , 0 , 1 , 2 ]
+eye_corners = [ 0 , 1 , 2 , 3 ]
+nose_tip = 3
+chin = [ [ 1.0 , 2.0 , 3.0 ] ]
+[people]
+mei = "mei.obj"
+"""
+
+
+def npy(_: Path) -> bytes:
+    made = io.BytesIO()
+    np.save(made, rng().random(5))
+    return made.getvalue()
+
+
+def mouth_labels(folder: Path) -> bytes:
+    from abs_engine.tracking.worn_labels import COLUMNS
+
+    (folder / "clip.mp4").write_bytes(video(folder))
+    rows = rng().uniform(2, 20, (2, len(COLUMNS))).round(2).tolist()
+    lines = [f"clip.mp4,{k},{','.join(map(str, row))}" for k, row in enumerate(rows)]
+    return "\n".join([f"video,frame,{','.join(COLUMNS)}", *lines]).encode()

@@ -13,7 +13,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, TooFewPointsError
-from abs_engine.io.inputs import MOST, parse_json, to_number
+from abs_engine.io.inputs import MOST, check_file, parse_json, to_number
 
 FORMAT, VERSION = "abs_engine.dots", 1
 
@@ -73,10 +73,9 @@ def read_marks(path: Path) -> tuple[Mark, ...]:
         If a JSON file has another format or version.
     """
     path = Path(path)
+    check_file(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError as error:
-        raise InputFileError(f"{path} does not exist", "check the path") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputFileError(f"{path} cannot be read as text", "check the path") from error
     rows = _json_rows(path, text) if path.suffix.lower() == ".json" else _csv_rows(path, text)

@@ -12,7 +12,7 @@ import numpy as np
 from abs_engine.capture.headframe import HeadMotion
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.inputs import to_number
+from abs_engine.io.inputs import check_file, to_number
 
 
 def read_head_poses(path: Path, frames: int) -> HeadMotion:
@@ -61,10 +61,9 @@ def read_reference(path: Path) -> Mapping[str, FloatArray]:
 
 
 def _table(path: Path, numbers: Sequence[str], text: str | None = None) -> list[dict[str, Any]]:
+    check_file(path)
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError as error:
-        raise InputFileError(f"{path} does not exist", "check the path") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputFileError(f"{path} cannot be read as text", "check the path") from error
     reader = csv.DictReader(lines, skipinitialspace=True)

@@ -51,7 +51,7 @@ def settings_text(command: Command, typed: Mapping[str, Any], folder: Path) -> s
         values = [_written(v, one, folder) for v in given]
         if values:
             kept[name] = values if isinstance(value, tuple) else values[0]
-    head = f"# abs-engine {engine_version()}: {command.name} VIDEO -o RUN --settings {SETTINGS}\n"
+    head = f"# abs-engine {engine_version()}: {command.name} ... -o RUN --settings {SETTINGS}\n"
     return f"{head}# Paths are relative to the folder of this file.\n{tomli_w.dumps(kept)}"
 
 

@@ -4,23 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from pathlib import Path
 from typing import Any
 
 from abs_engine.clips.job import DONE, FAILED, Job, Outcome
-from abs_engine.core.errors import (
-    AbsEngineError,
-    BusyOutputError,
-    InputFileError,
-    OutputError,
-    SameOutputError,
-)
+from abs_engine.core.errors import AbsEngineError, BusyOutputError, OutputError, SameOutputError
 from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.threads import keep_to_one_core
-from abs_engine.dataset.sums import digest
-from abs_engine.io.inputs import parse_json
-from abs_engine.io.naming import made_before
 from abs_engine.render.select import open_renderer
+from abs_engine.tracking.output import read_facts
 from abs_engine.tracking.run import track_video
 
 _ONE = threading.Lock()
@@ -32,78 +23,45 @@ def track_job(job: Job) -> Outcome:
     """Track a clip, or go on where another worker was killed; what is there is kept."""
     with _ONE:
         keep_to_one_core()
-        start = time.perf_counter()
         try:
-            facts = _tracked(job)
+            summary, seconds = _tracked(job)
         except AbsEngineError as error:
             return Outcome(FAILED, " ".join(str(error).split()))
-        seconds = time.perf_counter() - start
-    summary = facts["summary"]
     return Outcome(
         DONE,
         " ".join(" | ".join(summary.get("warnings", ())).split()),
         summary["frames"],
         summary["frames"] - summary["lost_frames"],
         summary["closed_frames"],
-        seconds if "timing" in facts else 0.0,
+        seconds,
     )
 
 
-def _tracked(job: Job) -> dict[str, Any]:
+def _tracked(job: Job) -> tuple[dict[str, Any], float]:
+    """Summary of a clip's run, and the seconds that it took; 0 of one that was there, whole."""
     PLUGINS.clear()  # those of a clip before; what they added is replaced
     for plugin in job.plugins:
         load_plugin(plugin)
+    start = time.perf_counter()
     while True:
-        known = _known(job)
-        if known is not None:
-            return known
         try:
             with open_renderer(job.renderer) as renderer:
-                return track_video(
-                    job.video, job.folder, renderer, job.options, beside=job.beside
-                )  # fmt: skip
-        except (BusyOutputError, SameOutputError):  # a worker that was given up, or a command
-            time.sleep(_PATIENCE)  # before, still tracks it, or has just done it
-
-
-def _known(job: Job) -> dict[str, Any] | None:
-    """Content of the ``run.json`` of a run that is there; None if there is none.
-
-    Raises
-    ------
-    OutputError
-        If it is another clip's, or was tracked with other options.
-    """
-    if not made_before(job.folder):
-        return None
-    try:
-        facts: dict[str, Any] = parse_json(_text(job.folder / "run.json"), gaps=True)
-        told = {name: _text(job.folder / name) for name in job.beside}
-        same = told == job.beside and facts["settings"]["video_sha256"] == digest(job.video)
-    except (OSError, ValueError, LookupError, TypeError):
-        same = False
-    if not same:
-        raise OutputError(
-            f"{job.folder} holds something else than this clip, tracked with these options",
-            "choose another folder for the runs, or remove that one",
-        )
-    return facts
+                run = track_video(job.video, job.folder, renderer, job.options, beside=job.beside)
+            return run["summary"], time.perf_counter() - start
+        except SameOutputError:
+            return read_facts(job.folder)["summary"], 0.0
+        except BusyOutputError:  # a worker that was given up, or a command before, is still at it
+            time.sleep(_PATIENCE)
 
 
 def check_same_options(job: Job) -> None:
-    """Raise `OutputError` if a run that is there was tracked with other options."""
-    if not made_before(job.folder):
-        return
+    """Raise `OutputError` if a run that is there was tracked with other options.
+
+    So much is seen without its clip; `track_job` sees the rest.
+    """
     there = {name: job.folder / name for name in job.beside if (job.folder / name).is_file()}
-    if any(_text(path) != job.beside[name] for name, path in there.items()):
+    if any(path.read_bytes() != job.beside[name].encode() for name, path in there.items()):
         raise OutputError(
             f"{job.folder} was tracked with other options",
             "choose another folder for the runs, or give the same options",
         )
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputFileError(f"{path} is no text", "remove it") from error

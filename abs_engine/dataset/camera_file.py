@@ -16,7 +16,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterEr
 from abs_engine.core.geometry import Pose
 from abs_engine.dataset.codec import CAMERA_FORMAT, VERSION
 from abs_engine.io.arrays import Layout, check_arrays, of_json, real, whole
-from abs_engine.io.inputs import check_file, parse_json
+from abs_engine.io.inputs import check_file, read_json
 
 MEND = (
     "a camera file is JSON with format, version, size [w, h], matrix (3 rows, px), distortion "
@@ -118,7 +118,7 @@ def load_placed_camera(path: Path) -> PlacedCamera:
     path = Path(path)
     check_file(path)
     try:
-        return _parse(path, parse_json(path.read_text(encoding="utf-8")))
+        return _parse(path, read_json(path))
     except KeyError as error:
         raise ModelFormatError(f"{path} lacks the field {error}", MEND) from error
     except (TypeError, IndexError, AttributeError) as error:

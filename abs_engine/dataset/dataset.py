@@ -14,7 +14,7 @@ from abs_engine.dataset.picture import AGAIN
 from abs_engine.dataset.sums import check_sums, read_sums
 from abs_engine.dataset.view import Truth, load_view
 from abs_engine.io.arrays import Layout, check_arrays, of_json, plain, real, text, whole
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 
 _DEPTH = 2  # DATASET/CLIP/CAMERA
 _MOST_NAMED = 6
@@ -184,7 +184,7 @@ def read_record(folder: Path) -> Dataset:
             f"{folder} is not ground truth: {codec.DATASET} is missing", "check the path"
         )
     try:
-        record = parse_json(path.read_text(encoding="utf-8"))
+        record = read_json(path)
         kind = record["format"], record["version"]
         if kind != (codec.DATASET_FORMAT, codec.VERSION):
             raise ModelFormatError(

@@ -56,7 +56,7 @@ def read_picture(path: Path, kind: str, size: tuple[int, int]) -> NDArray[Any]:
     dtype, channels = PICTURES[kind]
     if picture_header(path)[:2] != size:  # before memory is taken for it
         raise ModelFormatError(f"{path} is not {size[0]}x{size[1]}", AGAIN)
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path) else None
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) if is_whole(path.read_bytes()) else None
     if image is None:
         raise InputFileError(f"{path} is not a whole picture", AGAIN)
     shape = (size[1], size[0]) if channels == 1 else (size[1], size[0], channels)
@@ -75,11 +75,13 @@ def picture_header(path: Path) -> tuple[int, int, int, int]:
     InputFileError
         If it is missing or no PNG of these kinds.
     """
+    if not path.is_file():
+        raise InputFileError(f"{path} is missing", AGAIN)
     try:
         with path.open("rb") as file:
             head = file.read(26)
     except OSError as error:
-        raise InputFileError(f"{path} is missing", AGAIN) from error
+        raise InputFileError(f"{path} cannot be read ({error.strerror})", AGAIN) from error
     if len(head) < 26 or head[:8] != b"\x89PNG\r\n\x1a\n" or head[25] not in _CHANNELS:
         raise InputFileError(f"{path} is not a PNG picture", AGAIN)
     width, height, bits, colour = struct.unpack(">IIBB", head[16:26])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
 from abs_engine.io.arrays import Layout, check_arrays, index, of_json, real, text
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.io.pictures import read_image
 
@@ -275,10 +275,10 @@ def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.i
         return {}
     again = "make it again with assets/speaker_points.py"
     try:
-        told = parse_json(path.read_text(encoding="utf-8"))
+        told = read_json(path)
         kind, version = (told["format"], told["vertices"], told["faces"]), told["version"]
         lists = {k: of_json(v["vertices"]) for k, v in told["lists"].items()}
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputFileError(f"{path} is not a list of points", again) from error
     known = all(type(told[k]) is int for k in ("vertices", "faces", "version"))
     if not known or kind != (POINTS_FORMAT, vertices, faces) or version not in POINTS_VERSIONS:

@@ -12,7 +12,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError
-from abs_engine.io.inputs import to_number
+from abs_engine.io.inputs import check_file, to_number
 
 EVALUATE_HELP = "see 'abs-engine evaluate --help'"
 
@@ -93,6 +93,7 @@ def read_table(path: Path, *, empty_lines: bool = False) -> Table:
         cells.
     """
     path = Path(path)
+    check_file(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = [row for row in csv.reader(file) if _counts(row, empty_lines)]

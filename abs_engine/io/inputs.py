@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import tomllib
@@ -14,6 +15,8 @@ from abs_engine.core.errors import InputFileError
 T = TypeVar("T")
 MOST = 1e12
 """No number in a file that is read is larger: no length, angle, rate or worth."""
+MOST_BYTES = 1 << 29
+"""Of a table, text, archive or mesh; pictures and videos have limits of their own."""
 DEEPEST = 40
 """Lists and tables of a text file that may lie in each other."""
 _NESTED = (dict, list)
@@ -21,10 +24,12 @@ _TOO_DEEP = "lists or tables lie in each other too deep"
 
 
 def check_file(path: Path, remedy: str = "check the path") -> None:
-    """Raise `InputFileError` for what is not there, and for what is there but no file."""
+    """Raise `InputFileError` for what is not there, no file, or larger than `MOST_BYTES`."""
     if not path.is_file():
         what = "is not a file" if path.exists() else "does not exist"
         raise InputFileError(f"{path} {what}", remedy)
+    if path.stat().st_size > MOST_BYTES:
+        raise InputFileError(f"{path} is larger than {MOST_BYTES >> 20} MiB", "give a smaller file")
 
 
 def parse_json(text: str, *, gaps: bool = False) -> Any:
@@ -50,6 +55,13 @@ def parse_json(text: str, *, gaps: bool = False) -> Any:
     except RecursionError as error:
         raise ValueError(_TOO_DEEP) from error
     return _shallow(value)
+
+
+def read_json(path: Path, *, gaps: bool = False) -> Any:
+    """Values of a JSON file; `ValueError` as by `parse_json`, `OSError` if it cannot be read."""
+    if not path.is_file() or path.stat().st_size > MOST_BYTES:
+        raise OSError(errno.EINVAL, "no ordinary file, or too large", str(path))
+    return parse_json(path.read_text(encoding="utf-8"), gaps=gaps)
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -92,6 +92,8 @@ def sweep(path: Path) -> None:
 
     Kept is what another process works at, and what can still be gone on with.
     """
+    if not Path(path).name:  # "." or "/"
+        return
     partial = partial_of(path)
     with suppress(OSError):
         number = lock(partial, os.O_RDONLY)

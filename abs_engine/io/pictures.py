@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import cv2
@@ -24,25 +25,30 @@ def read_image(path: Path) -> NDArray[np.uint8]:
     InputFileError
         If it is missing, no picture, or larger than `MOST_PIXELS`.
     """
-    try:
-        with Pillow.open(path) as picture:
-            fits = picture.width * picture.height <= MOST_PIXELS
-        image = cv2.imread(str(path), cv2.IMREAD_COLOR) if fits and is_whole(path) else None
-    except (OSError, ValueError, Pillow.DecompressionBombError) as error:
-        raise InputFileError(
-            f"{path} is not a readable picture", "give a PNG or JPEG file"
-        ) from error
+    image = decoded(path.read_bytes()) if path.is_file() else None
     if image is None:
         raise InputFileError(
             f"{path} is not a readable picture of at most {MOST_PIXELS / 1e6:.0f} megapixels",
             "give a PNG or JPEG file",
         )
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)
+    return image
 
 
-def is_whole(path: Path) -> bool:
+def decoded(content: bytes) -> NDArray[np.uint8] | None:
+    """A PNG or JPEG as (H, W, 3) uint8 RGB; None if it is none, or larger than `MOST_PIXELS`."""
+    try:
+        with Pillow.open(io.BytesIO(content)) as picture:
+            fits = picture.width * picture.height <= MOST_PIXELS
+    except (OSError, ValueError, Pillow.DecompressionBombError):
+        return None
+    if not fits or not is_whole(content):
+        return None
+    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+    return None if image is None else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.uint8)
+
+
+def is_whole(data: bytes) -> bool:
     """Whether no chunk of a PNG is longer than the file; OpenCV takes what memory one states."""
-    data = path.read_bytes()
     if not data.startswith(_PNG):
         return True
     at = len(_PNG)

@@ -148,6 +148,9 @@ class Unfinished(NewFolder):
         Whether what was begun with other choices is removed; else it is an error.
     also : str
         Choices that what was begun may be gone on with by others, but that its end follows from.
+    by : str
+        What draws, say: only the same goes on with what was begun, but what is finished is known
+        on every machine.
 
     Attributes
     ----------
@@ -166,21 +169,29 @@ class Unfinished(NewFolder):
     remedy = "choose the same, or remove that folder to begin again"
     """What is said of it, and what to do."""
 
-    def __init__(self, folder: Path, choices: str, anew: bool = False, also: str = "") -> None:
+    def __init__(
+        self, folder: Path, choices: str, anew: bool = False, also: str = "", by: str = ""
+    ) -> None:
         self._choices, self._anew, self._also, self.resumed = choices, anew, also, False
+        self._basis = f"{choices}\n{by}" if choices and by else choices
         super().__init__(folder)
 
     def _check(self) -> None:
         """Refuse a name that is taken; by another error, if by what would be made."""
         if is_recorded(self.target) and self._choices:
+            sweep(self.target)
             made = (self.target / RECORD).read_text("utf-8", "replace").split("\n")
             now = self._record(self.target)
             if made[0] == now[0] and set(made) <= set(now):
-                sweep(self.target)
                 raise SameOutputError(
                     f"{self.target} is there already, whole: the same command made it",
                     "remove it to make it again",
                 )
+            raise OutputError(
+                f"{self.target} exists already, of other input, options or another release, or it "
+                "is no longer whole",
+                "choose another name or remove it",
+            )
         super()._check()
 
     def _record(self, folder: Path) -> list[str]:
@@ -206,13 +217,13 @@ class Unfinished(NewFolder):
         basis = self.partial / CHOICES
         if basis.is_file() and self.work.is_dir():  # without it, finished by a process killed then
             begun = basis.read_text(encoding="utf-8")
-            self.resumed = begun == self._choices != ""
+            self.resumed = begun == self._basis != ""
             if not self.resumed and not self._anew:
                 raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
         if not self.resumed:
             super()._begin()
             made = basis.with_name(f".{CHOICES}")
-            made.write_text(self._choices, encoding="utf-8")
+            made.write_text(self._basis, encoding="utf-8")
             rename_new(made, basis)
 
     def empty(self) -> None:

@@ -48,11 +48,11 @@ def packet(name: str, seconds: float, rate: float, values: NDArray[np.float64] |
     return head + struct.pack("!IfIIB61f", int(whole), part, fps, 1, len(values), *values)
 
 
-def reached(address: tuple[str, int]) -> Destination:
-    """Destination of packets for a host and port; raises `OutputError` if there is no such host."""
-    host, port = address
+def reached(address: str) -> Destination:
+    """Destination of packets for HOST:PORT; raises `OutputError` if there is no such host."""
+    host, _, port = address.rpartition(":")
     try:
-        kind, *_, found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+        kind, *_, found = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_DGRAM)[0]
     except OSError as error:
         raise OutputError(f"there is no host {host} ({error.strerror})", "give an IP") from error
     return kind, found

@@ -9,7 +9,7 @@ from typing import Any
 from abs_engine.core.provenance import described, made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate.machine import machine_facts
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.report.data import Rows
 from abs_engine.tracking.record import SUMMARY
 
@@ -54,7 +54,7 @@ def run_facts(path: Path) -> Rows:
     if not path.is_dir() or not file.is_file():
         return (("results", str(path)),)
     try:
-        told = parse_json(file.read_text(encoding="utf-8"))
+        told = read_json(file)
     except (OSError, ValueError):
         return (("results", str(path)),)
     if not isinstance(told, dict):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import OtherClipError
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import SUMS, read_sums
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.tracking.record import SUMMARY
 
 FOCAL_WARNING = 0.2
@@ -88,7 +88,7 @@ def _check_video(path: Path, truth: Truth) -> None:
 def video_sum(path: Path) -> str | None:
     """SHA-256 of the video that a run was made from; None where it does not say."""
     try:
-        told = parse_json((path / SUMMARY).read_text(encoding="utf-8"))
+        told = read_json(path / SUMMARY)
         return str(told["settings"]["video_sha256"])
     except (OSError, ValueError, KeyError, TypeError):
         return None

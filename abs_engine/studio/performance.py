@@ -13,7 +13,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.assets import Speaker
 from abs_engine.studio.scenefile import ClipEntry
-from abs_engine.studio.sequence import expression, utter
+from abs_engine.studio.sequence import check_length, expression, utter
 from abs_engine.studio.speech import (
     Speech,
     articulate,
@@ -87,6 +87,7 @@ def perform(
         said = _say(entry, speaker, neutral, rate, folder)
     except ParameterError as error:
         raise ParameterError(f"{where}: {error.problem}", error.remedy) from error
+    check_length(len(said.weights) * entry.repeat)
     said = repeated(said, entry.repeat, rate)
     if entry.frames is not None:
         said = _cut(said, entry.frames, rate, where)
@@ -104,6 +105,7 @@ def _check(entry: ClipEntry, where: str) -> None:
         raise ParameterError(f"{where} has {' and '.join(given)}", "give one of them")
     if entry.repeat < 1 or (entry.frames is not None and entry.frames < 1):
         raise ParameterError(f"{where} has no frames", "give frames and repeat of at least 1")
+    check_length(entry.frames or 0)
 
 
 def _say(

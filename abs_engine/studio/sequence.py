@@ -17,6 +17,8 @@ from abs_engine.studio.speech.contact import ContactSolver
 from abs_engine.studio.speech.lips import Lips
 from abs_engine.studio.visemes import Viseme, parse
 
+MOST_FRAMES = 1_000_000
+"""Of a clip: eleven hours at 25 frames a second."""
 _VISIBLE_HEIGHT = 240.0
 """Millimetres that the picture's height shows at the depth of the lips."""
 
@@ -106,7 +108,7 @@ def utter(
     Raises
     ------
     ParameterError
-        If a viseme is unknown, or rate or length are not positive.
+        If a viseme is unknown, or rate or length are not positive, or beyond `MOST_FRAMES`.
 
     Notes
     -----
@@ -118,6 +120,7 @@ def utter(
     visemes = tuple(_at_teeth(v, speaker, neutral) if v.name == "f" else v for v in parse(text))
     natural = sum(v.seconds for v in visemes)
     frames = max(1, round(natural * rate)) if frames is None else frames
+    check_length(frames)
     times = np.arange(frames) / rate
     spoken = np.minimum(times * natural * rate / frames, natural)
     ends = np.cumsum([v.seconds for v in visemes]) * (frames / rate / natural)
@@ -150,6 +153,12 @@ def deform(speaker: Speaker, weights: FloatArray) -> NDArray[np.float16]:
     for index in used:
         sums += np.float32(weights[index]) * speaker.units[index].astype(np.float32)
     return sums.astype(np.float16)
+
+
+def check_length(frames: int) -> None:
+    """Raise `ParameterError` for more than `MOST_FRAMES`."""
+    if frames > MOST_FRAMES:
+        raise ParameterError(f"{frames} frames are too many for a clip", f"give {MOST_FRAMES}")
 
 
 def articulate(

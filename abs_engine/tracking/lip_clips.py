@@ -27,7 +27,7 @@ from abs_engine.face.shape.physics_head import physics_shape
 from abs_engine.fit.shell import ShellSetting, shell_colours
 from abs_engine.fit.shell_relaxation import Seen
 from abs_engine.io.assets import Speaker, shipped
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.training import check_speaker
@@ -170,7 +170,7 @@ def _physics_of(folder: Path) -> LearnedPhysics | None:
     """The physics that a run was tracked with; None for a head that moved otherwise."""
     path = folder / SUMMARY
     try:
-        told = parse_json(path.read_text(encoding="utf-8"))["settings"]
+        told = read_json(path)["settings"]
         shell = told.get("model") == "shell"
         name = told.get("physics") or (told.get("model_file") if shell else None)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -13,7 +13,7 @@ from abs_engine.core.clock import TIMING, write_timing
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.threads import closed_after, meanwhile, one_thread
 from abs_engine.io.files import png
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
@@ -136,7 +136,7 @@ def read_facts(folder: Path) -> dict[str, Any]:
     told = []
     for path in (folder / SUMMARY, folder / TIMING):
         try:
-            told.append(dict(parse_json(path.read_text(encoding="utf-8"), gaps=True)))
+            told.append(dict(read_json(path, gaps=True)))
         except (OSError, ValueError, TypeError) as error:
             raise InputFileError(f"{path} cannot be read", "track the clip again") from error
     return {**told[0], "timing": told[1]}

@@ -20,7 +20,7 @@ from abs_engine.core.errors import (
 )
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import Speaker
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.record import SUMMARY, Recorder, load_run
 from abs_engine.tracking.run_mesh import load_mesh
@@ -97,7 +97,7 @@ def load_recording(folder: Path) -> Recording:
     """
     run, mesh = load_run(folder), load_mesh(folder)
     try:
-        told = parse_json((folder / SUMMARY).read_text(encoding="utf-8"))["settings"]
+        told = read_json(folder / SUMMARY)["settings"]
         name, known = str(told["video"]), str(told["video_sha256"])
         stored = str(told.get("video_path", name))
     except (OSError, ValueError, KeyError, TypeError) as error:

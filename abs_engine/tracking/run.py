@@ -151,7 +151,8 @@ def track_video(
         If the folder exists or cannot be written; `SameOutputError` if it is this run, whole.
     """
     check_options(options, probe(video))
-    with Unfinished(folder, _choices(video, renderer, options, beside), anew=True) as made:
+    choices, by = _choices(video, options, beside), renderer.description
+    with Unfinished(folder, choices, anew=True, by=by) as made:
         frames = made.partial / FRAMES
         with kept_if_of_use(made, frames):
             start = time.perf_counter()
@@ -182,15 +183,12 @@ def track_video(
     return told
 
 
-def _choices(
-    video: Path, renderer: Renderer, options: TrackOptions, beside: Mapping[str, str]
-) -> str:
+def _choices(video: Path, options: TrackOptions, beside: Mapping[str, str]) -> str:
     """Digest of all that a run follows from; of files that options name, their content counts."""
     chosen, _ = resolved(options)
     given = {name: _content(value) for name, value in vars(chosen).items()}
     plugins = [digest(path) for path in PLUGINS]
-    drawn = renderer.description
-    return fingerprint((digest(video), code_digest(), drawn, given, plugins, dict(beside)))
+    return fingerprint((digest(video), code_digest(), given, plugins, dict(beside)))
 
 
 def _content(value: object) -> object:

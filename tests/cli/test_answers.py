@@ -15,6 +15,7 @@ from heads import seen_at
 from runs import full, write_kind, write_noise
 
 from abs_engine.cli import COMPLETE, main
+from abs_engine.cli.commands.live import live
 from abs_engine.cli.commands.track import track
 from abs_engine.cli.program import PROGRAM
 from abs_engine.cli.settings import settings_text
@@ -109,6 +110,17 @@ def test_settings_come_back_as_they_were_given(settings, tmp_path):
     assert {path.resolve() for path in again["plugin"]} == {tmp_path / "plugin.py"}
     assert again["camera"].samefile(typed["camera"])
     for name in set(typed) - {"plugin", "camera", "settings"}:
+        assert again[name] == typed[name], name
+
+
+def test_settings_of_a_live_session_come_back(settings, tmp_path):
+    words = ["1", "-o", "new", "--delay", "90", "--repeat", "3", "--camera", "camera.json"]
+    words += ["--live-link", "[::1]:11111"]
+    typed = live.make_context("live", words).params
+    file = settings(settings_text(live, typed, tmp_path))
+    again = live.make_context("live", ["1", "-o", "new", "--settings", file]).params
+    assert again["camera"].samefile(typed["camera"])
+    for name in set(typed) - {"camera", "settings"}:
         assert again[name] == typed[name], name
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -121,7 +120,6 @@ def test_the_content_of_a_file_counts_and_not_its_name(tmp_path, option):
         given = "speaker" if option == "texture" else option
         path = place / ("head.npz" if given == "speaker" else "a.npz")
         (tmp_path / "video.mp4").touch()
-        drawn = SimpleNamespace(description="cpu")
-        return _choices(tmp_path / "video.mp4", drawn, TrackOptions(**{given: path}), {})
+        return _choices(tmp_path / "video.mp4", TrackOptions(**{given: path}), {})
 
     assert digest("one", "this") == digest("other", "this") != digest("one", "that")

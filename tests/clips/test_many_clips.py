@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -290,14 +290,23 @@ def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, ca
     assert contents(folder / "runs") == before
 
 
-def test_a_run_with_other_options_is_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
-    one = job(tmp_path)
-    one.folder.mkdir(parents=True)
-    one.video.touch()
-    (one.folder / "run.json").write_text('{"settings": {"video_sha256": ""}}')
-    outcome = track_job(replace(one, beside={"settings.toml": "driver = 'newton'"}))
-    assert "holds something else" in outcome.message
+@pytest.mark.slow
+def test_runs_are_known_where_they_were_moved_to_but_not_as_those_of_another_clip(
+    tracked, tmp_path, capsys
+):
+    folder, words = tracked
+    moved = tmp_path / "moved"
+    shutil.copytree(folder, moved)
+    words = [word.replace(str(folder), str(moved)) for word in words]
+    before = contents(moved / "runs" / "head")
+    assert main([*words, "--workers", "1"]) == 2
+    assert "1 of 2 clips done" in capsys.readouterr().out
+    write_kind(moved / "head.mp4", "libx264", [lit("mei", seen_at([0, 0, 0], [0, 0, 700]))])
+    assert main([*words, "--workers", "1"]) == 2
+    said = capsys.readouterr().out.splitlines()
+    assert "head exists already, of other input" in said[0]
+    assert "0 of 2 clips done" in said[2]
+    assert contents(moved / "runs" / "head") == before
 
 
 @pytest.mark.parametrize(

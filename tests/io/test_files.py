@@ -13,7 +13,7 @@ import pytest
 
 from abs_engine.core.errors import BusyOutputError, OutputError, SameOutputError
 from abs_engine.io import naming
-from abs_engine.io.files import parent_folder, write_new
+from abs_engine.io.files import check_free, parent_folder, write_new
 from abs_engine.io.naming import CHOICES, RECORD, WHOLE, partial_of
 from abs_engine.io.unfinished import NewFolder, Unfinished, check_output
 
@@ -286,6 +286,26 @@ def test_what_is_no_longer_whole_exists_already(tmp_path, harm):
     harm(tmp_path / "out")
     with pytest.raises(OutputError, match="exists already"):
         Unfinished(tmp_path / "out", "same")
+
+
+def test_what_another_machine_finished_is_known_but_not_gone_on_with(tmp_path):
+    with Unfinished(tmp_path / "out", "same", anew=True, by="one") as made:
+        (made.work / "done").touch()
+    with Unfinished(tmp_path / "out", "same", anew=True, by="one") as again:
+        assert again.resumed
+    with Unfinished(tmp_path / "out", "same", anew=True, by="other") as again:
+        assert not again.resumed
+        assert not list(again.work.iterdir())
+        again.finish()
+    with pytest.raises(SameOutputError):
+        Unfinished(tmp_path / "out", "same", anew=True, by="one")
+
+
+@pytest.mark.parametrize("place", ["", ".", "..", "/"])
+def test_a_place_without_a_name_exists_already(place):
+    for make in (NewFolder, check_output, check_free):
+        with pytest.raises(OutputError, match="exists already"):
+            make(Path(place))
 
 
 def test_choices_that_count_at_the_end_alone_do_not_hinder_going_on(tmp_path):

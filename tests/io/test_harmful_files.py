@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +47,29 @@ def test_a_file_that_was_changed_is_refused_or_still_one_of_its_kind(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         holds()
+
+
+def _hangs(*_: object) -> None:
+    raise AssertionError("it waits for a pipe")
+
+
+OTHERS = [reader for reader in READERS if reader.file != "frames.journal"]
+"""All but what is our own, in a folder that is locked."""
+
+
+@pytest.mark.parametrize("reader", OTHERS, ids=lambda reader: reader.name)
+def test_what_is_no_ordinary_file_is_never_waited_for(reader: Reader, tmp_path: Path) -> None:
+    path, _ = reader.put(tmp_path)
+    path.unlink()
+    os.mkfifo(path)
+    before = signal.signal(signal.SIGALRM, _hangs)
+    signal.alarm(5)
+    try:
+        with suppress(AbsEngineError):
+            reader.read(path)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 ANY = arrays_of.arrays(

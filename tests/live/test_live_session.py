@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 import threading
+import tomllib
 from types import SimpleNamespace
 
 import numpy as np
@@ -159,6 +160,9 @@ def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
     told = json.loads((tmp_path / "run" / "run.json").read_text())["settings"]
     assert (told["video_path"], told["live"]["end"]) == ("recording.mkv", "stopped")
     assert not list((tmp_path / "run").glob("*.journal"))
+    settings = tomllib.loads((tmp_path / "run" / "settings.toml").read_text())
+    assert (settings["delay"], settings["renderer"], settings["learn"]) == (4000.0, "cpu", 0.16)
+    assert settings["live-link"].startswith("127.0.0.1:")
     recording = probe(tmp_path / "run" / "recording.mkv")
     assert recording.frames == len(lines)
     np.testing.assert_allclose(recording.times, run["time"] - run["time"][0], atol=0.03)

@@ -67,7 +67,8 @@ def test_what_is_sent_are_the_weights_that_an_export_has(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
         there.bind(("127.0.0.1", 0))
         there.settimeout(5)
-        with LiveLink(reached(there.getsockname()), SimpleNamespace(setting=toy_setting())) as link:
+        to = reached(f"127.0.0.1:{there.getsockname()[1]}")
+        with LiveLink(to, SimpleNamespace(setting=toy_setting())) as link:
             for frame, posture in enumerate((0, 3)):
                 link.send(Released(None, toy_result(frame, posture), 0.1, 0))
                 sent = decoded(there.recv(1000))[3][-1]

@@ -195,6 +195,8 @@ def test_what_a_scene_may_not_say(text, words):
         ('[[clip]]\nsentence = "a zz"', "clip 'clip-1': there is no viseme 'zz'"),
         ('[[clip]]\nsentence = "demo"\nsay = "a"', "has sentence and say; give one"),
         ("[[clip]]\nrepeat = 0", "no frames"),
+        ("[[clip]]\nrepeat = 1000000000000", "too many for a clip"),
+        ("[[clip]]\nframes = 1000000000000", "too many for a clip"),
         ('[[clip]]\ntextgrid = "none.TextGrid"', "none.TextGrid"),
         ('[[clip]]\narkit = "none.csv"', "none.csv"),
         ("[[clip]]\nmotion = { keys = [{ time = 2 }, { time = 1 }] }", "not in order of time"),
@@ -292,7 +294,7 @@ def test_files_that_are_no_scenes(tmp_path):
         with pytest.raises(error) as caught:
             read_scene(tmp_path / "scene.toml")
         assert "\n" not in str(caught.value)
-    with pytest.raises(InputFileError, match="cannot be read"):
+    with pytest.raises(InputFileError, match="does not exist; check the path of the scene file"):
         read_scene(tmp_path / "none.toml")
 
 

@@ -16,6 +16,7 @@ from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened
 from abs_engine.cli.given_files import check_files
 from abs_engine.cli.progress import Progress
+from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
 from abs_engine.core.registry import DRIVERS
 
 if TYPE_CHECKING:
@@ -31,14 +32,12 @@ Ctrl-C ends the session, and the run is written.
 """
 
 
-def _address(text: str | tuple[str, int]) -> tuple[str, int]:
+def _address(text: str) -> str:
     """HOST:PORT, as Unreal's Live Link Face listens at port 11111."""
-    if isinstance(text, tuple):
-        return text
     host, _, port = text.rpartition(":")
     if not host or not port.isdecimal() or not 0 < int(port) < 65536:
         raise click.BadParameter(f"'{text}' is not HOST:PORT, such as 127.0.0.1:11111")
-    return host, int(port)
+    return text
 
 
 @command(
@@ -47,6 +46,7 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
         "at its own speed, or a URL", type=str, default="0"),
     take.output("RUN", "folder of the results, as 'track' writes it, once the session has ended",
         required=False),
+    settings_option(),
     take.option("--delay", type=take.positive, default=120.0, metavar="MS",
         text="time from a frame to its result; frames not done by then are dropped (default: 120)"),
     take.option("--learn", type=take.positive, metavar="SECONDS",
@@ -69,7 +69,8 @@ def _address(text: str | tuple[str, int]) -> tuple[str, int]:
         text="stdout is JSON, a line for each frame, whether asked for or not"),
     examples="abs-engine live\n"
     "abs-engine live talk.mp4 --renderer cpu > frames.ndjson\n"
-    "abs-engine live rtsp://127.0.0.1:8554/cam -o tracked",
+    "abs-engine live rtsp://127.0.0.1:8554/cam -o tracked\n"
+    "abs-engine live 1 -o again --settings tracked/settings.toml",
     notes=_NOTES,
 )  # fmt: skip
 def live(chosen: Chosen) -> Done:
@@ -126,6 +127,8 @@ def live(chosen: Chosen) -> Done:
         if made is not None and keeper is not None and count:
             facts = {"source": feed.name, "delay": chosen.delay, "dropped": dropped, "end": why}
             keeper.write(options, facts, Progress("writing"))
+            settings = settings_text(live, vars(chosen), chosen.output)
+            (made.work / SETTINGS).write_text(settings, encoding="utf-8")
             made.finish()
             _say(f"wrote {chosen.output}")
     return Done((), status=int(fault))

@@ -14,7 +14,7 @@ from abs_engine.dataset import Truth
 from abs_engine.dataset.coco import box_and_area, keypoint_names, keypoints
 from abs_engine.evaluate.check.finding import Finding
 from abs_engine.evaluate.check.visibility import Reflection, Sight, in_mirror, reflection
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 
 PLACE = 0.02
 """px by which a landmark may be off its projection."""
@@ -175,7 +175,7 @@ def coco_findings(truth: Truth, path: Path, name: str, boxes: Boxes) -> Iterator
         Filled with the box and the area of every frame that has an annotation.
     """
     try:
-        data = parse_json(path.read_text(encoding="utf-8"))
+        data = read_json(path)
         flat = {a["image_id"]: np.array(a["keypoints"], np.float64) for a in data["annotations"]}
         boxes |= {a["image_id"]: (list(a["bbox"]), a["area"]) for a in data["annotations"]}
         names, images = data["categories"][0]["keypoints"], len(data["images"])

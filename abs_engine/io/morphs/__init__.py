@@ -7,7 +7,7 @@ from pathlib import Path
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.inputs import check_file
 from abs_engine.io.morphs.ict import NEUTRAL, read_ict
-from abs_engine.io.morphs.mesh import MorphMesh
+from abs_engine.io.morphs.mesh import MorphMesh, check_mesh
 from abs_engine.io.morphs.obj import read_obj
 
 __all__ = ["MorphMesh", "read_morphs"]
@@ -27,7 +27,7 @@ def read_morphs(path: Path, deltas: Path | None = None) -> MorphMesh:
     InputFileError
         If a file is missing, damaged or of another kind.
     ModelFormatError
-        If a morph target has another number of vertices.
+        If a morph target has another number of vertices, or a number is not finite.
     ParameterError
         If `deltas` is missing for an OBJ, or given beside another file.
     """
@@ -37,6 +37,12 @@ def read_morphs(path: Path, deltas: Path | None = None) -> MorphMesh:
             f"{path} {'needs' if kind == '.obj' else 'takes no'} --deltas",
             "a folder of OBJ files, one for each morph target, goes with an OBJ file",
         )
+    mesh = _read(path, kind, deltas)
+    check_mesh(mesh)
+    return mesh
+
+
+def _read(path: Path, kind: str, deltas: Path | None) -> MorphMesh:
     if path.is_dir():
         check_file(path / NEUTRAL, "give a GLB, an OBJ, or the folder of ICT's face model")
         return read_ict(path)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.io.morphs.gltf_file import GltfFile
 from abs_engine.io.morphs.mesh import MorphMesh
+from abs_engine.io.pictures import decoded
 
 _KINDS = {
     gl.BYTE: np.int8, gl.UNSIGNED_BYTE: np.uint8, gl.SHORT: np.int16, gl.UNSIGNED_SHORT: np.uint16,
@@ -25,7 +26,11 @@ _COLUMNS = {gl.SCALAR: 1, gl.VEC2: 2, gl.VEC3: 3, gl.VEC4: 4}
 _TILE = 512  # pixels a side of each material's share of the texture
 _TRIANGLES = 4  # glTF's number for lists of triangles
 _FLAT = 3  # numbers of a look of one colour
-_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+_OF_INDICES = (gl.UNSIGNED_BYTE, gl.UNSIGNED_SHORT, gl.UNSIGNED_INT)
+_MOST_NUMBERS = 1 << 25
+"""In all arrays of a file together, and in all its morph targets."""
+_MOST_PARTS = 256
+_BROKEN = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError, OverflowError)
 
 
 def read_gltf(path: Path) -> MorphMesh:
@@ -39,14 +44,8 @@ def read_gltf(path: Path) -> MorphMesh:
         If a morph target has another number of vertices than its mesh.
     """
     try:
-        document = gl.GLTF2().load(str(path))
-        if document is None:
-            raise ValueError("nothing was read")
-        packed = [name for name in _UNREAD if name in (document.extensionsRequired or ())]
-        if packed:
-            raise InputFileError(f"{path} is compressed by {packed[0]}", "export it without")
-        return _Reader(path, document).mesh()
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError) as error:
+        return _Reader(path, GltfFile.read(path)).mesh()
+    except _BROKEN as error:
         raise InputFileError(f"{path} is no whole glTF file", "export the head again") from error
 
 
@@ -55,18 +54,24 @@ class _Reader:
     """A document, and what was gathered of its primitives so far."""
 
     path: Path
-    document: gl.GLTF2
+    file: GltfFile
     vertices: list[NDArray[np.float64]] = field(default_factory=list)
     uv: list[NDArray[np.float64]] = field(default_factory=list)
     faces: list[NDArray[np.int64]] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     moved: list[tuple[str, int, NDArray[np.float64]]] = field(default_factory=list)
     looks: list[NDArray[np.uint8] | None] = field(default_factory=list)
-    shared: dict[tuple[int, ...], int] = field(default_factory=dict)
+    shared: dict[int, int] = field(default_factory=dict)
     count: int = 0
+    taken: int = 0
+
+    @property
+    def document(self) -> gl.GLTF2:
+        return self.file.document
 
     def mesh(self) -> MorphMesh:
         for node, world in self._nodes():
+            self.shared.clear()  # another node's copy lies elsewhere
             mesh = self.document.meshes[node.mesh]
             for primitive in mesh.primitives:
                 if primitive.mode in (None, _TRIANGLES):
@@ -75,6 +80,7 @@ class _Reader:
             raise InputFileError(
                 f"{self.path} has no triangles", "give a file with the head's mesh"
             )
+        self._check_size(3 * self.count * len({name for name, *_ in self.moved}))
         targets: dict[str, NDArray[np.float32]] = {}
         for name, first, displaced in self.moved:
             whole = targets.setdefault(name, np.zeros((self.count, 3), np.float32))
@@ -95,9 +101,12 @@ class _Reader:
         children = {child for node in nodes for child in node.children or ()}
         scene = self.document.scenes[self.document.scene or 0] if self.document.scenes else None
         roots = scene.nodes if scene else [k for k in range(len(nodes)) if k not in children]
-        waiting = [(k, np.eye(4)) for k in roots or ()]
+        waiting, left = [(k, np.eye(4)) for k in roots or ()], len(nodes)
         while waiting:
             number, above = waiting.pop(0)
+            left -= 1
+            if left < 0:
+                raise ValueError("a node stands below itself, or below two others")
             node = nodes[number]
             world = above @ _matrix(node)
             waiting += [(child, world) for child in node.children or ()]
@@ -109,14 +118,16 @@ class _Reader:
         if primitive.indices is None:
             corners = np.arange(len(at))
         else:
-            corners = self._array(primitive.indices).ravel().astype(np.int64)
+            corners = self._array(primitive.indices, _OF_INDICES).ravel().astype(np.int64)
         if len(corners) and corners.max() >= len(at):
             raise ValueError("indices of other vertices")
         uv, material = primitive.attributes.TEXCOORD_0, self._material(primitive.material)
-        key = (id(mesh), id(world), primitive.attributes.POSITION)
+        key = primitive.attributes.POSITION
         known = self.shared.get(key) if uv is None else None  # materials may share vertices
         first = self.count if known is None else known
         self.faces.append(corners[: len(corners) // 3 * 3].reshape(-1, 3) + first)
+        if len(self.names) == _MOST_PARTS:
+            raise InputFileError(f"{self.path} has more than {_MOST_PARTS} parts", "join some")
         self.names.append(f"{name} / {material.name if material else ''}")
         self.looks.append(self._look(material))
         if known is not None:
@@ -124,6 +135,8 @@ class _Reader:
         self.shared[key] = first
         self._add_targets(mesh, primitive, at, world[:3, :3])
         own = np.zeros((len(at), 2)) if uv is None else self._array(uv)
+        if own.shape != (len(at), 2):
+            raise ValueError("places on the texture of other vertices")
         own = np.where((own < 0) | (own > 1), own % 1.0, own)  # pictures repeat beyond their edges
         self.uv.append(np.c_[len(self.looks) - 1 + own[:, 0], own[:, 1]])
         self.vertices.append(at @ world[:3, :3].T + world[:3, 3])
@@ -159,16 +172,17 @@ class _Reader:
         return np.asarray(255 * linear ** (1 / 2.2), np.uint8).reshape(1, 1, 3)
 
     def _image(self, image: gl.Image) -> NDArray[np.uint8]:
+        """A picture, no larger than its share of the texture."""
         if image.bufferView is not None:
-            raw = self._view(image.bufferView)
-        elif image.uri.startswith("data:"):
-            raw = base64.b64decode(image.uri.partition(",")[2])
+            raw = bytes(self._view(image.bufferView))
         else:
-            raw = (self.path.parent / image.uri).read_bytes()
-        found = cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_COLOR)
+            raw = self.file.bytes_at(image.uri)
+        found = decoded(raw)
         if found is None:
-            raise ValueError("a texture is no picture")
-        return np.asarray(cv2.cvtColor(found, cv2.COLOR_BGR2RGB), np.uint8)
+            raise ValueError("a texture is no picture, or too large")
+        if max(found.shape) <= _TILE:
+            return found
+        return np.asarray(cv2.resize(found, (_TILE, _TILE), interpolation=cv2.INTER_AREA), np.uint8)
 
     def _tiles(self) -> NDArray[np.uint8] | None:
         """All materials side by side, to which `uv` is brought; None if none has a picture."""
@@ -184,16 +198,30 @@ class _Reader:
             uv[:, 0] /= len(tiles)
         return np.hstack(tiles)
 
-    def _view(self, number: int) -> bytes:
-        view = self.document.bufferViews[number]
-        data = self.document.get_data_from_buffer_uri(self.document.buffers[view.buffer].uri)
-        first = view.byteOffset or 0
-        return bytes(data[first : first + view.byteLength])
+    def _check_size(self, numbers: int) -> None:
+        """Refuse what takes too much memory, before it is taken."""
+        if numbers > _MOST_NUMBERS:
+            raise InputFileError(
+                f"{self.path} has more than {_MOST_NUMBERS / 1e6:.0f} million numbers",
+                "leave out meshes and morph targets that a talking face does not need",
+            )
 
-    def _array(self, number: int) -> NDArray[Any]:
+    def _view(self, number: int) -> memoryview:
+        view = self.document.bufferViews[number]
+        data = self.file.bytes_at(self.document.buffers[view.buffer].uri)
+        first = view.byteOffset or 0
+        if min(first, view.byteLength) < 0 or first + view.byteLength > len(data):
+            raise ValueError("a view reaches beyond its buffer")
+        return memoryview(data)[first : first + view.byteLength]
+
+    def _array(self, number: int, kinds: Collection[int] = _KINDS) -> NDArray[Any]:
         """An accessor's values (N, C), sparse ones filled in."""
         accessor = self.document.accessors[number]
+        if accessor.componentType not in kinds:
+            raise ValueError("an accessor of another kind")
         kind, columns = np.dtype(_KINDS[accessor.componentType]), _COLUMNS[accessor.type]
+        self.taken += accessor.count * columns
+        self._check_size(self.taken)
         if accessor.bufferView is None:
             out = np.zeros((accessor.count, columns), kind)
         else:
@@ -204,6 +232,8 @@ class _Reader:
             )  # fmt: skip
         if accessor.sparse is not None:
             places, values = accessor.sparse.indices, accessor.sparse.values
+            if places.componentType not in _OF_INDICES:
+                raise ValueError("a sparse accessor whose places are no whole numbers")
             kind_of_places = np.dtype(_KINDS[places.componentType])
             count = accessor.sparse.count
             at = _rows(self._view(places.bufferView), places.byteOffset or 0, count, 1,
@@ -218,7 +248,7 @@ class _Reader:
 
 
 def _rows(
-    raw: bytes, first: int, count: int, columns: int, kind: Any, stride: int | None = None
+    raw: memoryview, first: int, count: int, columns: int, kind: Any, stride: int | None = None
 ) -> NDArray[Any]:
     """Rows (N, C) of numbers, which others may lie between."""
     width = columns * kind.itemsize

@@ -14,13 +14,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import InputFileError, ModelFormatError
+from abs_engine.core.errors import InputFileError
+from abs_engine.io.arrays import check_arrays, real, text
 from abs_engine.io.morphs.mesh import MorphMesh, displacement
 from abs_engine.io.morphs.obj import read_obj, tiled
 from abs_engine.io.npz import read_arrays
 
 NEUTRAL, ARCHIVE = "generic_neutral_mesh.obj", "ict_face_model.npz"
 _IDENTITY = "identity"
+_SINGLE = np.float32
 _TILES, _EYES = 7, ("M_ScleraLeft", "M_ScleraRight")
 
 
@@ -68,16 +70,14 @@ _Targets = dict[str, NDArray[np.float32]]
 
 
 def _of_archive(path: Path, neutral: NDArray[np.float64]) -> tuple[_Targets, _Targets]:
-    data = read_arrays(path)
-    try:
-        names = [str(name) for name in data["expression_names"]]
-        moved = np.asarray(data["expression_deltas"], np.float32)
-        people = np.asarray(data["identity_deltas"], np.float32)
-        pairs = list(zip(names, moved, strict=True))
-    except (KeyError, ValueError) as error:
-        raise ModelFormatError(
-            f"{path} is no archive of ICT's face model", "leave it out and give the OBJ files"
-        ) from error
+    v = len(neutral)
+    layout = {
+        "expression_names": text("names"), "expression_deltas": real("names", v, 3, dtype=_SINGLE),
+        "identity_deltas": real("people*", v, 3, dtype=_SINGLE),
+    }  # fmt: skip
+    data = check_arrays(path, read_arrays(path), layout, "leave it out and give the OBJ files")
+    people = data["identity_deltas"]
+    pairs = zip(data["expression_names"].tolist(), data["expression_deltas"], strict=True)
     none = np.zeros_like(neutral)
     named = [(f"{_IDENTITY}{k:03d}", d) for k, d in enumerate(people)]
     expressions, identity = (

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
+from abs_engine.io.inputs import MOST
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,19 @@ class MorphMesh:
         if self.uv is not None:
             out[self.faces] = self.uv
         return out
+
+
+def check_mesh(mesh: MorphMesh) -> None:
+    """Raise `ModelFormatError` where a number of it is not finite, or no length of a head."""
+    arrays: dict[str, Any] = {"vertices": mesh.vertices, **mesh.targets, **mesh.components}
+    if mesh.uv is not None:
+        arrays["places on the texture"] = mesh.uv
+    for name, values in arrays.items():
+        if not (np.abs(values) <= MOST).all():
+            raise ModelFormatError(
+                f"'{name}' of {mesh.source} holds NaN, infinity or numbers beyond {MOST:g}",
+                "export the head again",
+            )
 
 
 def displacement(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.io.inputs import check_file, to_number
 from abs_engine.io.morphs.mesh import MorphMesh, displacement
 
 _PARTS = ("g", "o", "usemtl")
@@ -54,9 +55,10 @@ def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str]
         if word in now:
             now[word] = rest.strip()
         elif word == "f":
-            corners.append(_corners(path, rest, len(places)))
+            at, on_texture = _corners(path, rest, len(places))
+            corners.append(at)
             parts.append(" / ".join(name for name in now.values() if name))
-            seen.append([int(f"{c}/".split("/")[1] or 0) for c in rest.split()])
+            seen.append(on_texture)
     if not corners:
         raise InputFileError(f"{path} has no faces", "give an OBJ file of a mesh")
     return places, corners, parts, seen
@@ -66,7 +68,8 @@ def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
     """Places (F, 3, 2) on a texture, in its tiles."""
     rows = [line.split()[1:3] for line in _lines(path) if line.startswith("vt ")]
     try:
-        places = np.array([["0", "0"], *rows], np.float32)[corners]
+        numbers = [[0.0, 0.0], *([to_number(cell) for cell in row] for row in rows)]
+        places = np.array(numbers, np.float32).reshape(len(numbers), 2)[corners]
     except (ValueError, IndexError) as error:
         raise InputFileError(
             f"{path} has a wrong place on its texture", "export it again"
@@ -81,6 +84,7 @@ def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _lines(path: Path) -> list[str]:
+    check_file(path, "give an OBJ file")
     try:
         return path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
@@ -90,7 +94,7 @@ def _lines(path: Path) -> list[str]:
 def _places(path: Path, lines: Sequence[str]) -> NDArray[np.float64]:
     try:
         rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
-        places = np.array(rows, np.float64).reshape(-1, 3)
+        places = np.array([[to_number(cell) for cell in row] for row in rows]).reshape(len(rows), 3)
     except ValueError as error:
         raise InputFileError(f"{path} has a vertex that is no place", "export it again") from error
     if not len(places):
@@ -98,16 +102,20 @@ def _places(path: Path, lines: Sequence[str]) -> NDArray[np.float64]:
     return places
 
 
-def _corners(path: Path, rest: str, count: int) -> list[int]:
-    """Vertices of a polygon, from 0; `OBJ` counts from 1, or backwards from the last one."""
+def _corners(path: Path, rest: str, count: int) -> tuple[list[int], list[int]]:
+    """Vertices of a polygon, from 0, and its places on the texture, from 1, 0 for none.
+
+    `OBJ` counts from 1, or backwards from the last one.
+    """
     try:
-        numbers = [int(corner.split("/")[0]) for corner in rest.split()]
+        cells = [f"{corner}/".split("/") for corner in rest.split()]
+        numbers, seen = ([int(cell[k] or 0) for cell in cells] for k in (0, 1))
     except ValueError:
-        numbers = []
+        numbers = seen = []
     out = [n - 1 if n > 0 else count + n for n in numbers]
-    if len(out) < 3 or min(out) < 0 or max(out) >= count:
+    if len(out) < 3 or 0 in numbers or min(out) < 0 or max(out) >= count:
         raise InputFileError(f"{path} has a face 'f {rest}' of other vertices", "export it again")
-    return out
+    return out, seen
 
 
 def _triangles(polygons: Sequence[Sequence[int]]) -> tuple[NDArray[np.int32], list[int]]:

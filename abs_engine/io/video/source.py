@@ -59,7 +59,7 @@ def check_readable(path: Path) -> None:
             raise InputFileError(f"{path} is not an ordinary file", "give a video file")
         with path.open("rb"):
             pass
-    except (FileNotFoundError, NotADirectoryError) as error:
+    except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # no name holds a NUL
         raise InputFileError(f"{path} does not exist", "check the path of the video") from error
     except OSError as error:
         raise InputFileError(

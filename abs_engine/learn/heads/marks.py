@@ -14,6 +14,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.io.arrays import of_json
+from abs_engine.io.inputs import MOST
 from abs_engine.learn.heads.table import MARKS, SIXTY_EIGHT
 
 _LEAST = {"outer_lip": 4, "inner_lip": 4, "nose_tip": 1, "chin": 1, "eye_corners": 4}
@@ -74,10 +76,10 @@ def _vertices(name: str, entries: Sequence[Any], vertices: FloatArray) -> IntArr
     """Vertices by their numbers, or the nearest to places."""
     out = []
     for entry in entries:
-        place = np.asarray(entry)
+        place = of_json(entry)
         if place.dtype.kind in "iu" and place.ndim == 0 and 0 <= int(place) < len(vertices):
             out.append(int(place))
-        elif place.dtype.kind in "iuf" and place.shape == (3,):
+        elif place.dtype.kind in "iuf" and place.shape == (3,) and (abs(place) <= MOST).all():
             out.append(int(((vertices - place) ** 2).sum(axis=1).argmin()))
         else:
             raise ParameterError(

@@ -78,7 +78,7 @@ def read_table(path: Path) -> HeadTable:
         _known(path, "length", [str(data["length"])], UNITS)
     return HeadTable(
         data.get("length"),
-        {k: (v,) if isinstance(v, str) else tuple(map(str, v)) for k, v in units.items()},
+        {k: tuple(map(str, v if isinstance(v, list) else [v])) for k, v in units.items()},
         {str(k): str(v) for k, v in regions.items()},
         {k: v if isinstance(v, list) else [v] for k, v in parts["landmarks"].items()},
         *({str(k): path.parent / str(v) for k, v in parts[name].items()} for name in _FILES),

@@ -12,7 +12,7 @@ from typing import Any
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.scene import Renderer
 from abs_engine.io.assets import Speaker
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.io.naming import settle
 
 
@@ -154,7 +154,7 @@ class Report:
 def _stage(path: Path) -> dict[str, Any]:
     """Results of a finished stage."""
     try:
-        told = parse_json(path.read_text(encoding="utf-8"), gaps=True)
+        told = read_json(path, gaps=True)
         return {name: told[name] for name in _STAGE}
     except (ValueError, LookupError, TypeError) as error:
         raise InputFileError(f"{path} is no part of a run", "remove it") from error

@@ -7,7 +7,7 @@ from typing import Any
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.sums import digest
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 from abs_engine.io.video import probe
 from abs_engine.report.inspect.runs import RunHead
 from abs_engine.report.same_clip import video_sum
@@ -87,7 +87,7 @@ def _named(folder: Path) -> tuple[Path, str]:
 def _summary(folder: Path) -> dict[str, Any]:
     """Content of ``run.json``; nothing where there is none that can be read."""
     try:
-        told = parse_json((folder / SUMMARY).read_text(encoding="utf-8"))
+        told = read_json(folder / SUMMARY)
     except (OSError, ValueError):
         return {}
     return told if isinstance(told, dict) else {}

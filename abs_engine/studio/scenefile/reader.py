@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
-from abs_engine.io.inputs import MOST, parse_toml
+from abs_engine.io.inputs import MOST, check_file, parse_toml
 from abs_engine.studio.scenefile.scene import FORMAT, VERSION, SceneFile
 
 OTHER_NAMES: dict[str, tuple[str, ...]] = {
@@ -53,6 +53,7 @@ def read_scene(path: Path) -> SceneFile:
     ParameterError
         If a key is unknown (the nearest is named), missing, or has a wrong value.
     """
+    check_file(Path(path), "check the path of the scene file")
     try:
         text = Path(path).read_bytes().decode("utf-8")
     except OSError as error:

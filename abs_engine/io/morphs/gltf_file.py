@@ -1,0 +1,104 @@
+"""glTF files: what their JSON says, and the bytes that it names, which stay in their folder."""
+
+from __future__ import annotations
+
+import base64
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import unquote_to_bytes
+
+import pygltflib as gl
+
+from abs_engine.core.errors import InputFileError
+from abs_engine.io.inputs import check_file, parse_json
+
+_GLB, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
+_HEAD, _CHUNK = 12, 8
+"""Bytes before the chunks of a GLB, and before the content of each."""
+_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+
+
+@dataclass(frozen=True)
+class GltfFile:
+    """A document, and the bytes that go with it.
+
+    Parameters
+    ----------
+    folder : Path
+    document : pygltflib.GLTF2
+    binary : bytes
+        The file's own bytes, of a GLB.
+    """
+
+    folder: Path
+    document: gl.GLTF2
+    binary: bytes
+    _known: dict[str, bytes] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path) -> GltfFile:
+        """Read a GLB or glTF file.
+
+        Raises
+        ------
+        ValueError, TypeError, OSError
+            If it is damaged.
+        InputFileError
+            If it is not there, too large, or compressed.
+        """
+        check_file(path)
+        content = path.read_bytes()
+        is_glb = path.suffix.lower() == ".glb"
+        text, binary = _chunks(content) if is_glb else (content, b"")
+        told = parse_json(text.decode("utf-8"))
+        if not isinstance(told, dict):
+            raise ValueError("no document")
+        packed = [name for name in _UNREAD if name in (told.get("extensionsRequired") or ())]
+        if packed:
+            raise InputFileError(f"{path} is compressed by {packed[0]}", "export it without")
+        document = gl.GLTF2.from_json(json.dumps(told), infer_missing=True)
+        return cls(path.parent, document, binary)
+
+    def bytes_at(self, uri: str | None) -> bytes:
+        """Bytes that the document names: its own, or those of a file beside it or below.
+
+        Raises
+        ------
+        ValueError, OSError, InputFileError
+            If there is no such file, or it lies elsewhere.
+        """
+        if uri is None:
+            return self.binary
+        if uri not in self._known:
+            self._known[uri] = _of_data(uri) if uri.startswith("data:") else self._beside(uri)
+        return self._known[uri]
+
+    def _beside(self, uri: str) -> bytes:
+        place = (self.folder / unquote_to_bytes(uri).decode("utf-8")).resolve()
+        if not place.is_relative_to(self.folder.resolve()):
+            raise ValueError(f"{uri} lies elsewhere")
+        check_file(place)
+        return place.read_bytes()
+
+
+def _of_data(uri: str) -> bytes:
+    head, _, body = uri.partition(",")
+    if not head.endswith(";base64"):
+        raise ValueError("data that are not in base64")
+    return base64.b64decode(body)
+
+
+def _chunks(content: bytes) -> tuple[bytes, bytes]:
+    """JSON and bytes of a GLB; chunks of other kinds are left out."""
+    found, at, end = dict[bytes, bytes](), _HEAD, int.from_bytes(content[8:_HEAD], "little")
+    if content[:4] != _GLB or end > len(content):
+        raise ValueError("no GLB, or cut off")
+    while at < end:
+        size = int.from_bytes(content[at : at + 4], "little")
+        kind, at = content[at + 4 : at + _CHUNK], at + _CHUNK
+        if at + size > end:
+            raise ValueError("a chunk reaches beyond the end")
+        found.setdefault(kind, content[at : at + size])
+        at += size
+    return found[_JSON], found.get(_BIN, b"")
