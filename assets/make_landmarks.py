@@ -135,9 +135,10 @@ def main() -> int:
     folder = parser.parse_args().output
     speaker = load_speaker()
     mirror = learn_mirror(speaker)
-    (folder.parent / "detector" / "landmark_mirror.json").write_text(
-        json.dumps(mirror, separators=(",", ":")) + "\n"
-    )
+    detector = folder.parent / "detector"
+    for place in (folder, detector):
+        place.mkdir(parents=True, exist_ok=True)
+    (detector / "landmark_mirror.json").write_text(json.dumps(mirror, separators=(",", ":")) + "\n")
     found = learn_correspondence(speaker, list(all_sightings(speaker)))
     people, seen = zip(*strangers(speaker), strict=True)
     off = np.stack([off_of(found.corners, found.weights, s) for s in seen])
