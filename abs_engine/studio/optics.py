@@ -140,8 +140,8 @@ def backdrop(camera: Camera, background: Background, seed: int = 0) -> Floats:
         image = cv2.resize(
             read_image(Path(background.picture)), (width, height), interpolation=cv2.INTER_AREA
         )
-        at = grid.astype(np.float32)
-        seen = cv2.remap(image, at, np.empty(0), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
+        x, y = (np.ascontiguousarray(grid[..., k], np.float32) for k in range(2))
+        seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
         return np.asarray(seen, np.float32)
     low, aside = place[..., 1:], 2 * place[..., :1] - 1
     ends = np.array([background.top, background.bottom], np.float32)

@@ -102,8 +102,8 @@ def test_postures_are_plausible():
 
 def test_pooled_moments_are_those_of_both_kinds_together():
     rng = np.random.default_rng(0)
-    one, other = rng.normal(0, 1, (500, 3)), rng.normal(2, 3, (500, 3))
-    pooled = Postures.of(one).pooled(Postures.of(other))
+    one, other = rng.normal(0, 1, (500, 3)), rng.normal(2, 3, (1500, 3))
+    pooled = Postures.of(one).pooled(Postures.of(other), 0.25)
     together = np.concatenate([one, other])
     np.testing.assert_allclose(pooled.mean, together.mean(axis=0))
     np.testing.assert_allclose(pooled.covariance, np.cov(together.T, bias=True), rtol=5e-3)

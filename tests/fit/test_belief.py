@@ -40,7 +40,7 @@ def test_a_gaussian_gives_its_own_covariance(monkeypatch):
         monkeypatch.setattr(f"abs_engine.fit.belief.{name}", Unknown())
     monkeypatch.setattr("abs_engine.fit.belief.ROTATION", (Unknown(),) * 3)
     rng = np.random.default_rng(0)
-    root = 8 * (rng.normal(size=(N, N)) + 3 * np.eye(N))
+    root = 16 * (rng.normal(size=(N, N)) + 3 * np.eye(N))
     made, x = told(root @ root.T)
     found = belief_of(made, FACE, x)
     draws = rng.multivariate_normal(x, np.linalg.inv(root @ root.T), 4000)

@@ -20,6 +20,9 @@ class ShapeSettings:
     one_sided : float, share of the postures
         In which one side of a pair takes less part than the other, as in a smirk. Chosen with
         `expression_modes`.
+    recorded : float, share of the postures
+        That are a real person's; see `mouth`. Chosen of 0, 0.2 and 0.5 on p01 to p08 of the
+        strangers' clips and the demo: TODO
     widest_jaw : float, weight of `jawOpen`
         Beyond which it is yawning, not speech. Not measured.
     mouth_reach : float, mm
@@ -72,6 +75,7 @@ class ShapeSettings:
     expression_modes: int = 20
     reach: float = 85.0
     one_sided: float = 0.4
+    recorded: float = 0.2
     widest_jaw: float = 0.55
     mouth_reach: float = 30.0
     mouth_far: float = 2.5

@@ -46,10 +46,10 @@ _PRESSING = {
 def mouth_shape(
     speaker: Speaker, neutral: NDArray[np.float32], n_modes: int, seed: int = 0
 ) -> LinearShape:
-    """Principal components over a real person's mouth postures and as many that are authored.
+    """Principal components over mouth postures of a real person and others that are authored.
 
-    The recorded ones are large and move together as a face does; the authored ones have every
-    action of speech, closures and one-sided ones among them.
+    The recorded ones, a share `SHAPE.recorded`, are large and move together as a face does; the
+    authored ones have every action of speech, closures and one-sided ones among them.
 
     Parameters
     ----------
@@ -67,7 +67,8 @@ def mouth_shape(
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)
-    postures = recorded_postures(names).pooled(Postures.of(sample_postures(4000, seed)))
+    authored = Postures.of(sample_postures(4000, seed))
+    postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
     return principal_shapes(neutral, units, postures, n_modes, _importance(speaker))
 
 

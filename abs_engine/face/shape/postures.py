@@ -1,4 +1,4 @@
-"""How people move their mouths: moments of recorded and of authored postures."""
+"""Moments of postures, recorded or authored: how people move their mouths."""
 
 from __future__ import annotations
 
@@ -38,11 +38,13 @@ class Postures:
         """Moments of postures (S, N)."""
         return cls(samples.mean(axis=0), np.cov(samples, rowvar=False))
 
-    def pooled(self, other: Postures) -> Postures:
-        """Moments of postures of which half are of one kind, half of the other."""
-        apart = self.mean - other.mean
-        within = 0.5 * (self.covariance + other.covariance)
-        return Postures(0.5 * (self.mean + other.mean), within + 0.25 * np.outer(apart, apart))
+    def pooled(self, other: Postures, share: float) -> Postures:
+        """Moments of postures of which a share, 0 to 1, are these and all else the others."""
+        apart, rest = self.mean - other.mean, 1.0 - share
+        within = share * self.covariance + rest * other.covariance
+        return Postures(
+            share * self.mean + rest * other.mean, within + share * rest * np.outer(apart, apart)
+        )
 
 
 def recorded_postures(names: Sequence[str], path: Path | None = None) -> Postures:
