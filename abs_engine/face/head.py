@@ -136,13 +136,15 @@ class MouthModel:
 
     def whole(self, person: FloatArray) -> NDArray[np.float32]:
         """The whole head (V, 3), mm, of a person (Q,) in posture 0, the average of speech."""
-        moved = np.tensordot(person, self.person_modes, 1)
-        return np.asarray(self.expression.mean + moved, np.float32)
+        return np.asarray(self.expression.mean + self._own(person), np.float32)
 
     def at_rest(self, person: FloatArray) -> NDArray[np.float32]:
         """The whole head (V, 3), mm, of a person (Q,) without expression."""
-        moved = np.tensordot(person, self.person_modes, 1)
-        return np.asarray(self.head.mean + moved, np.float32)
+        return np.asarray(self.head.mean + self._own(person), np.float32)
+
+    def _own(self, person: FloatArray) -> NDArray[np.float64]:
+        """How a person (Q,) differs from the average, (V, 3) mm."""
+        return np.asarray(np.tensordot(person, self.person_modes, 1))
 
     def held(self, person: FloatArray) -> Scene:
         """The scene with the person modes fixed at `person` (Q,): P modes remain."""

@@ -12,7 +12,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.io.arrays import check_arrays, of_json, real, text
 from abs_engine.io.assets import shipped
-from abs_engine.io.inputs import parse_json
+from abs_engine.io.inputs import read_json
 
 FORMAT, VERSION = "abs_engine.postures", 1
 RECORDED = "postures/recorded.json"
@@ -66,7 +66,7 @@ def recorded_postures(names: Sequence[str], path: Path | None = None) -> Posture
     """
     path = shipped(RECORDED) if path is None else path
     try:
-        read = parse_json(path.read_text(encoding="utf-8"))
+        read = read_json(path)
         kind = (read["format"], read["version"])
         given = {k: of_json(read[k]) for k in ("unit_names", "mean", "covariance")}
     except (OSError, ValueError, KeyError, TypeError) as error:

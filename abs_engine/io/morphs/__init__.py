@@ -7,7 +7,7 @@ from pathlib import Path
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.inputs import check_file
 from abs_engine.io.morphs.ict import NEUTRAL, read_ict
-from abs_engine.io.morphs.mesh import MorphMesh, check_mesh
+from abs_engine.io.morphs.mesh import MorphMesh, check_numbers
 from abs_engine.io.morphs.obj import read_obj
 
 __all__ = ["MorphMesh", "read_morphs"]
@@ -38,7 +38,7 @@ def read_morphs(path: Path, deltas: Path | None = None) -> MorphMesh:
             "a folder of OBJ files, one for each morph target, goes with an OBJ file",
         )
     mesh = _read(path, kind, deltas)
-    check_mesh(mesh)
+    check_numbers(mesh)
     return mesh
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import ModelFormatError
-from abs_engine.io.inputs import MOST
+from abs_engine.io.arrays import check_arrays, real
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,17 +80,13 @@ class MorphMesh:
         return out
 
 
-def check_mesh(mesh: MorphMesh) -> None:
+def check_numbers(mesh: MorphMesh) -> None:
     """Raise `ModelFormatError` where a number of it is not finite, or no length of a head."""
-    arrays: dict[str, Any] = {"vertices": mesh.vertices, **mesh.targets, **mesh.components}
+    arrays: dict[str, NDArray[Any]] = {"vertices": mesh.vertices, **mesh.targets, **mesh.components}
     if mesh.uv is not None:
         arrays["places on the texture"] = mesh.uv
-    for name, values in arrays.items():
-        if not (np.abs(values) <= MOST).all():
-            raise ModelFormatError(
-                f"'{name}' of {mesh.source} holds NaN, infinity or numbers beyond {MOST:g}",
-                "export the head again",
-            )
+    layout = {name: real(*values.shape, dtype=values.dtype) for name, values in arrays.items()}
+    check_arrays(Path(mesh.source), arrays, layout, "export the head again")
 
 
 def displacement(
