@@ -143,7 +143,7 @@ class MouthModel:
         return np.asarray(self.head.mean + self._own(person), np.float32)
 
     def _own(self, person: FloatArray) -> NDArray[np.float64]:
-        """How a person (Q,) differs from the average, (V, 3) mm."""
+        """Differences of a person (Q,) from the average, (V, 3) mm."""
         return np.asarray(np.tensordot(person, self.person_modes, 1))
 
     def held(self, person: FloatArray) -> Scene:
