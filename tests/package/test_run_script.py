@@ -48,6 +48,8 @@ class SimulatedMachine(bootstrap.Machine):
             python = self.venv / "bin/python"
             python.parent.mkdir(parents=True, exist_ok=True)
             python.touch()
+        if "-m uv" in line and "uv" in self.cannot_install:
+            return 2, "no network"
         if "-m pip" in line:
             (self.venv / "half-installed").touch()
             if self.interrupt_pip:
@@ -109,11 +111,12 @@ def test_without_rights_the_one_line_to_type_is_given_and_nothing_made(tmp_path,
 def test_with_rights_everything_is_installed_in_order(tmp_path):
     machine = SimulatedMachine(tmp_path, rights=True, lacks=["ensurepip", *NO_GL])
     bootstrap.prepare(machine, dev=False)
-    update, install, venv, pip = machine.commands
+    update, install, venv, pip, uv = machine.commands
     assert update.endswith("update")
     assert install.endswith(f"install -y --no-install-recommends {ALL_PACKAGES}")
     assert "-m venv" in venv
-    assert pip.endswith("-e .")
+    assert pip.endswith("install --quiet uv")
+    assert uv.endswith("-c constraints.txt -b constraints.txt -e .")
     assert bootstrap.is_ready(machine, dev=False)
 
 
@@ -204,6 +207,14 @@ def test_somebody_elses_environment_is_left_alone(tmp_path):
         bootstrap.prepare(machine, dev=False)
     assert theirs.read_text() == "theirs"
     assert machine.commands == []
+
+
+def test_pip_installs_where_uv_cannot(tmp_path):
+    machine = SimulatedMachine(tmp_path, rights=True)
+    machine.cannot_install.add("uv")
+    bootstrap.prepare(machine, dev=False)
+    assert machine.commands[-1].endswith("-m pip install --quiet -e .")
+    assert bootstrap.is_ready(machine, dev=False)
 
 
 def test_failed_pip_shows_its_message_and_leaves_no_stamp(tmp_path):
@@ -299,7 +310,7 @@ def test_a_stop_is_told_in_lines_and_not_in_a_traceback(tmp_path, capsys):
 def test_linters_all_run_although_one_complains(tmp_path, capsys):
     machine = SimulatedMachine(tmp_path, rights=False)
     machine.run = lambda command: (int("mypy" in str(command[0])), "a complaint")
-    assert bootstrap.lint(machine) == 1
+    assert bootstrap.lint(bootstrap.check(machine)) == 1
     shown = capsys.readouterr().out
     assert shown.count(": ok") == len(bootstrap.LINTERS) - 1
     assert "mypy: FAILED\na complaint" in shown
