@@ -8,6 +8,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame, parted
+from abs_engine.face.appearance.chroma import CHROMA_REACH
 from abs_engine.face.appearance.colour import MouthPlace
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.settings import HEAD_FIT
@@ -53,7 +54,8 @@ def mouth_place(
         )
         for side, sure in ((-1.0, PREPARATION.sure_within), (1.0, PREPARATION.sure_beyond))
     )
-    return MouthPlace(_upper_share(window, line), within, beyond)
+    mixing = max(1.0, CHROMA_REACH * window.scale)
+    return MouthPlace(_upper_share(window, line), within, beyond, mixing)
 
 
 def _outside(window: Window, outline: FloatArray) -> FloatArray:

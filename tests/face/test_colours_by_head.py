@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.face.appearance import colour as colour_room
+from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, MouthPlace, features
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
 
@@ -259,6 +261,32 @@ def test_each_lip_is_compared_with_its_own_colours():
     }
     assert told["upper", 1.0] > told["upper", 0.0]
     assert told["lower", 0.0] > told["lower", 1.0]
+
+
+def teeth_begin(edge, mixing=2.0):
+    """Row, to a fraction, from which on there are teeth below a dark lip, as they are seen.
+
+    In a video that keeps one chroma for 2x2 pixels, with teeth from row `edge` on.
+    """
+    rows = np.array([SKIN] * 8 + [LIPS] * (edge - 11) + [(120, 56, 60)] * 3 + [TEETH] * 20, float)
+    wide = cv2.GaussianBlur(np.tile(rows[:, None], (1, 16, 1)), (0, 0), 0.7)
+    split = cv2.cvtColor(np.uint8(np.rint(wide)), cv2.COLOR_RGB2YCrCb)
+    split = split[: len(split) // 2 * 2]
+    coarse = cv2.resize(split[..., 1:], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    split[..., 1:] = coarse.repeat(2, axis=0).repeat(2, axis=1)
+    video = cv2.cvtColor(split, cv2.COLOR_YCrCb2RGB)
+    place = MouthPlace(*(np.full(video.shape[:2], v) for v in (1.0, 1.0, 0.0)), mixing)
+    lips = red().probabilities(matched(video), 0.0, place)[CLASSES.index("lips")]
+    return 8 + float(lips[8 : edge + 10, 8].sum())
+
+
+def test_dark_lips_are_lips_beside_teeth_whose_chroma_they_take_on(monkeypatch):
+    edges = range(24, 32)
+    off = np.array([teeth_begin(edge) - edge for edge in edges])
+    none = replace(colour_room.COLOURS, beside_teeth_part=0.0)
+    monkeypatch.setattr(colour_room, "COLOURS", none)
+    before = np.array([teeth_begin(edge) - edge for edge in edges])
+    assert abs(off.mean()) < 0.5 * abs(before.mean())
 
 
 @pytest.mark.parametrize(

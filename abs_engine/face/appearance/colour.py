@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
+from abs_engine.face.appearance.colour_prior import beside_teeth, lit_teeth
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.io.arrays import Layout, real, truth
@@ -83,11 +85,14 @@ class MouthPlace:
         How probably a lip that is seen there would be the upper one.
     within, beyond
         How surely the pixel lies within the outline of the lips, and outside of it.
+    mixing : float, px
+        Over which a video's coarse chroma mixes neighbours' colours.
     """
 
     upper: FloatArray
     within: FloatArray
     beyond: FloatArray
+    mixing: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +189,11 @@ class ColourClasses:
         """The classes' weighted densities (4, N) with what the place of the mouth says."""
         skin, lips, teeth, dark = likelihood
         if self.lips_apart:
-            above, below = (self.mixtures[name].density(samples) for name in EACH_LIP)
+            beside = self._beside_teeth(likelihood, samples, place)
+            above, below = (
+                (1 - beside) * self.mixtures[name].density(samples) + beside * pale.density(samples)
+                for name, pale in zip(EACH_LIP, self._lips_beside_teeth, strict=True)
+            )
             upper = place.upper.ravel()
             lips = float(self.priors[CLASSES.index("lips")]) * (upper * above + (1 - upper) * below)
         middle = self.mixtures["dark"].means[0]
@@ -195,6 +204,25 @@ class ColourClasses:
         teeth = teeth + COLOURS.pale_teeth * within * skin
         skin = skin * (1 - within)
         return np.stack([skin, lips * elsewhere, teeth * elsewhere, dark * elsewhere])
+
+    def _beside_teeth(
+        self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace
+    ) -> FloatArray:
+        """Probability that a lip shown at a pixel (N,) has taken on the chroma of teeth beside it.
+
+        That is so of a share of those that are as near to bright teeth as chroma mixes.
+        """
+        bright = lit_teeth(self.mixtures["teeth"], samples) * likelihood[CLASSES.index("teeth")]
+        seen = bright / np.maximum(likelihood.sum(axis=0), 1e-300)
+        across = 2 * round(place.mixing) + 1
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
+        near = cv2.dilate(seen.reshape(place.upper.shape), disc)
+        return np.asarray(COLOURS.beside_teeth_part * near.ravel(), np.float64)
+
+    @cached_property
+    def _lips_beside_teeth(self) -> list[Mixture]:
+        """Each lip where it has taken on chroma of teeth."""
+        return [beside_teeth(self.mixtures[name], self.mixtures["teeth"]) for name in EACH_LIP]
 
     def _lowest_peak(self) -> float:
         """Peak density of the least dense of skin, lips and the mouth's inside."""

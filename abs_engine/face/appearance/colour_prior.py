@@ -40,9 +40,33 @@ def with_shade(lips: Mixture) -> Mixture:
     )
 
 
+def beside_teeth(lips: Mixture, teeth: Mixture) -> Mixture:
+    """Lips, of `with_shade`, where they touch teeth, `TEETH` of `inside_guess` or learned from it.
+
+    Video keeps chroma at half the resolution of luminance, so that the dark edge of a lip takes on
+    the chroma of bright teeth beside it, and looks as teeth in shade do: an opening would seem a
+    pixel higher than it is.
+    """
+    own, lit = (m.part(slice(0, max(1, len(m.weights) - 1))).as_one() for m in (lips, teeth))
+    paler = COLOURS.beside_teeth_way * (lit.means[0] - own.means[0]) * [1, 1, 0]
+    darker = np.array([0.0, 0.0, COLOURS.beside_teeth_darker])
+    spread = own.covariances + 0.25 * np.outer(paler, paler) + np.outer(darker, darker)
+    return Mixture(np.ones(1), own.means + paler - darker, spread)
+
+
+def lit_teeth(teeth: Mixture, samples: FloatArray) -> FloatArray:
+    """Probability that teeth (N,), of the same, are not in shade."""
+    return _all_but_last(teeth, samples)
+
+
 def lit_share(lips: Mixture, samples: FloatArray) -> FloatArray:
     """Probability that lips (N,), of `with_shade`, are not in their own shade."""
-    parts = lips.densities(samples)
+    return _all_but_last(lips, samples)
+
+
+def _all_but_last(mixture: Mixture, samples: FloatArray) -> FloatArray:
+    """Probability (N,) that samples of a mixture are not of its last component."""
+    parts = mixture.densities(samples)
     return np.asarray(1 - parts[:, -1] / np.maximum(parts.sum(axis=1), 1e-300))
 
 

@@ -59,6 +59,13 @@ class Mixture:
         weights = self.weights[some]
         return Mixture(weights / weights.sum(), self.means[some], self.covariances[some])
 
+    def as_one(self) -> Mixture:
+        """One Gaussian with the mixture's mean and covariance."""
+        mean = self.weights @ self.means
+        away = self.means - mean
+        within = np.tensordot(self.weights, self.covariances, 1)
+        return Mixture(np.ones(1), mean[None], (within + (self.weights * away.T) @ away)[None])
+
     def anchored(
         self, samples: FloatArray, weight: FloatArray, anchor: Mixture, strength: float
     ) -> Mixture:
