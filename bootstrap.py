@@ -16,11 +16,12 @@ import importlib.util
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NoReturn
@@ -38,6 +39,7 @@ OSMESA_PACKAGE = "libosmesa6"  # Mesa 25.1 dropped it: tested where it exists, n
 BROWSER = ("chromium", "chromedriver")  # what opens the report in its tests, never required
 BROWSER_PACKAGES = ("chromium", "chromium-driver")
 CONSTRAINTS = "constraints.txt"
+OTHER_REGISTRY = r"[.](index-url|no-index)="  # in what `pip config list` prints
 VENV_PACKAGE = f"python3.{sys.version_info.minor}-venv"
 
 # In a process of its own: a driver may crash, and this one has no moderngl.
@@ -108,6 +110,10 @@ class Machine:
             check=False,
         )
         return done.returncode, done.stdout
+
+    def show(self, command: Sequence[str]) -> int:
+        """Run a command in the repository that prints by itself; its exit status."""
+        return subprocess.run(command, cwd=self.root, check=False).returncode
 
     def can_make_venv(self) -> bool:
         """Whether this Python has `ensurepip`, which Debian keeps in a package of its own."""
@@ -238,12 +244,13 @@ def make_environment(machine: Machine, dev: bool) -> None:
 
 
 def install_into(machine: Machine, project: str) -> tuple[int, str]:
-    """Install the project into `.venv`; pip's exit status and output.
+    """Install the project into `.venv`; the installer's exit status and output.
 
-    uv does it in a fifth of pip's time. pip does it where uv cannot, which does not read pip's
-    settings: those name the registry behind many a firewall.
+    uv takes a fifth of pip's time, but does not read pip's settings: where these name another
+    registry, and where uv fails, pip installs.
     """
-    pip = [machine.venv / "bin/python", "-m", "pip", "install", "--quiet"]
+    python = machine.venv / "bin/python"
+    pip = [python, "-m", "pip", "install", "--quiet"]
     # By environment, so that they bind what packages are built with as well; relative, since
     # pip splits the value at blanks. The second is how newer pips call it.
     bound = {
@@ -251,14 +258,16 @@ def install_into(machine: Machine, project: str) -> tuple[int, str]:
         "PIP_CONSTRAINT": CONSTRAINTS,
         "PIP_BUILD_CONSTRAINT": CONSTRAINTS,
     }
-    if machine.run([*pip, "uv"], **bound)[0] == 0:
-        uv = [machine.venv / "bin/python", "-m", "uv", "pip", "install", "--quiet"]
-        into = ["--python", machine.venv / "bin/python"]
-        status, output = machine.run(
-            [*uv, *into, "-c", CONSTRAINTS, "-b", CONSTRAINTS, "-e", project]
-        )
+    _, settings = machine.run([python, "-m", "pip", "config", "list"])
+    if not re.search(OTHER_REGISTRY, settings):
+        status, _ = machine.run([*pip, "--retries=1", "--only-binary=uv", "uv"], **bound)
+        if status == 0:
+            bounds = ["-c", CONSTRAINTS, "-b", CONSTRAINTS]
+            uv = [python, "-m", "uv", "pip", "install", "--quiet", "--python", python, *bounds]
+            status, output = machine.run([*uv, "-e", project], UV_HTTP_RETRIES="1")
         if status == 0:
             return status, output
+        say("uv could not install; pip does, which takes longer")
     return machine.run([*pip, "-e", project], **bound)
 
 
@@ -326,33 +335,40 @@ def offer_browser(machine: Machine) -> None:
         say("Chromium cannot be installed here; the report's tests in a browser are left out")
 
 
-def check(machine: Machine) -> list[tuple[str, int, str]]:
-    """Name, exit status and output of each linter."""
-    done = []
-    for tool, *arguments in LINTERS:
-        name = " ".join([tool, *(word for word in arguments if not word.startswith("-"))])
-        done.append((name, *machine.run([machine.venv / "bin" / tool, *arguments])))
-    return done
+def check(machine: Machine, linter: Sequence[str]) -> tuple[str, int, str]:
+    """Name, exit status and output of a linter."""
+    tool, *arguments = linter
+    name = " ".join([tool, *(word for word in arguments if not word.startswith("-"))])
+    try:
+        return (name, *machine.run([machine.venv / "bin" / tool, *arguments]))
+    except OSError as error:
+        return name, 1, str(error)
 
 
-def lint(checked: Sequence[tuple[str, int, str]]) -> int:
-    """Print what linters found, a line each unless they complain; 0 if all are content."""
+def lint(checked: Iterable[tuple[str, int, str]]) -> int:
+    """Print what each linter found, on one line unless it complains; 0 if all are content."""
+    failed = 0
     for name, status, output in checked:
         say(f"{name}: {'ok' if status == 0 else 'FAILED'}")
         if status != 0:
             print(output, flush=True)
-    return int(any(status for _, status, _ in checked))
+            failed = 1
+    return failed
 
 
 def test(machine: Machine, arguments: Sequence[str]) -> int:
     """Run tests, and linters beside them, all of them even when one fails; the exit status."""
     selection = [word for word in arguments if word != "--fast"]
     command = [str(machine.venv / "bin/python"), *PYTEST, *selection]
-    with ThreadPoolExecutor(1) as beside:
-        checked = None if "--fast" in arguments else beside.submit(check, machine)
-        done = subprocess.run(command, cwd=machine.root, check=False)
-        failed = lint(checked.result()) if checked else 0
-    return done.returncode or failed
+    beside = ThreadPoolExecutor(1)
+    try:
+        linters = () if "--fast" in arguments else LINTERS
+        checked = [beside.submit(check, machine, linter) for linter in linters]
+        status = machine.show(command)
+        failed = lint(one.result() for one in checked)
+    finally:
+        beside.shutdown(cancel_futures=True)  # stopped by Ctrl-C, no further linter starts
+    return status or failed
 
 
 def docs(machine: Machine) -> int:
@@ -401,7 +417,11 @@ def main(words: Sequence[str], machine: Machine) -> int:
             demo(machine, arguments)
         if command == "docs":
             return docs(machine)
-        return test(machine, arguments) if command == "tests" else lint(check(machine))
+        return (
+            test(machine, arguments)
+            if command == "tests"
+            else lint(check(machine, one) for one in LINTERS)
+        )
     except SetupError as error:
         print(f"run: {error}", file=sys.stderr)
         return error.status

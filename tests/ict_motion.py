@@ -3,7 +3,8 @@
 Run it by hand: `python tests/ict_motion.py RUNS FILMS`, with runs of the bundled head. Two heads
 share no vertices: each film's lips are compared at nine shares of the length of four contours, from
 corner to corner (the outer ones above and below, the inner ones), in the head's coordinates, less
-each point's mean over the film. What is left is motion, and how far the head's pose is off in it.
+each point's mean over the film. The true person's landmarks are laid on our average head's, as for
+`own` in `ict_agreement.py`: what that leaves of a turn between the heads counts as error, too.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from abs_engine.tracking.record import load_run
 
 FloatArray = NDArray[np.float64]
 SHARES = np.linspace(0.1, 0.9, 9)
-NAMES = ("whole", "in the picture's plane", "in depth", "the truth's own")
+NAMES = ("whole", "across the face", "front to back", "the truth's own")
 
 
 def halves(ring: NDArray[np.integer], corners: NDArray[np.integer]) -> list[NDArray[np.integer]]:
@@ -64,7 +65,8 @@ def errors(folder: Path, film: Path, speaker: Speaker) -> list[float]:
     rings = {k: true[f"{k}_vertex"] for k in (*names, "corners")}
     points = np.concatenate([true[k][at] for k in names], axis=1).astype(float)
     vertex = np.concatenate([rings[k] for k in names])
-    turned = points @ convention(speaker, true["average_landmarks"]).T
+    person = true["neutral"][true["landmarks"]].astype(float)
+    turned = points @ convention(speaker, person).T
     theirs = contours(turned, vertex, rings)
     ours, theirs = (lips - lips.mean(axis=0) for lips in (ours, theirs))
     parts = ours - theirs, (ours - theirs)[..., :2], (ours - theirs)[..., 2:], theirs
@@ -75,6 +77,8 @@ def main(runs: Path, films: Path) -> None:
     """Print each film's line, and their means."""
     speaker = load_speaker()
     names = sorted(p.stem for p in films.glob("film_*.npz") if (runs / p.stem).is_dir())
+    if not names:
+        sys.exit(f"{runs} holds no run of a film of {films}")
     found = {name: errors(runs / name, films / f"{name}.npz", speaker) for name in names}
     for name, row in {**found, "all": np.mean(list(found.values()), axis=0)}.items():
         told = ", ".join(f"{what} {mm:.2f}" for what, mm in zip(NAMES, row, strict=True))

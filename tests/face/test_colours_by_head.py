@@ -264,7 +264,7 @@ def test_each_lip_is_compared_with_its_own_colours():
 
 
 def teeth_begin(edge, mixing=2.0):
-    """Row, to a fraction, from which on there are teeth below a dark lip, as they are seen.
+    """Row, to a fraction, where teeth seem to begin below a dark lip.
 
     In a video that keeps one chroma for 2x2 pixels, with teeth from row `edge` on.
     """

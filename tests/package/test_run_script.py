@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -40,14 +41,24 @@ class SimulatedMachine(bootstrap.Machine):
         self.cannot_install: set[str] = set()
         self.interrupt_pip = False
         self.commands: list[str] = []
+        self.pip_settings = "global.extra-index-url='https://example.org/more'"
+        self.complains: set[str] = set()  # linters, or "pytest"
+
+    def show(self, command):
+        self.commands.append(" ".join(command))
+        return int("pytest" in self.complains)
 
     def run(self, command, **environment):
         line = " ".join(str(word) for word in command)
         self.commands.append(line)
+        if Path(command[0]).name in self.complains:
+            return 1, "a complaint"
         if "-m venv" in line:
             python = self.venv / "bin/python"
             python.parent.mkdir(parents=True, exist_ok=True)
             python.touch()
+        if "pip config" in line:
+            return 0, self.pip_settings
         if "-m uv" in line and "uv" in self.cannot_install:
             return 2, "no network"
         if "-m pip" in line:
@@ -111,11 +122,11 @@ def test_without_rights_the_one_line_to_type_is_given_and_nothing_made(tmp_path,
 def test_with_rights_everything_is_installed_in_order(tmp_path):
     machine = SimulatedMachine(tmp_path, rights=True, lacks=["ensurepip", *NO_GL])
     bootstrap.prepare(machine, dev=False)
-    update, install, venv, pip, uv = machine.commands
+    update, install, venv, _, pip, uv = machine.commands
     assert update.endswith("update")
     assert install.endswith(f"install -y --no-install-recommends {ALL_PACKAGES}")
     assert "-m venv" in venv
-    assert pip.endswith("install --quiet uv")
+    assert pip.endswith("--only-binary=uv uv")
     assert uv.endswith("-c constraints.txt -b constraints.txt -e .")
     assert bootstrap.is_ready(machine, dev=False)
 
@@ -209,12 +220,24 @@ def test_somebody_elses_environment_is_left_alone(tmp_path):
     assert machine.commands == []
 
 
-def test_pip_installs_where_uv_cannot(tmp_path):
+def test_pip_installs_where_uv_cannot(tmp_path, capsys):
     machine = SimulatedMachine(tmp_path, rights=True)
     machine.cannot_install.add("uv")
     bootstrap.prepare(machine, dev=False)
     assert machine.commands[-1].endswith("-m pip install --quiet -e .")
     assert bootstrap.is_ready(machine, dev=False)
+    assert "uv could not install; pip does" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "setting", ["global.index-url='https://example.org/own'", ":env:.no-index='1'"]
+)
+def test_pip_installs_where_it_knows_another_registry(tmp_path, setting):
+    machine = SimulatedMachine(tmp_path, rights=True)
+    machine.pip_settings = setting
+    bootstrap.prepare(machine, dev=False)
+    assert machine.count("uv") == 0
+    assert machine.commands[-1].endswith("-m pip install --quiet -e .")
 
 
 def test_failed_pip_shows_its_message_and_leaves_no_stamp(tmp_path):
@@ -309,11 +332,48 @@ def test_a_stop_is_told_in_lines_and_not_in_a_traceback(tmp_path, capsys):
 
 def test_linters_all_run_although_one_complains(tmp_path, capsys):
     machine = SimulatedMachine(tmp_path, rights=False)
-    machine.run = lambda command: (int("mypy" in str(command[0])), "a complaint")
-    assert bootstrap.lint(bootstrap.check(machine)) == 1
+    machine.complains.add("mypy")
+    assert bootstrap.lint(bootstrap.check(machine, one) for one in bootstrap.LINTERS) == 1
     shown = capsys.readouterr().out
     assert shown.count(": ok") == len(bootstrap.LINTERS) - 1
     assert "mypy: FAILED\na complaint" in shown
+
+
+@pytest.mark.parametrize("complains", ["mypy", "pytest"])
+def test_linters_run_beside_the_tests_and_either_may_fail(tmp_path, complains):
+    machine = SimulatedMachine(tmp_path, rights=False)
+    assert bootstrap.test(machine, ["-x"]) == 0
+    assert machine.count("-m pytest") == 1
+    assert sum(machine.count(f"bin/{tool}") for tool in ("ruff", "mypy")) == 3
+    machine.complains.add(complains)
+    assert bootstrap.test(machine, []) == 1
+    machine.commands.clear()
+    assert bootstrap.test(machine, ["--fast"]) == int(complains == "pytest")
+    assert len(machine.commands) == 1
+
+
+def test_a_linter_that_is_missing_has_failed(tmp_path):
+    name, status, output = bootstrap.check(bootstrap.Machine(tmp_path), ("ruff", "check"))
+    assert (name, status) == ("ruff check", 1)
+    assert "bin/ruff" in output
+
+
+def test_no_linter_starts_once_the_tests_were_stopped(tmp_path):
+    machine, began = SimulatedMachine(tmp_path, rights=False), threading.Event()
+
+    def run(command):
+        machine.commands.append(str(command[0]))
+        began.wait(10)
+        return 0, ""
+
+    def stop(_command):
+        began.set()
+        raise KeyboardInterrupt
+
+    machine.run, machine.show = run, stop
+    with pytest.raises(KeyboardInterrupt):
+        bootstrap.test(machine, [])
+    assert len(machine.commands) < len(bootstrap.LINTERS)
 
 
 def test_docs_are_built_strictly_and_need_no_opengl(tmp_path, capsys):

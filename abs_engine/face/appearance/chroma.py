@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.camera import Window
 from abs_engine.face.appearance.colour import luminance
 
-CHROMA_REACH = 2.0  # pixels of the video that one chroma is of, along each axis
+CHROMA_REACH = 2.0  # pixels of the video that share one chroma sample, along each axis
 _BINOMIAL = np.array([0.25, 0.5, 0.25])  # about as wide as chroma of half the resolution
 _REACH = 4.0  # of standard deviations that a window drawn coarsely is smoothed by
 

@@ -77,7 +77,7 @@ def luminance(pixels: NDArray[np.generic]) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class MouthPlace:
-    """Knowledge of a mouth's place, for each pixel of a patch, (H, W) float64 each, 0 to 1.
+    """Knowledge of a mouth's place in a patch; maps are (H, W) float64, 0 to 1.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class MouthPlace:
     within, beyond
         How surely the pixel lies within the outline of the lips, and outside of it.
     mixing : float, px
-        Over which a video's coarse chroma mixes neighbours' colours.
+        Distance over which a video's coarse chroma mixes neighbouring colours, at least 1.
     """
 
     upper: FloatArray
@@ -210,10 +210,13 @@ class ColourClasses:
     ) -> FloatArray:
         """Probability that a lip shown at a pixel (N,) has taken on the chroma of teeth beside it.
 
-        That is so of a share of those that are as near to bright teeth as chroma mixes.
+        That is so of a share of those that are as near to bright teeth as chroma mixes, where there
+        is chroma.
         """
+        if not self.chromatic:
+            return np.zeros(len(samples))
         bright = lit_teeth(self.mixtures["teeth"], samples) * likelihood[CLASSES.index("teeth")]
-        seen = bright / np.maximum(likelihood.sum(axis=0), 1e-300)
+        seen = bright / np.maximum(likelihood.sum(axis=0), 1e-300) * (1 - place.beyond.ravel())
         across = 2 * round(place.mixing) + 1
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
         near = cv2.dilate(seen.reshape(place.upper.shape), disc)

@@ -41,7 +41,7 @@ def with_shade(lips: Mixture) -> Mixture:
 
 
 def beside_teeth(lips: Mixture, teeth: Mixture) -> Mixture:
-    """Lips, of `with_shade`, where they touch teeth, `TEETH` of `inside_guess` or learned from it.
+    """Lips, of `with_shade`, where they touch teeth, of which the last component is in shade.
 
     Video keeps chroma at half the resolution of luminance, so that the dark edge of a lip takes on
     the chroma of bright teeth beside it, and looks as teeth in shade do: an opening would seem a
@@ -55,7 +55,7 @@ def beside_teeth(lips: Mixture, teeth: Mixture) -> Mixture:
 
 
 def lit_teeth(teeth: Mixture, samples: FloatArray) -> FloatArray:
-    """Probability that teeth (N,), of the same, are not in shade."""
+    """Probability (N,) that teeth, of which the last component is in shade, are not."""
     return _all_but_last(teeth, samples)
 
 

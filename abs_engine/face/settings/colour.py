@@ -79,13 +79,15 @@ class ColourSettings:
         That lies in that shade. Not measured.
     beside_teeth_part : float, share of the lips that touch bright teeth
         That have taken on their chroma. Chosen of 0 and 0.3 on eight films of other heads, where
-        apertures are off by 1.28 and 1.17 mm and closed frames are found by 0.93 and 0.98, on the
-        demo, p01 to p08 of the strangers' clips and GRID, where both are alike.
+        apertures are off by 1.28 and 1.17 mm and recall of closed frames is 0.93 and 0.98 (on eight
+        others 0.92 and 0.90). GRID and the demo are alike with both; r of p01 to p08 of the
+        strangers' clips is at most 0.01 lower with 0.3.
     beside_teeth_way : float, share of the way from lips to bright teeth
-        That the chroma of these has gone; its standard deviation is half of it. Chosen of 0.3 and
+        That such a lip's chroma has gone; its standard deviation is half of it. Chosen of 0.3 and
         0.4 along with that part.
     beside_teeth_darker : float, a third of log luminance
-        By which they are darker than lit lips, with as much spread. Not measured apart from it.
+        By which they are darker than lit lips, with as much spread. Not measured on its
+        own.
     lip_width : tuple of float, features
         Standard deviations of a lip of which nothing is known but a rough colour. Measured: those
         of a pixel about its own person's lips (see `lips_mean`), widened by a fifth.
