@@ -127,7 +127,7 @@ def test_with_rights_everything_is_installed_in_order(tmp_path):
     assert install.endswith(f"install -y --no-install-recommends {ALL_PACKAGES}")
     assert "-m venv" in venv
     assert pip.endswith("--only-binary=uv uv")
-    assert uv.endswith("-c constraints.txt -b constraints.txt -e .")
+    assert uv.endswith("-b constraints.txt --compile-bytecode -e .")
     assert bootstrap.is_ready(machine, dev=False)
 
 
