@@ -249,7 +249,7 @@ def install_into(machine: Machine, project: str) -> tuple[int, str]:
     uv takes a third of pip's time, but does not read pip's settings: where these name another
     registry, and where uv fails, pip installs.
     """
-    python = machine.venv / "bin/python"
+    python = str(machine.venv / "bin/python")
     pip = [python, "-m", "pip", "install", "--quiet"]
     # By environment, so that they bind what packages are built with as well; relative, since
     # pip splits the value at blanks. The second is how newer pips call it.

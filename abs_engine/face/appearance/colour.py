@@ -191,7 +191,7 @@ class ColourClasses:
         if self.lips_apart:
             beside = self._beside_teeth(likelihood, samples, place)
             above, below = (
-                (1 - beside) * self.mixtures[name].density(samples) + beside * pale.density(samples)
+                self.mixtures[name].density(samples) + beside * pale.density(samples)
                 for name, pale in zip(EACH_LIP, self._lips_beside_teeth, strict=True)
             )
             upper = place.upper.ravel()
@@ -208,10 +208,11 @@ class ColourClasses:
     def _beside_teeth(
         self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace
     ) -> FloatArray:
-        """Probability that a lip shown at a pixel (N,) has taken on the chroma of teeth beside it.
+        """Weight, at each pixel (N,), of lips that have taken on the chroma of teeth beside them.
 
-        That is so of a share of those that are as near to bright teeth as chroma mixes, where there
-        is chroma.
+        It is a share of how surely bright teeth are as near as chroma mixes, where there is chroma,
+        and is added to that of lips as they are elsewhere: else these would seem rarer by teeth,
+        and closed lips in poor light parted.
         """
         if not self.chromatic:
             return np.zeros(len(samples))
