@@ -81,7 +81,8 @@ class ColourSettings:
         Of lips that touch bright teeth and have taken on their chroma. Chosen of 0 and 0.3 on eight
         films of other heads, where apertures are off by 1.28 and 1.19 mm and recall of closed
         frames is 0.93 and 0.98 (on eight others 1.01 and 0.98 mm, 0.92 and 0.92). GRID and the demo
-        are alike with both; r of p01 to p08 of the strangers' clips is at most 0.013 lower with 0.3.
+        are alike with both; r of p01 to p08 of the strangers' clips is at most 0.013 lower with
+        0.3.
     beside_teeth_way : float, share of the way from lips to bright teeth
         That such a lip's chroma has gone; its standard deviation is half of it. Chosen of 0.3 and
         0.4 along with that part.
