@@ -17,7 +17,8 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, MouthPlace
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses
+from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.problem import Problem

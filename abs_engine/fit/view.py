@@ -8,7 +8,7 @@ from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.colour import MouthPlace
+from abs_engine.face.appearance.mouth_area import MouthPlace
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.pose import PoseFrame, parted
 from abs_engine.face.appearance.chroma import CHROMA_REACH
-from abs_engine.face.appearance.colour import MouthPlace
+from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.settings import HEAD_FIT
 from abs_engine.tracking.settings.preparation import PREPARATION

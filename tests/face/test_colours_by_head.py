@@ -12,8 +12,9 @@ import pytest
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.face.appearance import colour as colour_room
 from abs_engine.face.appearance.chroma import matched
-from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, MouthPlace, features
+from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, features
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
+from abs_engine.face.appearance.mouth_area import MouthPlace
 
 SKIN, LIPS, DARK, TEETH = (205, 155, 130), (165, 80, 85), (45, 22, 20), (190, 180, 165)
 SHAPE = 72, 96

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
-from abs_engine.face.appearance.colour_prior import beside_teeth, lit_teeth
+from abs_engine.face.appearance.colour_prior import beside_teeth, lit_share
 from abs_engine.face.appearance.mixture import Mixture
+from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
 from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.npz import read_npz
@@ -73,26 +74,6 @@ def features(image: NDArray[np.generic], reference: float) -> FloatArray:
 def luminance(pixels: NDArray[np.generic]) -> FloatArray:
     """Luminance (...,), 0 to 255, of RGB pixels (..., 3)."""
     return np.asarray(np.asarray(pixels, np.float64) @ _LUMA)
-
-
-@dataclass(frozen=True, eq=False)
-class MouthPlace:
-    """Knowledge of a mouth's place in a patch; maps are (H, W) float64, 0 to 1.
-
-    Parameters
-    ----------
-    upper
-        How probably a lip that is seen there would be the upper one.
-    within, beyond
-        How surely the pixel lies within the outline of the lips, and outside of it.
-    mixing : float, px
-        Distance over which a video's coarse chroma mixes neighbouring colours, at least 1.
-    """
-
-    upper: FloatArray
-    within: FloatArray
-    beyond: FloatArray
-    mixing: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,12 +197,9 @@ class ColourClasses:
         """
         if not self.chromatic:
             return np.zeros(len(samples))
-        bright = lit_teeth(self.mixtures["teeth"], samples) * likelihood[CLASSES.index("teeth")]
-        seen = bright / np.maximum(likelihood.sum(axis=0), 1e-300) * (1 - place.beyond.ravel())
-        across = 2 * round(place.mixing) + 1
-        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, across))
-        near = cv2.dilate(seen.reshape(place.upper.shape), disc)
-        return np.asarray(COLOURS.beside_teeth_part * near.ravel(), np.float64)
+        bright = lit_share(self.mixtures["teeth"], samples) * likelihood[CLASSES.index("teeth")]
+        seen = bright / np.maximum(likelihood.sum(axis=0), 1e-300)
+        return COLOURS.beside_teeth_part * place.mixed(seen)
 
     @cached_property
     def _lips_beside_teeth(self) -> list[Mixture]:

@@ -54,18 +54,8 @@ def beside_teeth(lips: Mixture, teeth: Mixture) -> Mixture:
     return Mixture(np.ones(1), own.means + paler - darker, spread)
 
 
-def lit_teeth(teeth: Mixture, samples: FloatArray) -> FloatArray:
-    """Probability (N,) that teeth, of which the last component is in shade, are not."""
-    return _all_but_last(teeth, samples)
-
-
-def lit_share(lips: Mixture, samples: FloatArray) -> FloatArray:
-    """Probability that lips (N,), of `with_shade`, are not in their own shade."""
-    return _all_but_last(lips, samples)
-
-
-def _all_but_last(mixture: Mixture, samples: FloatArray) -> FloatArray:
-    """Probability (N,) that samples of a mixture are not of its last component."""
+def lit_share(mixture: Mixture, samples: FloatArray) -> FloatArray:
+    """Probability (N,) that lips, of `with_shade`, or teeth are not in shade, the last part."""
     parts = mixture.densities(samples)
     return np.asarray(1 - parts[:, -1] / np.maximum(parts.sum(axis=1), 1e-300))
 
