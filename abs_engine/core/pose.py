@@ -102,8 +102,8 @@ def pose_block() -> ParamSpec:
     return ParamSpec(POSE_NAMES, POSE_UNITS, scale, -reach, reach)
 
 
-def mode_block(count: int, limit: float = 3.5) -> ParamSpec:
-    """The same of so many modes, in standard deviations."""
+def mode_block(count: int, limit: float) -> ParamSpec:
+    """The same of so many modes, in standard deviations, of which none goes beyond a limit."""
     names = tuple(f"shape{k + 1}" for k in range(count))
     reach = np.full(count, limit)
     return ParamSpec(names, ("sd",) * count, np.full(count, 0.5), -reach, reach)

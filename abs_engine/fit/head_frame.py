@@ -21,6 +21,7 @@ from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT
 
@@ -140,7 +141,7 @@ def head_problem(
         P.
     """
     terms = {COLOUR: likelihood}
-    return Problem(frame, pose_and(mode_block(modes)), terms, priors)
+    return Problem(frame, pose_and(mode_block(modes, SHAPE.mode_limit)), terms, priors)
 
 
 def likelihood_of(

@@ -16,6 +16,7 @@ from abs_engine.core.pose import PoseFrame, at_base, mode_block, no_correction, 
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_problem
 from abs_engine.fit.problem import Problem
@@ -202,9 +203,8 @@ def person_problem(
         How many frames are drawn at once.
     """
     blocks = shared_blocks(deviation, model.person_deviation)
-    own = Blocks(
-        {**pose_and(mode_block(model.n_expression)).specs, IDENTITY: blocks.specs[IDENTITY]}
-    )
+    frames_own = pose_and(mode_block(model.n_expression, SHAPE.mode_limit))
+    own = Blocks({**frames_own.specs, IDENTITY: blocks.specs[IDENTITY]})
     problems = [
         Problem(PoseFrame(frame.pose, model.pivot), own, seen, free=tuple(own.specs))
         for frame, seen in zip(frames, terms, strict=True)

@@ -22,6 +22,7 @@ from abs_engine.face.appearance_file import LAYOUT as APPEARANCE
 from abs_engine.face.appearance_file import appearance_arrays, appearance_of
 from abs_engine.face.head import build_mouth_model
 from abs_engine.face.learned_appearance import Appearance
+from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.arrays import Layout, real, text, whole
@@ -144,7 +145,8 @@ class SpeakerFace:
         return cls(
             head, scale, np.asarray(model.head.mean + moved, np.float32),
             replace(model.expression, mean=mean),
-            mode_block(model.n_expression), np.full(model.n_expression, FRAME_LOOP.step_deviation),
+            mode_block(model.n_expression, SHAPE.mode_limit),
+            np.full(model.n_expression, FRAME_LOOP.step_deviation),
             np.zeros((0, model.n_expression)),
             shape.bias, shape.deviation, textured.noise, _spread_views(textured.views),
             np.zeros(6) if textured.shift is None else textured.shift, textured.camera,

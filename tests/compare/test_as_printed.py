@@ -57,7 +57,7 @@ def ball():
     alpha = np.array([frame.parameters for frame in frames])
     shape = SimpleNamespace(
         pivot=np.zeros(3), penalty=ImprobablePenalty.of_corpus(alpha),
-        blocks=pose_and(mode_block(N)), surface=scene, outer=scene, scene=scene, marks=front,
+        blocks=pose_and(mode_block(N, 3.5)), surface=scene, outer=scene, scene=scene, marks=front,
         kept=np.arange(len(scene.mean)),
     )  # fmt: skip
     speech = SimpleNamespace(pictures=Pictures(camera, len(frames)), sightings=lambda _: frames)

@@ -72,7 +72,7 @@ def other(scene, camera):
 
 def about(pose: Pose, error, penalty=None) -> Problem:
     """An error over vectors of a rotation, a translation and weights about a pose."""
-    blocks, priors = pose_and(mode_block(N)), ()
+    blocks, priors = pose_and(mode_block(N, 3.5)), ()
     if penalty is not None:
         priors = (
             PenaltyPrior(penalty, TALKING_FIT.penalty_share * error.unit, blocks.places[POSTURE]),

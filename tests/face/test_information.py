@@ -18,7 +18,7 @@ from abs_engine.render.cpu import CpuRenderer
 
 RENDERER = CpuRenderer()
 N = appearances.N_MODES
-SCALE = pose_and(mode_block(N)).spec.scale
+SCALE = pose_and(mode_block(N, 3.5)).spec.scale
 
 
 def test_what_is_left_out_is_what_the_other_frames_foretell():

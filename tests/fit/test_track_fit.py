@@ -88,7 +88,7 @@ def fit(renderer, case: int, free: np.ndarray, solver: Simplex, rounds: int = 1,
     objective, vector, whole = (
         posterior(renderer, case, priors),
         start(case, free),
-        pose_and(mode_block(N - 6)).spec,
+        pose_and(mode_block(N - 6, 3.5)).spec,
     )
     names, units = (tuple(v[k] for k in free) for v in (whole.names, whole.units))
     spec = ParamSpec(names, units, whole.scale[free], whole.lower[free], whole.upper[free])

@@ -151,7 +151,7 @@ def ball_problem(ball, kind):
         every = learn_local(frames, scene, front, camera, RENDERER)
         model = every.only(choose_points(every, 40, scene.mean[front], 8.0))
         error = local_error(model, scene, other.image, camera, camera.whole, RENDERER, whiten="all")
-    blocks = pose_and(mode_block(N))
+    blocks = pose_and(mode_block(N, 3.5))
     prior = PenaltyPrior(penalty, TALKING_FIT.penalty_share * error.unit, blocks.places[POSTURE])
     return Problem(frame, blocks, {kind: error}, (prior,), unit=error.unit)
 
