@@ -2,7 +2,7 @@
 
 Points of the skin are carried from one frame to another by the fitted head, and what is left
 between there and where optical flow finds them says how poses and shape must change. No light is
-modelled: corners of the texture are compared, not its brightness.
+modelled: the corners of the texture are compared, less what changes slowly over the skin.
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ def match(
     coarse = window.scale * (1.0 if first.camera is None else finer)
     carried = np.where(shown, _sampled(first.gray, there, coarse), seen).astype(np.uint8)
     still = shown & body.skull[np.maximum(drawn.facet_id - 1, 0)]
-    pixels, found = _matched(carried, seen, still)
+    pixels, found = _matched(_evenly_lit(carried), _evenly_lit(seen), still)
     if len(pixels) < HEAD_POSE.least_points:
         return None
     column, row = pixels.T
@@ -224,6 +224,12 @@ def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
     x, y = np.moveaxis(pixels.astype(np.float32), -1, 0)
     edge = cv2.BORDER_REPLICATE
     return np.asarray(cv2.remap(soft, x, y, cv2.INTER_LINEAR, borderMode=edge), np.uint8)
+
+
+def _evenly_lit(gray: Gray) -> Gray:
+    """The picture about a middle grey, less its own blur: shading stays where the light is."""
+    slow = cv2.stackBlur(gray, (HEAD_POSE.shading, HEAD_POSE.shading))
+    return np.asarray(cv2.addWeighted(gray, 1.0, slow, -1.0, 128.0), np.uint8)
 
 
 def _matched(before: Gray, after: Gray, where: BoolArray) -> tuple[NDArray[np.int_], FloatArray]:
