@@ -27,7 +27,8 @@ from abs_engine.tracking.match_equations import linearised_at
 from abs_engine.tracking.mouth_search import shifted
 from abs_engine.tracking.settings.head import HEAD_POSE
 
-_STEPS, _SETTLED = 5, 3e-3
+_STEPS = 5
+_SETTLED = 3e-3  # rad: after so small a turn, the next hardly moves the head
 _DAMPING = 1e-6
 _FLOOR = np.array(HEAD_POSE.pose_floor)
 

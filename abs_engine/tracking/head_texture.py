@@ -2,7 +2,7 @@
 
 Points of the skin are carried from one frame to another by the fitted head, and what is left
 between there and where optical flow finds them says how poses and shape must change. No light is
-modelled: the corners of the texture are compared, less what changes slowly over the skin.
+modelled: what changes slowly over the skin is subtracted, and corners of the texture are compared.
 """
 
 from __future__ import annotations
@@ -227,8 +227,9 @@ def _sampled(gray: Gray, pixels: NDArray[np.floating], scale: float) -> Gray:
 
 
 def _evenly_lit(gray: Gray) -> Gray:
-    """The picture about a middle grey, less its own blur: shading stays where the light is."""
-    slow = cv2.stackBlur(gray, (HEAD_POSE.shading, HEAD_POSE.shading))
+    """The picture less its own blur, about a middle grey: shading does not move with the skin."""
+    side = 2 * HEAD_POSE.shading + 1
+    slow = cv2.stackBlur(gray, (side, side))
     return np.asarray(cv2.addWeighted(gray, 1.0, slow, -1.0, 128.0), np.uint8)
 
 

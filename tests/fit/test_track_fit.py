@@ -45,8 +45,13 @@ LEADING = np.arange(6, 10)
 @cache
 def maps_of(case: int) -> ClassMaps:
     """Class maps, smoothed as the tracker's own, of the frame with `truth(case)`."""
+    return maps_at(truth(case))
+
+
+def maps_at(vector: np.ndarray) -> ClassMaps:
+    """The same of the frame with parameters (N,)."""
     window = mouth_window(MODEL, POSE, CAMERA)
-    drawn = CPU.draw(SCENE, BASE.candidates(truth(case)[None]), CAMERA, window)[0].class_id
+    drawn = CPU.draw(SCENE, BASE.candidates(vector[None]), CAMERA, window)[0].class_id
     groups = (1,), (2, 3), (4, 5, 6, 7)
     planes = np.stack([np.isin(drawn, g).astype(float) for g in groups])
     skin, lips, inside = hamming(planes, HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth) * zone(window)
@@ -139,6 +144,24 @@ def test_a_perturbed_posture_comes_back(case):
     before, wanted = lips(start(case, LEADING)), lips(truth(case))
     assert rms(before[:, :2], wanted[:, :2]) > 0.4
     assert rms(found[:, :2], wanted[:, :2]) < 0.3
+
+
+def test_a_mouth_that_opens_wider_than_most_is_followed_all_the_way():
+    opens = np.sign(aperture(np.eye(N)[6]) - aperture(np.zeros(N)))
+    wide = 5.5 * opens * np.eye(N)[6]
+    likelihood = likelihood_of(CPU, SCENE, CAMERA, mouth_window(MODEL, POSE, CAMERA), maps_at(wide))
+    likely = GaussianPrior(np.zeros(N), np.r_[POSE_DEVIATION, np.ones(N - 6)])
+    problem = head_problem(likelihood, BASE, (likely,), MODEL.n_expression)
+
+    found = SETTING.driver.minimise(problem, 0.6 * wide, problem.spec).x
+
+    assert opens * found[6] > 4.0
+    assert aperture(found) == pytest.approx(aperture(wide), rel=0.1)
+
+
+def aperture(vector: np.ndarray) -> float:
+    """Height of the opening, mm."""
+    return SETTING.face.measures(vector[6:])[2]
 
 
 def test_all_parameters_together_improve_on_the_start():

@@ -83,6 +83,21 @@ def test_only_skin_that_moves_with_the_skull_is_compared():
     assert moved < 2.5
 
 
+def test_a_light_from_the_side_moves_no_match():
+    one, gray = true_body(), gray_of(picture(1)).astype(float)
+    side = 1.5 - np.linspace(0.0, 1.0, gray.shape[1])  # half as bright again on the left
+    shaded = replace(view(1, one), gray=np.clip(gray * side, 0, 255).astype(np.uint8))
+
+    found = match(one, view(0, one), shaded, CAMERA, CpuRenderer())
+
+    away = found.second[:, None] - matches().second
+    same = np.linalg.norm(found.first[:, None] - matches().first, axis=2) < 0.5
+    moved = np.linalg.norm(away, axis=2)[same]
+    assert len(moved) > 25
+    assert np.median(moved) < 0.1  # pixels
+    assert np.percentile(moved, 90) < 0.35
+
+
 @pytest.mark.parametrize("which", ["first", "second"])
 @pytest.mark.parametrize("axis", range(6))
 def test_slopes_of_matches_are_those_of_a_step_of_either_pose(which, axis):

@@ -16,9 +16,9 @@ class ShapeSettings:
         along with one-sided and sideways postures: r of the width with the detector's rises from
         0.84 to 0.97 in p07, precision and recall of closures stay 0.98 and 1.00.
     mode_limit : float, standard deviations
-        Of a mode of the mouth that a fit may go to: far enough that the prior decides. Chosen of
-        3.5 and 8 on eight films of other heads (seed 1), where a third of the frames of two ended
-        at 3.5: with 8, none does, and the aperture is off by 1.03 mm for 1.19.
+        Of a mode of the mouth, at most, in a fit: wide enough that the prior decides. Chosen of 3.5
+        and 8 on eight films of other heads (seed 1). With 3.5, a third of the frames of two films
+        ended at the limit; with 8, none do, and the aperture is off by 1.03 mm instead of 1.19.
     reach : float, mm
         From the mouth: what is farther off, but for its inside, is never in sight. Not measured.
     one_sided : float, share of the postures
