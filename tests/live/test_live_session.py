@@ -104,7 +104,10 @@ def session(film, tmp_path, listener):
     words += ["--learn", 0.16, "--live-link", to, "-o", tmp_path / "run"]
     command = [sys.executable, "-m", "abs_engine", *map(str, words)]
     pipe = subprocess.PIPE
+    # A job in the background ignores Ctrl-C, and so would what it starts
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        signal.signal(signal.SIGINT, before)
         yield process
         process.kill()
 
