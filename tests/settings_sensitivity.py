@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import inspect
 import json
 import multiprocessing
 import os
@@ -73,7 +74,8 @@ def scaled(value: Any, factor: float, unit: str) -> Any:
 
 def unit_of(stage: type, name: str) -> str:
     """Unit of a setting, by its stage's docstring."""
-    found = re.search(rf"^    .*\b{name}\b.* : (.*)$", stage.__doc__ or "", re.MULTILINE)
+    text = inspect.cleandoc(stage.__doc__ or "")
+    found = re.search(rf"^(?=\w)[\w, ]*\b{name}\b[\w, ]* : (.*)$", text, re.MULTILINE)
     return found[1] if found else ""
 
 

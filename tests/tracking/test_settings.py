@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from dataclasses import FrozenInstanceError, fields
@@ -40,8 +41,8 @@ def sources() -> str:
 
 def entries(stage) -> dict[str, str]:
     """What a stage's docstring says of each of its settings; after its name, its type and unit."""
-    section = stage.__doc__.partition("----------\n")[2]
-    found = re.split(r"^    (?=\w[\w, ]* : )", section, flags=re.MULTILINE)[1:]
+    section = inspect.cleandoc(stage.__doc__).partition("----------\n")[2]  # 3.13 does so itself
+    found = re.split(r"^(?=\w[\w, ]* : )", section, flags=re.MULTILINE)[1:]
     said = {}
     for entry in found:
         names, _, rest = entry.partition(" : ")
