@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ModelFormatError
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Scene
 from abs_engine.face.base import lip_aperture
 from abs_engine.face.rings import rings_of
@@ -87,6 +89,11 @@ class MouthModel:
     def n_expression(self) -> int:
         """Number of expression modes, P."""
         return len(self.expression.modes)
+
+    @property
+    def posture(self) -> ParamSpec:
+        """Names, units, first steps and bounds of the weights of the expression modes."""
+        return mode_block(self.n_expression, SHAPE.mode_limit)
 
     @property
     def n_person(self) -> int:

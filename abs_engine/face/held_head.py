@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.pose import mode_block
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import RINGS, Body, Face
 from abs_engine.face.head import MouthModel
-from abs_engine.face.settings.shape import SHAPE
 
 
 def held_head(model: MouthModel, person: FloatArray, classes: ColourClasses | None = None) -> Face:
@@ -29,9 +27,8 @@ def held_head(model: MouthModel, person: FloatArray, classes: ColourClasses | No
         model.whole(person), model.expression.modes.astype(np.float32), speaker.faces,
         model.head.facet_class, model.colour_classes, lips, model.at_rest(person),
     )  # fmt: skip
-    posture = mode_block(model.n_expression, SHAPE.mode_limit)
     return Face(
-        "head", model.held(person), posture, model.pivot, model.rings,
+        "head", model.held(person), model.posture, model.pivot, model.rings,
         model.border(person), model.prototypes, model.colour_classes, body, person,
         {} if classes is None else {"colour": classes},
     )  # fmt: skip

@@ -14,14 +14,14 @@ from abs_engine.compare.prior import ContactPrior, Prior
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.geometry import Pose
-from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, mode_block, pose_and
+from abs_engine.core.params import ParamSpec
+from abs_engine.core.pose import POSE_NAMES, PoseFrame, joined, pose_and
 from abs_engine.core.scene import ClassMaps, Renderer, Scene
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.appearance.colour import CLASSES, ColourClasses
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.contact import Rings, lip_gaps, lip_heights, pinching
 from abs_engine.face.head import MouthModel
-from abs_engine.face.settings.shape import SHAPE
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.settings import HEAD_FIT
 
@@ -126,9 +126,9 @@ def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
 
 
 def head_problem(
-    likelihood: FacetLikelihood, frame: PoseFrame, priors: tuple[Prior, ...], modes: int
+    likelihood: FacetLikelihood, frame: PoseFrame, priors: tuple[Prior, ...], posture: ParamSpec
 ) -> Problem:
-    """A frame of a head as a problem over its pose and the posture of so many modes.
+    """A frame of a head as a problem over its pose and posture.
 
     Parameters
     ----------
@@ -137,11 +137,11 @@ def head_problem(
     frame : PoseFrame
     priors : tuple of Prior
         Over pose and posture (6 + P).
-    modes : int
-        P.
+    posture : ParamSpec
+        Of the weights of the mouth's modes, P.
     """
     terms = {COLOUR: likelihood}
-    return Problem(frame, pose_and(mode_block(modes, SHAPE.mode_limit)), terms, priors)
+    return Problem(frame, pose_and(posture), terms, priors)
 
 
 def likelihood_of(

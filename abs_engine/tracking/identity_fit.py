@@ -12,11 +12,10 @@ from abs_engine.compare.prior import GaussianPrior, Prior
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import IDENTITY, POSE, Blocks
 from abs_engine.core.camera import Camera
-from abs_engine.core.pose import PoseFrame, at_base, mode_block, no_correction, pose_and
+from abs_engine.core.pose import PoseFrame, at_base, no_correction, pose_and
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
-from abs_engine.face.settings.shape import SHAPE
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR, best_start, contact_prior, head_problem
 from abs_engine.fit.problem import Problem
@@ -174,7 +173,7 @@ def fit_posture(
     deviation = np.r_[POSE_DEVIATION, np.ones(p)]
     prior = GaussianPrior(at_base(np.zeros(p)), deviation)
     contact = contact_prior(model, person, thick=bool(more))
-    problem = head_problem(held, frame, (prior, contact, *more), p)
+    problem = head_problem(held, frame, (prior, contact, *more), model.posture)
     start = last if more else best_start(problem, np.vstack([at_base(model.prototypes), last]))
     return Newton(limit=limit).minimise(problem, start, problem.spec)
 
@@ -203,8 +202,7 @@ def person_problem(
         How many frames are drawn at once.
     """
     blocks = shared_blocks(deviation, model.person_deviation)
-    frames_own = pose_and(mode_block(model.n_expression, SHAPE.mode_limit))
-    own = Blocks({**frames_own.specs, IDENTITY: blocks.specs[IDENTITY]})
+    own = Blocks({**pose_and(model.posture).specs, IDENTITY: blocks.specs[IDENTITY]})
     problems = [
         Problem(PoseFrame(frame.pose, model.pivot), own, seen, free=tuple(own.specs))
         for frame, seen in zip(frames, terms, strict=True)

@@ -14,7 +14,6 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import WIDEST_SIDE, Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import mode_block
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import LAYOUT as COLOURS
 from abs_engine.face.appearance.colour import ColourClasses
@@ -22,7 +21,6 @@ from abs_engine.face.appearance_file import LAYOUT as APPEARANCE
 from abs_engine.face.appearance_file import appearance_arrays, appearance_of
 from abs_engine.face.head import build_mouth_model
 from abs_engine.face.learned_appearance import Appearance
-from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.arrays import Layout, real, text, whole
@@ -145,8 +143,7 @@ class SpeakerFace:
         return cls(
             head, scale, np.asarray(model.head.mean + moved, np.float32),
             replace(model.expression, mean=mean),
-            mode_block(model.n_expression, SHAPE.mode_limit),
-            np.full(model.n_expression, FRAME_LOOP.step_deviation),
+            model.posture, np.full(model.n_expression, FRAME_LOOP.step_deviation),
             np.zeros((0, model.n_expression)),
             shape.bias, shape.deviation, textured.noise, _spread_views(textured.views),
             np.zeros(6) if textured.shift is None else textured.shift, textured.camera,

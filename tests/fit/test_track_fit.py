@@ -11,7 +11,7 @@ from runs import toy_model, toy_setting
 from abs_engine.compare.prior import GaussianPrior
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.params import ParamSpec
-from abs_engine.core.pose import PoseFrame, mode_block, pose_and
+from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import ClassMaps
 from abs_engine.face.appearance.colour import CLASSES, hamming
 from abs_engine.face.contact import lip_gaps
@@ -82,7 +82,7 @@ def posterior(renderer, case: int, priors=None) -> Problem:
     if priors is None:
         likely = GaussianPrior(np.zeros(N), np.r_[POSE_DEVIATION, np.ones(N - 6)])
         priors = likely, contact_prior(MODEL, np.zeros(MODEL.n_person))
-    return head_problem(likelihood, BASE, priors, MODEL.n_expression)
+    return head_problem(likelihood, BASE, priors, MODEL.posture)
 
 
 def fit(renderer, case: int, free: np.ndarray, solver: Simplex, rounds: int = 1, priors=None):
@@ -93,7 +93,7 @@ def fit(renderer, case: int, free: np.ndarray, solver: Simplex, rounds: int = 1,
     objective, vector, whole = (
         posterior(renderer, case, priors),
         start(case, free),
-        pose_and(mode_block(N - 6, 3.5)).spec,
+        pose_and(MODEL.posture).spec,
     )
     names, units = (tuple(v[k] for k in free) for v in (whole.names, whole.units))
     spec = ParamSpec(names, units, whole.scale[free], whole.lower[free], whole.upper[free])
@@ -151,7 +151,7 @@ def test_a_mouth_that_opens_wider_than_most_is_followed_all_the_way():
     wide = 5.5 * opens * np.eye(N)[6]
     likelihood = likelihood_of(CPU, SCENE, CAMERA, mouth_window(MODEL, POSE, CAMERA), maps_at(wide))
     likely = GaussianPrior(np.zeros(N), np.r_[POSE_DEVIATION, np.ones(N - 6)])
-    problem = head_problem(likelihood, BASE, (likely,), MODEL.n_expression)
+    problem = head_problem(likelihood, BASE, (likely,), MODEL.posture)
 
     found = SETTING.driver.minimise(problem, 0.6 * wide, problem.spec).x
 

@@ -17,9 +17,9 @@ class ShapeSettings:
         0.84 to 0.97 in p07, precision and recall of closures stay 0.98 and 1.00.
     mode_limit : float, standard deviations
         Of a mode of the mouth, at most, in a fit: wide enough that the prior decides. Chosen of 3.5
-        and 8 on eight films of other heads (seed 1). With 3.5, a quarter to a third
-        of the frames of two films ended at the limit; with 8, none do, and the aperture is off by
-        1.03 mm instead of 1.19.
+        and 8 on eight films of other heads (seed 1). With 3.5, a quarter to a third of the frames
+        of two films ended at the limit; with 8, none do, and the aperture is off by 1.03 mm instead
+        of 1.19.
     reach : float, mm
         From the mouth: what is farther off, but for its inside, is never in sight. Not measured.
     one_sided : float, share of the postures
