@@ -60,6 +60,15 @@ def test_people_are_in_colour():
         assert in_colour([(image, outline)])
 
 
+@pytest.mark.parametrize("name", ["clara", "kofi", "mei"])
+def test_a_face_in_poor_light_is_in_colour_too(name):
+    image = drawn(name, jawOpen=0.15)
+    outline = network_sees(image).pixels
+    dim = np.uint8(0.6 * image)
+    assert in_colour([(dim, outline)])
+    assert not in_colour([(coded(toned(dim, SEPIA, noise=2.0)), outline)])
+
+
 def test_most_frames_decide():
     image, outline = face()
     grey = toned(image)

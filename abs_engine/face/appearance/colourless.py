@@ -22,6 +22,9 @@ _BY_CHROMA = np.array([[-0.169, -0.331, 0.5], [0.5, -0.419, -0.081], [0.299, 0.5
 def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None:
     """RMS of a face's chroma about what its luminance tells of it, levels of 255.
 
+    That of a dark face is taken relative to its luminance: skin of the same hue shows as much less
+    chroma as it is darker. What coding adds does not, so that there is a limit.
+
     Parameters
     ----------
     image : (H, W, 3) uint8 RGB
@@ -52,7 +55,8 @@ def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None
     groups = np.array_split(np.argsort(luminance, kind="stable"), COLOURS.luminance_levels)
     at = [float(np.median(luminance[g])) for g in groups]
     away = [c - np.interp(luminance, at, [np.median(c[g]) for g in groups]) for c in (blue, red)]
-    return float(np.sqrt(np.square(away).sum(axis=0).mean()))
+    dim = np.clip(float(np.median(luminance)) / COLOURS.light_face, COLOURS.most_dim, 1.0)
+    return float(np.sqrt(np.square(away).sum(axis=0).mean()) / dim)
 
 
 def in_colour(faces: Sequence[tuple[NDArray[np.uint8], FloatArray]]) -> bool:

@@ -106,6 +106,13 @@ class ColourSettings:
         p01 to p08 of the strangers' clips and GRID's 4.2 to 10; with their colour taken out 0, also
         with noise; tinted sepia 0.6 to 1.0, coded as coarsely as H.264 does at a quality of 32 1.0
         to 1.7, but 2.3 and 3.4 in p03, whose skin is burnt out.
+    light_face : float, luminance, 0 to 255
+        From which on a face's chroma counts as it is; that of a darker one relative to it.
+        Measured: a film of a dark brown head (median luminance 58) has 2.4, others of 59 to 90
+        have 3.2 to 7.0; five such clips tinted sepia, and coded with a quality of 32, 1.0 to 1.6.
+    most_dim : float, share of that luminance
+        As which a darker face counts at least. Chosen on the same clips: with 0.6 one in sepia
+        would almost be in colour.
     cells_across : int, cells across a face
         That chroma is averaged in: coarser than the blocks that video keeps one chroma for. Not
         measured.
@@ -159,6 +166,8 @@ class ColourSettings:
     rounds: int = 10
     most_pixels: int = 12_000
     least_spread: float = 2.7
+    light_face: float = 100.0
+    most_dim: float = 0.65
     cells_across: int = 24
     luminance_levels: int = 12
     inside_components: int = 2
