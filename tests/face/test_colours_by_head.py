@@ -77,6 +77,42 @@ def seen(classes, colour):
     return dict(zip(CLASSES, classes.probabilities(flat(colour))[:, 0, 0], strict=True))
 
 
+GUM = (215, 120, 135)
+
+
+def shut_and_bared(shut):
+    """Frames of which so many show closed lips, the others gums where the upper lip is expected."""
+    where, y = labels(), np.mgrid[: SHAPE[0], : SHAPE[1]][0]
+    closed = np.where(where == INSIDE, np.where(y < 36, UPPER, LOWER), where)
+    bared = (where == UPPER) & (y > 27)
+    images, priors = [], []
+    for k in range(6):
+        of = closed if k < shut else where
+        colours = np.array([SKIN, LIPS, LIPS, DARK], float)[of]
+        if k >= shut:
+            colours[bared] = GUM
+        grain = np.random.default_rng(k).normal(0, 5, colours.shape)
+        images.append(np.uint8(np.clip(cv2.GaussianBlur(colours, (0, 0), 0.7) + grain, 0, 255)))
+        planes = np.stack([of == place for place in range(len(PLACES))]).astype(float)
+        priors.append(0.95 * np.stack([cv2.GaussianBlur(p, (0, 0), 2.0) for p in planes]))
+    return learn_placed(images, priors)
+
+
+def test_gums_are_not_learned_for_the_lip_that_bares_them():
+    """Where the clip shows the mouth shut, too: then it is known what is lip."""
+    told, fooled = (
+        np.divide(
+            *(
+                classes.mixtures["upper_lip"].density(features(flat(colour), classes.reference)[0])
+                for colour in (GUM, LIPS)
+            )
+        ).item()
+        for classes in (shut_and_bared(3), shut_and_bared(1))
+    )
+    assert told < 0.1
+    assert fooled > 1
+
+
 def test_lips_that_differ_are_told_apart():
     assert red().lips_apart
     assert set(red().separability) == set(EACH_LIP)

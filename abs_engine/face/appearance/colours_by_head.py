@@ -3,6 +3,9 @@
 Nothing is assumed of how lips differ from skin: what lies where the landmarks and the drawn head
 put a lip is what that lip looks like. Few or unsure pixels make a class wide, and no person is
 refused for them; how well the classes can be told apart is measured (`separability`).
+
+Where a clip shows the mouth shut, lips are learned from that above all: of a parted mouth gums,
+tongue and teeth may lie where its lips are expected, and all frames would then be fitted to them.
 """
 
 from __future__ import annotations
@@ -63,14 +66,14 @@ def learn_placed(
     FaceNotFoundError
         If the places hold no skin or no lips: they lie outside of the picture.
     """
-    prior, pixels = _chosen(images, places)
+    prior, pixels, sure = _chosen(images, places)
     certain = prior[0] > 0.9 * prior[0].max()
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
-    skin, inside, lips, share = _separated(samples, prior, skin_of(samples[certain]))
+    skin, inside, lips, share = _separated(samples, prior, sure, skin_of(samples[certain]))
     skin = sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
     each = {
-        name: _finished(samples, share[k] * _core(prior[k]), lip)
+        name: _finished(samples, sure * share[k] * _core(prior[k]), lip)
         for k, (name, lip) in enumerate(zip(EACH_LIP, lips, strict=True), 1)
     }
     both = _joined(list(each.values()))
@@ -89,12 +92,15 @@ def _core(prior: FloatArray) -> NDArray[np.bool_]:
 
 
 def _separated(
-    samples: FloatArray, prior: FloatArray, skin: Mixture
+    samples: FloatArray, prior: FloatArray, sure: FloatArray, skin: Mixture
 ) -> tuple[Mixture, Mixture, list[Mixture], FloatArray]:
-    """Skin, inside, the two lips, and the probability (4, N) of each place's class."""
+    """Skin, inside, the two lips, and the probability (4, N) of each place's class.
+
+    `sure` (N,) is the weight with which lips are learned from each pixel.
+    """
     anchor = inside = inside_guess(skin)
     lips = [
-        _drawn(_guess(samples, prior[k] * _core(prior[k]), typical_lips(skin)), skin)
+        _drawn(_guess(samples, sure * prior[k] * _core(prior[k]), typical_lips(skin)), skin)
         for k in (1, 2)
     ]
     strength = 0.25 * prior[1:3].sum()
@@ -102,7 +108,7 @@ def _separated(
     for _ in range(COLOURS.rounds):
         share = posterior([skin, *(with_shade(m) for m in lips), inside], samples, prior)
         own = [
-            share[k] * _core(prior[k]) * lit_share(with_shade(m), samples)
+            sure * share[k] * _core(prior[k]) * lit_share(with_shade(m), samples)
             for k, m in zip((1, 2), lips, strict=True)
         ]
         lips = [
@@ -173,16 +179,23 @@ def _told_apart(
 
 def _chosen(
     images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Priors (4, N) and RGB values (N, 3) of the pixels that are learned from."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Priors (4, N) and RGB values (N, 3) of the pixels that are learned from, and lips' weights.
+
+    Those (N,) are 1 for all where too few frames show the mouth shut.
+    """
+    shut = np.array([p[PLACES.index("inside")].max() < COLOURS.parted for p in places])
+    least = COLOURS.parted_weight if shut.sum() >= COLOURS.least_shut else 1.0
+    weights = np.where(shut, 1.0, least)
+    sure = np.repeat(weights, [p[0].size for p in places])
     prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
     keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
     keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
-    prior, pixels = prior[:, keep], pixels[keep]
+    prior, pixels, sure = prior[:, keep], pixels[keep], sure[keep]
     if not (prior.size and min(prior[0].max(), prior[1:3].max()) > 0.2):
         raise FaceNotFoundError(
             "the mouth lies outside of the picture in the frames that were looked at",
             "give a video that shows the mouth",
         )
-    return prior, pixels
+    return prior, pixels, sure
