@@ -44,7 +44,7 @@ class SimulatedMachine(bootstrap.Machine):
         self.pip_settings = "global.extra-index-url='https://example.org/more'"
         self.complains: set[str] = set()  # linters, or "pytest"
 
-    def show(self, command):
+    def show(self, command, *without):
         self.commands.append(" ".join(command))
         return int("pytest" in self.complains)
 
@@ -358,6 +358,15 @@ def test_a_linter_that_is_missing_has_failed(tmp_path):
     assert "bin/ruff" in output
 
 
+def test_tests_keep_what_python_compiles(tmp_path, monkeypatch, capfd):
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    command = [sys.executable, "-c", "import sys; print(sys.dont_write_bytecode)"]
+    machine = bootstrap.Machine(tmp_path)
+    assert machine.show(command) == 0
+    assert machine.show(command, "PYTHONDONTWRITEBYTECODE") == 0
+    assert capfd.readouterr().out.split() == ["True", "False"]
+
+
 def test_no_linter_starts_once_the_tests_were_stopped(tmp_path):
     machine, began = SimulatedMachine(tmp_path, rights=False), threading.Event()
 
@@ -366,7 +375,7 @@ def test_no_linter_starts_once_the_tests_were_stopped(tmp_path):
         began.wait(10)
         return 0, ""
 
-    def stop(_command):
+    def stop(_command, *_without):
         began.set()
         raise KeyboardInterrupt
 
