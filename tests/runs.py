@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import resource
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import av
 import numpy as np
@@ -155,10 +157,14 @@ def write_speaker(path: Path, **changes: object) -> Path:
 
 @contextmanager
 def full(size: int) -> Iterator[None]:
-    """No file can be longer than so many bytes, as on a disk with that much space left."""
+    """No file can be longer than so many bytes, as on a disk with that much space left.
+
+    Meanwhile nothing that Python compiles is kept: it would be cut off, and read again so.
+    """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
-        yield
+        with patch.object(sys, "dont_write_bytecode", True):
+            yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
