@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from abs_engine.cli.progress import asked, say
+from abs_engine.cli.progress import asked, log, say
 
 if TYPE_CHECKING:
     from abs_engine.render.select import OpenRenderer
@@ -15,7 +16,11 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened(name: str) -> Iterator[OpenRenderer]:
-    """Open a renderer and say what it is, and why OpenGL is not used if it failed."""
+    """Open a renderer and say what it is, and why OpenGL is not used if it failed.
+
+    What then has to be compiled for long is said, too.
+    """
+    from abs_engine.cli.compilation import compilation_noticed
     from abs_engine.render.select import open_renderer
 
     notes = _Notes()
@@ -25,7 +30,7 @@ def opened(name: str) -> Iterator[OpenRenderer]:
         renderer = open_renderer(name)
     finally:
         logger.removeHandler(notes)
-    with renderer:
+    with renderer, compilation_noticed(_meanwhile):
         why = f" ({'; '.join(notes.lines)})" if notes.lines else ""
         note(f"renderer: {renderer.description}{why}")
         yield renderer
@@ -43,6 +48,12 @@ def note(line: str) -> None:
     """Say what is no part of the answer, unless `--quiet` was typed."""
     if not asked("quiet"):
         say(line)
+
+
+def _meanwhile(line: str) -> None:
+    """Say something while a stage is under way, whose line on a terminal it replaces."""
+    if not asked("quiet"):
+        log(f"\r{line:78}\n" if sys.stderr.isatty() else f"{line}\n")
 
 
 class _Notes(logging.Handler):
