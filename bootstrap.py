@@ -114,7 +114,7 @@ class Machine:
     def show(self, command: Sequence[str], *without: str) -> int:
         """Run a command in the repository that prints by itself; its exit status.
 
-        Variables of these names are kept from it.
+        Environment variables of these names are not passed on.
         """
         environment = {name: value for name, value in os.environ.items() if name not in without}
         return subprocess.run(command, cwd=self.root, env=environment, check=False).returncode

@@ -159,7 +159,7 @@ def write_speaker(path: Path, **changes: object) -> Path:
 def full(size: int) -> Iterator[None]:
     """No file can be longer than so many bytes, as on a disk with that much space left.
 
-    Meanwhile nothing that Python compiles is kept: it would be cut off, and read again so.
+    Meanwhile Python keeps no bytecode: it would be cut short, and read like that later.
     """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))

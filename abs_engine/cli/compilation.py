@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from numba.core.event import Event, Listener, register, unregister
 
 LEAST = 1.0  # seconds that are worth a line: an update may leave one small loop to compile
-NOTICE = "compiling inner loops, once after an installation: about half a minute"
+NOTICE = "compiling inner loops, once after an installation: up to half a minute"
 
 
 class _Compiling(Listener):
@@ -28,13 +28,15 @@ class _Compiling(Listener):
             self._begun.setdefault(threading.get_ident(), []).append(time.perf_counter())
 
     def on_end(self, event: Event) -> None:
-        """It is compiled; what it calls is counted with it."""
+        """It is compiled; what it calls is counted with it, as long as that lasts."""
         with self._lock:
-            stack = self._begun[threading.get_ident()]
-            began = stack.pop()
+            stack = self._begun.get(threading.get_ident())
             if not stack:
-                self._seconds += time.perf_counter() - began
-            now = self._seconds >= LEAST and not self._told
+                return  # it began before this listened
+            spent = time.perf_counter() - stack[0]
+            stack.pop()
+            self._seconds += 0.0 if stack else spent
+            now = self._seconds + (spent if stack else 0.0) >= LEAST and not self._told
             self._told = self._told or now
         if now:
             self._tell(NOTICE)
@@ -42,7 +44,7 @@ class _Compiling(Listener):
 
 @contextmanager
 def compilation_noticed(tell: Callable[[str], None]) -> Iterator[None]:
-    """Say so, once, if the commands within have to compile for long."""
+    """Call `tell` once, if what runs within compiles for `LEAST` seconds."""
     listener = _Compiling(tell)
     register("numba:compile", listener)
     try:

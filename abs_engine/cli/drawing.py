@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from abs_engine.cli.progress import asked, log, say
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def opened(name: str) -> Iterator[OpenRenderer]:
     """Open a renderer and say what it is, and why OpenGL is not used if it failed.
 
-    What then has to be compiled for long is said, too.
+    A long compilation within is announced, too.
     """
     from abs_engine.cli.compilation import compilation_noticed
     from abs_engine.render.select import open_renderer
@@ -30,7 +30,8 @@ def opened(name: str) -> Iterator[OpenRenderer]:
         renderer = open_renderer(name)
     finally:
         logger.removeHandler(notes)
-    with renderer, compilation_noticed(_meanwhile):
+    quiet = asked("quiet")  # here: threads that compile know no command
+    with renderer, nullcontext() if quiet else compilation_noticed(_meanwhile):
         why = f" ({'; '.join(notes.lines)})" if notes.lines else ""
         note(f"renderer: {renderer.description}{why}")
         yield renderer
@@ -51,9 +52,8 @@ def note(line: str) -> None:
 
 
 def _meanwhile(line: str) -> None:
-    """Say something while a stage is under way, whose line on a terminal it replaces."""
-    if not asked("quiet"):
-        log(f"\r{line:78}\n" if sys.stderr.isatty() else f"{line}\n")
+    """Print a line while a stage is under way; on a terminal it replaces that stage's line."""
+    log(f"\r{line:78}\n" if sys.stderr.isatty() else f"{line}\n")
 
 
 class _Notes(logging.Handler):

@@ -11,6 +11,7 @@ import pytest
 from drawn import drawn, network_sees
 from test_colours_by_head import painted, places
 
+from abs_engine.face.appearance import colourless
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import chroma_spread, in_colour
 from abs_engine.face.appearance.colours_by_head import learn_placed
@@ -60,12 +61,15 @@ def test_people_are_in_colour():
         assert in_colour([(image, outline)])
 
 
-@pytest.mark.parametrize("name", ["clara", "kofi", "mei"])
-def test_a_face_in_poor_light_is_in_colour_too(name):
+@pytest.mark.parametrize(("name", "light"), [("clara", 0.35), ("kofi", 0.6), ("ravi", 0.45)])
+def test_a_face_in_poor_light_is_in_colour_too(name, light, monkeypatch):
     image = drawn(name, jawOpen=0.15)
     outline = network_sees(image).pixels
-    dim = np.uint8(0.6 * image)
+    dim = np.uint8(light * image)
     assert in_colour([(dim, outline)])
+    with monkeypatch.context() as as_it_is:
+        as_it_is.setattr(colourless, "COLOURS", replace(COLOURS, light_face=1.0))
+        assert not in_colour([(dim, outline)])
     assert not in_colour([(coded(toned(dim, SEPIA, noise=2.0)), outline)])
 
 

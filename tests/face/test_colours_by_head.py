@@ -98,6 +98,16 @@ def shut_and_bared(shut):
     return learn_placed(images, priors)
 
 
+def test_frames_without_the_mouth_show_it_neither_shut_nor_parted():
+    images, priors = [painted(seed=k) for k in range(3)], [places()] * 3
+    nowhere = np.zeros_like(places())
+    without, with_them = (
+        learn_placed([*images, *[painted(seed=9)] * n], [*priors, *[nowhere] * n]) for n in (0, 2)
+    )
+    for name, lip in without.mixtures.items():
+        np.testing.assert_array_equal(lip.means, with_them.mixtures[name].means)
+
+
 def test_gums_are_not_learned_for_the_lip_that_bares_them():
     """Where the clip shows the mouth shut, too: then it is known what is lip."""
     told, fooled = (

@@ -45,6 +45,7 @@ class SimulatedMachine(bootstrap.Machine):
         self.complains: set[str] = set()  # linters, or "pytest"
 
     def show(self, command, *without):
+        self.without = without
         self.commands.append(" ".join(command))
         return int("pytest" in self.complains)
 
@@ -365,6 +366,9 @@ def test_tests_keep_what_python_compiles(tmp_path, monkeypatch, capfd):
     assert machine.show(command) == 0
     assert machine.show(command, "PYTHONDONTWRITEBYTECODE") == 0
     assert capfd.readouterr().out.split() == ["True", "False"]
+    simulated = SimulatedMachine(tmp_path, rights=False)
+    assert bootstrap.test(simulated, []) == 0
+    assert simulated.without == ("PYTHONDONTWRITEBYTECODE",)
 
 
 def test_no_linter_starts_once_the_tests_were_stopped(tmp_path):

@@ -22,8 +22,8 @@ _BY_CHROMA = np.array([[-0.169, -0.331, 0.5], [0.5, -0.419, -0.081], [0.299, 0.5
 def chroma_spread(image: NDArray[np.uint8], outline: FloatArray) -> float | None:
     """RMS of a face's chroma about what its luminance tells of it, levels of 255.
 
-    That of a dark face is taken relative to its luminance: skin of the same hue shows as much less
-    chroma as it is darker. What coding adds does not, so that there is a limit.
+    A dark face's is divided by how dark it is, since the same skin shows less chroma in less light.
+    What coding adds does not shrink with it, so the divisor has a lower limit.
 
     Parameters
     ----------

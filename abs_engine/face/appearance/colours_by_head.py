@@ -41,6 +41,7 @@ from abs_engine.face.settings.colour import COLOURS
 PLACES = ("skin", *EACH_LIP, "inside")
 WIDTH = np.array(COLOURS.lip_width)
 PLACE = np.array(COLOURS.lip_place)
+_LEAST_PRIOR = 0.2  # of skin or lips, anywhere in a frame that shows them
 
 
 def learn_placed(
@@ -177,23 +178,30 @@ def _told_apart(
     return float(np.mean(means))
 
 
+def _sure(places: Sequence[FloatArray]) -> FloatArray:
+    """Weight (N,) with which lips are learned from each pixel.
+
+    1 for all where too few frames show the mouth shut.
+    """
+    inside = PLACES.index("inside")
+    seen = [p[1:inside].max(initial=0.0) > _LEAST_PRIOR for p in places]  # else outside the picture
+    closed = [p[inside].max(initial=0.0) < COLOURS.parted for p in places]
+    shut = np.logical_and(seen, closed)
+    least = COLOURS.parted_weight if shut.sum() >= COLOURS.least_shut else 1.0
+    return np.repeat(np.where(shut, 1.0, least), [p[0].size for p in places])
+
+
 def _chosen(
     images: Sequence[NDArray[np.generic]], places: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Priors (4, N) and RGB values (N, 3) of the pixels that are learned from, and lips' weights.
-
-    Those (N,) are 1 for all where too few frames show the mouth shut.
-    """
-    shut = np.array([p[PLACES.index("inside")].max() < COLOURS.parted for p in places])
-    least = COLOURS.parted_weight if shut.sum() >= COLOURS.least_shut else 1.0
-    weights = np.where(shut, 1.0, least)
-    sure = np.repeat(weights, [p[0].size for p in places])
+    """Priors (4, N), RGB values (N, 3) and weights for lips (N,) of the pixels learned from."""
+    sure = _sure(places)
     prior = np.concatenate([p.reshape(len(PLACES), -1) for p in places], axis=1)
     pixels = np.concatenate([np.asarray(i, np.float64).reshape(-1, 3) for i in images])
     keep = np.flatnonzero(prior.sum(axis=0) > 0.02)
     keep = keep[:: max(1, -(-len(keep) // COLOURS.most_pixels))]
     prior, pixels, sure = prior[:, keep], pixels[keep], sure[keep]
-    if not (prior.size and min(prior[0].max(), prior[1:3].max()) > 0.2):
+    if not (prior.size and min(prior[0].max(), prior[1:3].max()) > _LEAST_PRIOR):
         raise FaceNotFoundError(
             "the mouth lies outside of the picture in the frames that were looked at",
             "give a video that shows the mouth",

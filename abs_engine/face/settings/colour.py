@@ -98,14 +98,16 @@ class ColourSettings:
         By how much a lip's colour may be wrong as its place is. Skin or a dark opening beside it
         differ by three times as much, and may be a third of what is learned. Not measured further.
     parted : float, prior of the inside
-        From which on, anywhere in a frame, the mouth is parted there: more than a line between the
-        lips has. Chosen of 0.5 and 0.6 on p01 to p08 of the strangers' clips, where both are alike.
+        From which on, anywhere in a frame, the mouth is parted there. A closed mouth has 0.35; 0.5
+        is an opening of about 2.5 mm as places are blurred last. Chosen of 0.5 and 0.6 on p01 to
+        p08 of the strangers' clips, where both are alike.
     parted_weight : float, share
-        Of what a pixel of a parted mouth counts where lips are learned. Chosen of 0.05, 0.15, 0.2
-        and 1 on 24 films of other heads, where apertures are off by 0.81, 0.82, 0.83 and 0.93 mm,
-        and on p01 to p08, where r of p02 falls from 0.98 to 0.96 with 0.05 (the others are alike).
+        That a pixel of a parted mouth counts for where lips are learned, if enough frames show it
+        shut. Chosen of 0.05, 0.15, 0.2 and 1 on 24 films of other heads, where apertures are off by
+        0.81, 0.82, 0.83 and 0.93 mm, and on p01 to p08, where r of p02 falls from 0.98 to 0.96 with
+        0.05 (the others are alike).
     least_shut : int, frames
-        That show the mouth shut, of which lips are learned rather. Not measured.
+        With the mouth shut, from which on lips are learned from these above all. Not measured.
     rounds : int
         Of expectation and maximisation. Not measured.
     most_pixels : int, pixels
@@ -117,11 +119,12 @@ class ColourSettings:
         to 1.7, but 2.3 and 3.4 in p03, whose skin is burnt out.
     light_face : float, luminance, 0 to 255
         From which on a face's chroma counts as it is; that of a darker one relative to it.
-        Measured: a film of a dark brown head (median luminance 58) has 2.4, others of 59 to 90
-        have 3.2 to 7.0; five such clips tinted sepia, and coded with a quality of 32, 1.0 to 1.6.
+        Measured: a film of a dark brown head (median luminance 58) has a spread of 2.4 before this,
+        others of 59 to 90 have 3.2 to 7.0; five such clips tinted sepia, and coded with a quality
+        of 32, 1.0 to 1.6.
     most_dim : float, share of that luminance
-        As which a darker face counts at least. Chosen on the same clips: with 0.6 one in sepia
-        would almost be in colour.
+        That a darker face's luminance is taken to have at least. Chosen on the same clips: with 0.6
+        one in sepia would almost pass for colour.
     cells_across : int, cells across a face
         That chroma is averaged in: coarser than the blocks that video keeps one chroma for. Not
         measured.
