@@ -92,34 +92,38 @@ def class_maps(
     probable = classes.probabilities(
         patch, HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth, place
     ) * zone(window)
-    return ClassMaps(plane_maps(probable, colour_of, window))
+    return ClassMaps(plane_maps(probable, classes.teeth_in_shade(patch), colour_of, window))
 
 
 def plane_maps(
-    probable: FloatArray, colour_of: Sequence[str | None], window: Window
+    probable: FloatArray, shade: FloatArray, colour_of: Sequence[str | None], window: Window
 ) -> NDArray[Any]:
-    """Maps (C, H, W) of every facet class, of probabilities (4, H, W) over a window."""
+    """Maps (C, H, W) of every facet class, of probabilities (4, H, W) over a window.
+
+    `shade` (H, W) is how probably teeth there lie in shade.
+    """
     line = max(HEAD_FIT.line * HEAD_FIT.drawn_mouth, HEAD_FIT.line_pixels * window.scale)
-    shown = _shown(dict(zip(CLASSES, probable, strict=True)), line)
+    shown = _shown(dict(zip(CLASSES, probable, strict=True)), shade, line)
     zero = np.zeros_like(probable[0])
     return np.stack([zero if c is None else shown[c] for c in colour_of])
 
 
-def _shown(maps: dict[str, FloatArray], line: float) -> dict[str, FloatArray]:
+def _shown(maps: dict[str, FloatArray], shade: FloatArray, line: float) -> dict[str, FloatArray]:
     """Classes that a facet of each class may show: teeth lie in shade, and lips do where they meet.
 
     Where in the mouth teeth stand is not known of a person: dark facets may show them. Where the
-    inside is no more than `line` drawn pixels high, its dark may as well be closed lips; not teeth.
-    What lies in the dark may be as red as lips.
+    inside is no more than `line` drawn pixels high, what is dark there, or as teeth in shade, may
+    as well be closed lips; not lit teeth. What lies in the dark may be as red as lips.
     """
     inside = maps["teeth"] + maps["dark"]
     window = np.ones((2 * round(line / 2) + 1, 1), np.uint8)
     thick = cv2.morphologyEx(inside, cv2.MORPH_OPEN, window)
-    line_of_dark = (inside - thick) * maps["dark"] / np.maximum(inside, 1e-9)
+    dim = maps["dark"] + shade * maps["teeth"]
+    dim_line = (inside - thick) * dim / np.maximum(inside, 1e-9)
     lips = (
         maps["lips"]
         + HEAD_FIT.in_shade * inside
-        + (HEAD_FIT.in_line - HEAD_FIT.in_shade) * line_of_dark
+        + (HEAD_FIT.in_line - HEAD_FIT.in_shade) * dim_line
     )
     dark = inside + HEAD_FIT.red_inside * maps["lips"]
     return {"skin": maps["skin"], "lips": lips, "teeth": inside, "dark": dark}

@@ -107,7 +107,8 @@ def colour_term(face: Face, view: View) -> Term:
     def pull() -> Pull:
         patch = sampled(window, view.image)
         wide = classes.probabilities(patch, HEAD_FIT.pull * HEAD_FIT.drawn_mouth, view.place)
-        return Pull.within(plane_maps(wide, face.regions, window), zone(window))
+        shade = classes.teeth_in_shade(patch)
+        return Pull.within(plane_maps(wide, shade, face.regions, window), zone(window))
 
     return replace(term, pull=pull)
 

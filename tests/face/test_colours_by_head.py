@@ -98,6 +98,13 @@ def shut_and_bared(shut):
     return learn_placed(images, priors)
 
 
+def test_teeth_in_light_differ_from_those_in_shade():
+    row = np.array([[TEETH, [c // 2 for c in TEETH]]])
+    lit, dim = red().teeth_in_shade(row)[0]
+    assert lit < 0.1
+    assert dim > 0.9
+
+
 def test_frames_without_the_mouth_show_it_neither_shut_nor_parted():
     images, priors = [painted(seed=k) for k in range(3)], [places()] * 3
     nowhere = np.zeros_like(places())

@@ -294,6 +294,9 @@ def test_class_maps_follow_the_facet_classes():
             assert smoothing == pytest.approx(HEAD_FIT.smoothing * HEAD_FIT.drawn_mouth)
             return np.stack([np.full((height, width), p) for p in (0.2, 0.3, 0.1, 0.3)])
 
+        def teeth_in_shade(self, image):
+            return np.ones(image.shape[:2])
+
     maps = class_maps(
         Even(), MODEL.colour_classes, window, np.zeros((*CAMERA.size[::-1], 3), np.uint8)
     ).maps
@@ -352,27 +355,31 @@ def test_the_pose_turns_about_the_mouth():
     np.testing.assert_allclose(BASE.pose(np.zeros(6)).rotation, POSE.rotation)
 
 
-def test_a_thin_dark_line_may_be_closed_lips_but_a_thick_one_or_teeth_less_so():
+def test_a_thin_dim_line_may_be_closed_lips_but_a_thick_one_or_lit_teeth_less_so():
     window = mouth_window(MODEL, POSE, CAMERA)
     width, height = window.drawn
     middle = height // 2
 
-    class Dark:
-        def __init__(self, thick, name="dark"):
-            self.thick, self.plane = thick, CLASSES.index(name)
+    class Line:
+        def __init__(self, thick, name, shade):
+            self.thick, self.plane, self.shade = thick, CLASSES.index(name), shade
 
         def probabilities(self, _image, _smoothing, _place):
             maps = np.zeros((4, height, width))
             maps[self.plane, middle - self.thick : middle + self.thick + 1] = 1.0
             return maps
 
+        def teeth_in_shade(self, image):
+            return np.full(image.shape[:2], self.shade)
+
     names = SPEAKER.class_names[1:]
     lip, inside = 1 + names.index("upper_lip"), 1 + names.index("inner_mouth")
     frame = np.zeros((*CAMERA.size[::-1], 3), np.uint8)
-    for thick, name, share in (
-        (0, "dark", HEAD_FIT.in_line), (6, "dark", HEAD_FIT.in_shade),
-        (0, "teeth", HEAD_FIT.in_shade), (6, "teeth", HEAD_FIT.in_shade),
+    for thick, name, shade, share in (
+        (0, "dark", 0.0, HEAD_FIT.in_line), (6, "dark", 0.0, HEAD_FIT.in_shade),
+        (0, "teeth", 0.0, HEAD_FIT.in_shade), (6, "teeth", 0.0, HEAD_FIT.in_shade),
+        (0, "teeth", 1.0, HEAD_FIT.in_line), (6, "teeth", 1.0, HEAD_FIT.in_shade),
     ):  # fmt: skip
-        maps = class_maps(Dark(thick, name), MODEL.colour_classes, window, frame).maps
+        maps = class_maps(Line(thick, name, shade), MODEL.colour_classes, window, frame).maps
         assert maps[lip, middle, width // 2] == pytest.approx(share)
         assert maps[inside, middle, width // 2] == pytest.approx(1.0)

@@ -166,6 +166,11 @@ class ColourClasses:
         maps = (likelihood / (likelihood.sum(axis=0) + floor)).reshape(-1, *shape)
         return hamming(maps, smoothing) if smoothing > 0 else maps
 
+    def teeth_in_shade(self, image: NDArray[np.generic]) -> FloatArray:
+        """Probability (H, W) that teeth seen at each pixel of an image (H, W, 3) lie in shade."""
+        samples = features(image, self.reference).reshape(-1, 3)
+        return 1 - lit_share(self.mixtures["teeth"], samples).reshape(image.shape[:2])
+
     def _placed(self, likelihood: FloatArray, samples: FloatArray, place: MouthPlace) -> FloatArray:
         """The classes' weighted densities (4, N) with what the place of the mouth says."""
         skin, lips, teeth, dark = likelihood
