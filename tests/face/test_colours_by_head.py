@@ -99,7 +99,8 @@ def shut_and_bared(shut):
 
 
 def test_teeth_in_light_differ_from_those_in_shade():
-    row = np.array([[TEETH, [c // 2 for c in TEETH]]])
+    reddish = [(tooth + lip) // 4 for tooth, lip in zip(TEETH, LIPS, strict=True)]  # lips' light
+    row = np.array([[TEETH, reddish]])
     lit, dim = red().teeth_in_shade(row)[0]
     assert lit < 0.1
     assert dim > 0.9
