@@ -107,7 +107,10 @@ def test_what_goes_together_fits(model, term, driver, prepared):
     made = prepared[model]
     leaves = Leaves.of(TrackOptions(terms=(term,), driver=driver))
     binder = replace(made.setting.binder, kinds=leaves.kinds)
-    setting = replace(made.setting, binder=binder, driver=leaves.driver.minimiser())
+    minimiser = leaves.driver.minimiser()
+    if driver == "axes":  # lips jump by 4 mm here: more than its usual evaluations follow
+        minimiser = replace(minimiser, limit=4 * minimiser.limit)
+    setting = replace(made.setting, binder=binder, driver=minimiser)
     found = [result for _, result in replace(made, setting=setting).results()]
     assert [one.found for one in found] == [True] * len(OPEN)
     aperture = np.array([one.aperture for one in found])
