@@ -33,10 +33,11 @@ class _Compiling(Listener):
             stack = self._begun.get(threading.get_ident())
             if not stack:
                 return  # it began before this listened
-            spent = time.perf_counter() - stack[0]
+            total = self._seconds + time.perf_counter() - stack[0]  # since the outermost began
             stack.pop()
-            self._seconds += 0.0 if stack else spent
-            now = self._seconds + (spent if stack else 0.0) >= LEAST and not self._told
+            if not stack:
+                self._seconds = total
+            now = total >= LEAST and not self._told
             self._told = self._told or now
         if now:
             self._tell(NOTICE)

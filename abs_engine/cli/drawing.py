@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import logging
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
-from abs_engine.cli.progress import asked, log, say
+from abs_engine.cli.progress import asked, interject, say
 
 if TYPE_CHECKING:
     from abs_engine.render.select import OpenRenderer
@@ -31,7 +30,7 @@ def opened(name: str) -> Iterator[OpenRenderer]:
     finally:
         logger.removeHandler(notes)
     quiet = asked("quiet")  # here: threads that compile know no command
-    with renderer, nullcontext() if quiet else compilation_noticed(_meanwhile):
+    with renderer, nullcontext() if quiet else compilation_noticed(interject):
         why = f" ({'; '.join(notes.lines)})" if notes.lines else ""
         note(f"renderer: {renderer.description}{why}")
         yield renderer
@@ -49,11 +48,6 @@ def note(line: str) -> None:
     """Say what is no part of the answer, unless `--quiet` was typed."""
     if not asked("quiet"):
         say(line)
-
-
-def _meanwhile(line: str) -> None:
-    """Print a line while a stage is under way; on a terminal it replaces that stage's line."""
-    log(f"\r{line:78}\n" if sys.stderr.isatty() else f"{line}\n")
 
 
 class _Notes(logging.Handler):

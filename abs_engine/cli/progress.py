@@ -34,6 +34,16 @@ def say(line: str) -> None:
     print(line, flush=True, file=sys.stderr if asked("json") else sys.stdout)
 
 
+def interject(line: str) -> None:
+    """Print a line while a stage is under way; on a terminal it replaces that stage's line."""
+    log(f"{_over(line)}\n" if sys.stderr.isatty() else f"{line}\n")
+
+
+def _over(line: str) -> str:
+    """A line in place of the last one on a terminal."""
+    return f"\r{line:78}"
+
+
 class Progress:
     """Stages, then frames done, rate and time left; a context manager, called after every frame.
 
@@ -109,7 +119,7 @@ class Progress:
         """Put a line in place of the last one on a terminal."""
         if self._quiet:
             return
-        log(f"\r{line:78}")
+        log(_over(line))
         self._dirty = True
 
     def _log(self, text: str) -> None:

@@ -12,8 +12,9 @@ from abs_engine.core.errors import (
     ModelFormatError,
     TooFewPixelsError,
 )
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, hamming
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
 from abs_engine.face.appearance.colour_learning import PLACES, learn_classes, typical_classes
+from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.appearance.labelled import train_classes
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture, single
 from abs_engine.face.settings.colour import COLOURS as LEARNED

@@ -13,7 +13,8 @@ from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.pose import PoseFrame, pose_and
 from abs_engine.core.scene import ClassMaps
-from abs_engine.face.appearance.colour import CLASSES, hamming
+from abs_engine.face.appearance.colour import CLASSES
+from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.contact import lip_gaps
 from abs_engine.face.held_head import held_head
 from abs_engine.fit.head_frame import (

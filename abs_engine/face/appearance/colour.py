@@ -13,13 +13,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.colour_prior import beside_teeth, lit_share
+from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
@@ -287,15 +287,3 @@ def _sound(mixture: Mixture) -> bool:
 
 def _peak(mixture: Mixture) -> float:
     return float(mixture.density(mixture.means).max())
-
-
-def hamming(maps: FloatArray, width: float) -> FloatArray:
-    """Convolve maps (C, H, W) with a separable Hamming window `width` px wide (Basu, 5.1)."""
-    size = 2 * int(np.ceil(width / 2)) + 1
-    offset = np.arange(size) - size // 2
-    inside = np.abs(offset) <= width / 2
-    window = np.where(inside, 0.54 + 0.46 * np.cos(2 * np.pi * offset / max(width, 1e-9)), 0.0)
-    window /= window.sum()
-    return np.stack(
-        [cv2.sepFilter2D(m, -1, window, window, borderType=cv2.BORDER_REPLICATE) for m in maps]
-    )
