@@ -13,6 +13,7 @@ from abs_engine.tracking.face_detection import Face, faces_about, find_faces
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.settings.detection import DETECTION
+from abs_engine.tracking.shot_cuts import ShotCuts
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,8 @@ def _believed(seen: Landmarks | None) -> Landmarks | None:
 class FaceFollower:
     """Finds one face in frame after frame, by where its landmarks were last.
 
+    After a cut of the film it may be anywhere, and be another person's.
+
     Parameters
     ----------
     choice : FaceChoice
@@ -91,23 +94,27 @@ class FaceFollower:
         All that the first frame with a face shows, the largest first.
     found : list of Landmarks or None
         What was found in the first frames, as many as a first look at a clip may take.
+    cuts : ShotCuts
     """
 
     def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
         self._choice, self._known = choice, known
         self._last: Landmarks | None = None
         self._lost = self._count = 0
+        self.cuts, self._anywhere = ShotCuts(), False
         self.found: list[Landmarks | None] = []
         self.faces: list[Face] = []
 
     def step(self, image: Image) -> Landmarks | None:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
+        self._anywhere |= self.cuts.step(image)
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)
         self._count += 1
         if len(self.found) < DETECTION.faces_kept:
             self.found.append(found)
         self._lost = 0 if found is not None else self._lost + 1
+        self._anywhere &= found is None
         self._last = found or self._last
         return found
 
@@ -117,7 +124,8 @@ class FaceFollower:
             found, faces = self._choice.first(image)
             self.faces = faces or self.faces
             return found
-        found = landmarks_again(image, last) if self._lost == 0 else None
+        followed = self._lost == 0 and not self._anywhere
+        found = landmarks_again(image, last) if followed else None
         if found is not None and found.unlike < DETECTION.doubtful:
             return found
         caught = self._again(image, last)
@@ -125,7 +133,7 @@ class FaceFollower:
         return min(seen, key=lambda m: m.unlike, default=None)
 
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
-        """The face near where it was; after a while without it, the largest one."""
+        """The face near where it was; after a cut, or a while without it, the largest one."""
         faces = by_size(find_faces(image))
         centre, size = last.pixels.mean(axis=0), last.size
         slack = 1 + DETECTION.widening * min(self._lost, DETECTION.patience)
@@ -140,7 +148,8 @@ class FaceFollower:
             and size / ratio < DETECTION.of_box * f.size < size * ratio
         ]
         near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
-        for face in near or (faces if self._lost > DETECTION.patience else []):
+        any_face = self._anywhere or self._lost > DETECTION.patience
+        for face in near or (faces if any_face else []):
             found = _believed(landmarks_of(image, face))
             if found is not None:
                 return found

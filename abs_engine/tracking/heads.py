@@ -43,6 +43,7 @@ from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
+from abs_engine.tracking.shot_cuts import cut_line
 from abs_engine.tracking.visibility import ByLook
 
 
@@ -151,15 +152,16 @@ def by_landmarks(
         seen = candidate_frames(found, str(clip.video))
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
-    several = len(follower.faces) > 1
-    faces = face_lines(follower.faces, options.face or 1) if several else ""
+    several, cuts = len(follower.faces) > 1, follower.cuts.found
+    lines = [face_lines(follower.faces, options.face or 1)] if several else []
+    lines += [cut_line(cuts)] if cuts else []
     tell("fitting the head")
     fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )
-    facts = {"start": LANDMARKS, "evidence": options.evidence}
-    return ClipTracker(clip.video, clip.info, setting, scale, faces, facts)
+    facts = {"start": LANDMARKS, "evidence": options.evidence, "cuts": cuts}
+    return ClipTracker(clip.video, clip.info, setting, scale, "\n".join(lines), facts)
 
 
 def head_setting(

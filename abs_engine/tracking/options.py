@@ -191,7 +191,7 @@ class ClipTracker:
     scale : Scale
         What millimetres rest on.
     faces : str
-        What is said of several faces, or of a box in which none was seen; empty without either.
+        What is said of several faces, of cuts, or of a box in which no face was seen; else empty.
     facts : dict
         What else `run.json` says of how it was prepared, JSON values.
     memory : Memory

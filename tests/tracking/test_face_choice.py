@@ -14,6 +14,7 @@ from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import OUTER_RING, landmarks_again
+from abs_engine.tracking.shot_cuts import cut_line
 
 BLANK = np.full((SIZE[1], 2 * SIZE[0], 3), 100, np.uint8)
 
@@ -109,6 +110,45 @@ def test_one_that_stays_away_is_given_up_for_another():
     seen = [follower.step(alone) for _ in range(54)]
     assert seen[:10] == [None] * 10
     assert side(seen[-1]) == "left"
+
+
+def scene(number):
+    """A wall whose pattern differs from scene to scene, with a person at one or the other side."""
+    cells = np.random.default_rng(number).integers(40, 200, (6, 16))
+    wall = np.repeat(np.repeat(cells, SIZE[1] // 6, 0), 2 * SIZE[0] // 16, 1)[..., None]
+    image = np.uint8(np.repeat(wall, 3, 2))
+    left = SIZE[0] * (number % 2) + 96
+    image[:, left : left + 128] = drawn("clara" if number < 2 else "kofi")[:, 96:224]
+    return image
+
+
+def test_after_a_cut_the_face_may_be_anywhere_at_once():
+    follower = FaceFollower(FaceChoice(None))
+    shots = [0, 0, 1, 1, 2]
+    assert [side(follower.step(scene(k))) for k in shots] == [
+        "left",
+        "left",
+        "right",
+        "right",
+        "left",
+    ]
+    assert follower.cuts.found == [2, 4]
+
+
+def test_a_face_is_found_when_it_enters_after_the_cut():
+    follower = FaceFollower(FaceChoice(None))
+    follower.step(scene(0))
+    empty = scene(1)
+    empty[:, SIZE[0] :] = empty[:, : SIZE[0]]
+    assert follower.step(empty) is None
+    assert side(follower.step(scene(1))) == "right"
+
+
+def test_cuts_are_named():
+    assert cut_line([40]).startswith("the film is cut before frame 40: one person")
+    assert cut_line([3, 9, 12, 20, 40, 70]).startswith(
+        "the film is cut before frames 3, 9, 12, 20, 40, ...: "
+    )
 
 
 def test_the_first_frames_may_show_nobody():

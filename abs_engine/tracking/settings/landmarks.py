@@ -67,6 +67,12 @@ class LandmarkSettings:
         measured.
     least_motion : float, mm
         Standard deviation of apertures from which on colours are judged by them. Not measured.
+    plainly_open : float, mm
+        Aperture by landmarks from which on colours are asked whether they see it, too. Chosen with
+        altered clips of p04, p10 and p12 of the strangers in view (blurred, small, tinted).
+    fewest_open : int, frames
+        So open at least, for their median to count. Chosen with a filmed stranger in view, of
+        whom landmarks see one closed mouth open.
     person_limit : int, evaluations
         Of the person's fit at most. Not measured.
     shift_deviation : tuple of float, rad, mm and share of the depth
@@ -96,6 +102,8 @@ class LandmarkSettings:
     least_deviation: float = 1.0
     place_rounds: tuple[float, ...] = (3.0, 2.0)
     least_motion: float = 0.7
+    plainly_open: float = 3.0
+    fewest_open: int = 3
     person_limit: int = 80
     shift_deviation: tuple[float, ...] = (0.002, 0.002, 0.002, 0.8, 1.0, 0.003)
     usual_deviation: tuple[float, ...] = (1.7, 1.6, 4.4)
