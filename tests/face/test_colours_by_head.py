@@ -15,10 +15,12 @@ from abs_engine.face.appearance.chroma import matched
 from abs_engine.face.appearance.colour import CLASSES, EACH_LIP, ColourClasses, features
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
 from abs_engine.face.appearance.mouth_area import MouthPlace
+from abs_engine.face.settings.colour import COLOURS
 
 SKIN, LIPS, DARK, TEETH = (205, 155, 130), (165, 80, 85), (45, 22, 20), (190, 180, 165)
 SHAPE = 72, 96
 SKIN_ID, UPPER, LOWER, INSIDE = range(4)
+LEAST = COLOURS.least_weight
 
 
 def labels(large=1.0):
@@ -253,13 +255,13 @@ def test_classes_without_lips_of_their_own_still_load(tmp_path):
     assert again.weight == 1.0
 
 
-@pytest.mark.parametrize(("told", "weight"), [(0.5, 0.2), (0.75, 0.5), (0.9, 1.0), (1.0, 1.0)])
+@pytest.mark.parametrize(("told", "weight"), [(0.5, LEAST), (0.75, 0.5), (0.9, 1.0), (1.0, 1.0)])
 def test_the_weight_of_colours_by_their_separability(told, weight):
     classes = replace(red(), separability=dict.fromkeys(EACH_LIP, told))
     assert classes.weight == pytest.approx(weight)
 
 
-@pytest.mark.parametrize(("told", "weight"), [(-0.5, 0.2), (0.3, 0.2), (0.55, 0.5), (1.2, 1.0)])
+@pytest.mark.parametrize(("told", "weight"), [(-0.5, LEAST), (0.5, LEAST), (0.65, 0.5), (1.2, 1.0)])
 def test_the_weight_of_colours_by_how_apertures_follow(told, weight):
     classes = replace(red(), agreement=told)
     assert classes.weight == pytest.approx(weight)
