@@ -1,9 +1,9 @@
-"""Mirrored and halved clips, and how far their runs agree with those of the clips as they are.
+"""Clips made worse or otherwise changed, and how far their runs agree with those of the clips.
 
-No truth is needed: a mirrored mouth opens as far, and half the pixels show the same lips. Run it by
-hand, first to make the clips, then to compare the runs that `abs-engine track` made of both:
+No truth is needed: a mirrored mouth opens as far, and a darker picture shows the same lips. Run it
+by hand, first to make the clips, then to compare the runs that `abs-engine track` made of both:
 
-    python tests/altered_clips.py make CLIPS ALTERED
+    python tests/altered_clips.py make CLIPS ALTERED [WAY ...]
     python tests/altered_clips.py compare RUNS ALTERED_RUNS
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import av
@@ -23,29 +24,73 @@ from abs_engine.tracking.record import load_run
 Image = NDArray[np.uint8]
 
 
-def mirrored(image: Image) -> Image:
-    """The picture in a mirror."""
-    return np.ascontiguousarray(image[:, ::-1])
+@dataclass(frozen=True)
+class Way:
+    """How a clip is changed: each picture, how well it is compressed, and which frames are kept."""
+
+    change: Callable[[Image], Image] = lambda image: image
+    crf: int = 18
+    every: int = 1
 
 
-def halved(image: Image) -> Image:
-    """The picture at half its width and height."""
-    return np.asarray(cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA))
+def scaled(image: Image, factor: float) -> Image:
+    """The picture at another size."""
+    way = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    return np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=way))
 
 
-WAYS: dict[str, Callable[[Image], Image]] = {"mirrored": mirrored, "half": halved}
+def toned(
+    image: Image, gain: float | list[float], offset: float = 0.0, noise: float = 0.0
+) -> Image:
+    """The picture with other levels, clipped, and with grain."""
+    grain = np.random.default_rng(0).normal(0, noise, image.shape)
+    return np.uint8(np.rint(np.clip(image * np.asarray(gain) + offset + grain, 0, 255)))
 
 
-def rewrite(source: Path, target: Path, change: Callable[[Image], Image]) -> None:
+def grey(image: Image) -> Image:
+    """The picture without colour."""
+    return np.repeat(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)[..., None], 3, 2)
+
+
+def rolled(image: Image) -> Image:
+    """The picture turned by 28 degrees, whole."""
+    height, width = image.shape[:2]
+    side = int(np.hypot(height, width))
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), 28, 1)
+    turn[:, 2] += [(side - width) / 2, (side - height) / 2]
+    return np.asarray(cv2.warpAffine(image, turn, (side, side)))
+
+
+WAYS = {
+    "mirrored": Way(lambda image: np.ascontiguousarray(image[:, ::-1])),
+    "half": Way(lambda image: scaled(image, 0.5)),
+    "far": Way(lambda image: scaled(image, 0.6)),
+    "rolled": Way(rolled),
+    "slow": Way(every=3),
+    "blurred": Way(lambda image: cv2.GaussianBlur(image, (0, 0), max(image.shape) / 260)),
+    "compressed": Way(crf=38),
+    "dim": Way(lambda image: toned(image, 0.22, noise=4.0)),
+    "flat": Way(lambda image: toned(image, 0.35, 83.0)),
+    "bright": Way(lambda image: toned(image, 1.7, 10.0)),
+    "blue": Way(lambda image: toned(image, [0.7, 0.95, 1.25])),
+    "warm": Way(lambda image: toned(image, [1.25, 0.95, 0.6])),
+    "grey": Way(grey),
+}
+
+
+def rewrite(source: Path, target: Path, way: Way) -> None:
     """Write a video whose pictures are changed."""
     with av.open(str(source)) as read, av.open(str(target), "w") as written:
         rate = read.streams.video[0].average_rate
         stream = None
-        for frame in read.decode(video=0):
-            image = change(frame.to_ndarray(format="rgb24"))
+        for k, frame in enumerate(read.decode(video=0)):
+            if k % way.every:
+                continue
+            image = way.change(frame.to_ndarray(format="rgb24"))
             height, width = (n - n % 2 for n in image.shape[:2])
             if stream is None:
-                stream = written.add_stream("libx264", rate=rate, options={"crf": "15"})
+                crf = {"crf": str(way.crf)}
+                stream = written.add_stream("libx264", rate=rate / way.every, options=crf)
                 stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
             picture = np.ascontiguousarray(image[:height, :width])
             written.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
@@ -53,30 +98,40 @@ def rewrite(source: Path, target: Path, change: Callable[[Image], Image]) -> Non
 
 
 def compared(runs: Path, altered: Path) -> Iterator[str]:
-    """A line for each altered run that has a run of the clip as it is."""
+    """A line for each altered run that has a run of the clip as it is, then one for each way."""
+    told: dict[str, list[float]] = {}
     for folder in sorted(altered.iterdir()):
         name, _, way = folder.name.rpartition("-")
-        if way not in WAYS or not (runs / name).is_dir():
+        if way not in WAYS or not folder.is_dir() or not (runs / name).is_dir():
             continue
-        plain, other = load_run(runs / name), load_run(folder)
+        whole, other = load_run(runs / name), load_run(folder)
+        names, frames = ("found", "aperture", "width", "closed"), len(other["found"])
+        plain = {n: whole[n][:: WAYS[way].every][:frames] for n in names}
         both = plain["found"] & other["found"]
         one, two = (run["aperture"][both] for run in (plain, other))
         off = np.sqrt(np.mean((one - two) ** 2))
         wide = np.corrcoef(plain["width"][both], other["width"][both])[0, 1]
+        told.setdefault(way, []).append(float(np.corrcoef(one, two)[0, 1]))
         yield (
             f"{folder.name:14} found {other['found'].sum()} of {plain['found'].sum()}  aperture r "
-            f"{np.corrcoef(one, two)[0, 1]:.3f}, {off:.2f} mm rms of {one.std():.1f} sd  "
+            f"{told[way][-1]:.3f}, {off:.2f} mm rms of {one.std():.1f} sd  "
             f"width r {wide:.2f}  closed {plain['closed'].sum()} and {other['closed'].sum()}, "
             f"both {(plain['closed'] & other['closed']).sum()}"
+        )
+    for way, values in sorted(told.items()):
+        good = int(np.sum(np.array(values) >= 0.9))
+        yield (
+            f"{way}: {len(values)} clips, r median {np.median(values):.3f}, least "
+            f"{min(values):.3f}, 0.9 or more in {good}"
         )
 
 
 if __name__ == "__main__":
-    what, first, second = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    what, first, second, *chosen = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]), *sys.argv[4:]
     if what == "make":
         second.mkdir(parents=True, exist_ok=True)
         for clip in sorted(p for p in first.iterdir() if p.suffix in (".mp4", ".mpg")):
-            for way, change in WAYS.items():
-                rewrite(clip, second / f"{clip.stem}-{way}.mp4", change)
+            for way in chosen or WAYS:
+                rewrite(clip, second / f"{clip.stem}-{way}.mp4", WAYS[way])
     else:
         sys.stdout.write("\n".join(compared(first, second)) + "\n")
