@@ -9,11 +9,12 @@ import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError
-from abs_engine.tracking.face_detection import Face, faces_about, find_faces
+from abs_engine.tracking.face_detection import Face, faces_about
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.shot_cuts import ShotCuts
+from abs_engine.tracking.turned_faces import faces_any_way_up, faces_turned
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,8 @@ class FaceChoice:
         if self.box is not None:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
             return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
-        pairs = [(f, _believed(landmarks_of(image, f))) for f in by_size(find_faces(image))]
+        faces = by_size(faces_any_way_up(image))
+        pairs = [(f, _believed(landmarks_of(image, f))) for f in faces]
         seen = [(f, m) for f, m in pairs if m is not None]  # what the second network denies is none
         if not seen:
             return None, []
@@ -134,7 +136,7 @@ class FaceFollower:
 
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
         """The face near where it was; after a cut, or a while without it, the largest one."""
-        faces = by_size(find_faces(image))
+        faces = by_size(faces_turned(image, last.quarters))
         centre, size = last.pixels.mean(axis=0), last.size
         slack = 1 + DETECTION.widening * min(self._lost, DETECTION.patience)
         reach, ratio = (

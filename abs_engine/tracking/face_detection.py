@@ -60,7 +60,7 @@ def find_face(image: NDArray[np.uint8]) -> Face | None:
     return max(find_faces(image), key=lambda face: face.size, default=None)
 
 
-def find_faces(image: NDArray[np.uint8]) -> list[Face]:
+def find_faces(image: NDArray[np.uint8], small: bool = True) -> list[Face]:
     """The faces of an image, the surest first.
 
     They are looked for in the whole picture, and in parts of it where that shows none, as small
@@ -69,6 +69,8 @@ def find_faces(image: NDArray[np.uint8]) -> list[Face]:
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
+    small : bool
+        Whether parts are looked at.
 
     Returns
     -------
@@ -81,7 +83,7 @@ def find_faces(image: NDArray[np.uint8]) -> list[Face]:
     if least < _NARROWEST or most > _LONGEST * least:
         return []
     found = _looked_at(image, np.array([width, height]) / 2.0, most, DETECTION.sure)
-    for share in DETECTION.smaller:
+    for share in DETECTION.smaller if small else ():
         if found:
             break
         squares = _centres(width, height, share * least)

@@ -71,6 +71,12 @@ class Landmarks:
         return float(max(np.ptp(self.pixels @ axis) for axis in self.axes))
 
     @property
+    def quarters(self) -> int:
+        """Quarter turns of the picture, against the clock, after which the face is upright."""
+        (along, across), _ = self.axes
+        return round(float(np.arctan2(across, along)) / (np.pi / 2)) % 4
+
+    @property
     def openness(self) -> float:
         """Height between the inner lips' middles over the distance of the eyes' outer corners."""
         upper, lower, right, left = self.pixels[[13, 14, 33, 263]]

@@ -48,7 +48,7 @@ def _cells(image: Image) -> FloatArray:
     """The picture's brightness (16, 16), 0 to 255."""
     down, across = (max(1, n // 128) for n in image.shape[:2])
     brightness = image[::down, ::across].mean(axis=2, dtype=np.float32)
-    return cv2.resize(brightness, (16, 16), interpolation=cv2.INTER_AREA).astype(np.float64)
+    return np.asarray(cv2.resize(brightness, (16, 16), interpolation=cv2.INTER_AREA), np.float64)
 
 
 def _changed(one: FloatArray, other: FloatArray) -> float:
