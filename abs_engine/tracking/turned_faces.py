@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray, Image
@@ -19,12 +20,14 @@ def faces_any_way_up(image: Image) -> list[Face]:
     looked for upright alone.
     """
     upright = find_faces(image)
-    least = _surest(upright) + DETECTION.plainly_turned
     if _surest(upright) >= DETECTION.upright:
         return upright
-    ways = [faces_turned(image, quarters, small=False) for quarters in (1, 2, 3)]
-    best = max(ways, key=_surest)
-    return best if _surest(best) >= least else upright
+    little = _little(image)
+    ways = {q: _surest(faces_turned(little, q, small=False)) for q in (1, 2, 3)}
+    best = max(ways, key=ways.__getitem__)
+    if ways[best] < _surest(upright) + DETECTION.plainly_turned:
+        return upright
+    return faces_turned(image, best, small=False) or upright
 
 
 def faces_turned(image: Image, quarters: int, small: bool = True) -> list[Face]:
@@ -36,6 +39,12 @@ def faces_turned(image: Image, quarters: int, small: bool = True) -> list[Face]:
         return find_faces(image, small)
     found = find_faces(np.ascontiguousarray(np.rot90(image, quarters)), small)
     return [_turned_back(face, image.shape[:2], quarters % 4) for face in found]
+
+
+def _little(image: Image) -> Image:
+    """The picture, not much larger than the detector sees it."""
+    factor = min(1.0, DETECTION.little / max(image.shape))
+    return np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA))
 
 
 def _surest(faces: list[Face]) -> float:

@@ -23,6 +23,8 @@ class DetectionSettings:
     plainly_turned : float, probability
         By which a face must be surer in the turned picture. Measured: 0.09 (p12) and more, of most
         faces 0.2.
+    little : int, px
+        Longer side of the picture that is turned: twice what the detector sees. Not measured.
     same : float, overlap over union
         Of two guesses, from which on they are of one face. Not measured.
     again : float, sides of the face's box
@@ -104,6 +106,7 @@ class DetectionSettings:
     surer: float = 0.75
     upright: float = 0.88
     plainly_turned: float = 0.08
+    little: int = 256
     same: float = 0.3
     again: float = 1.6
     least_apart: float = 0.05
