@@ -35,7 +35,9 @@ class HeadFitSettings:
         measured.
     opening_weight : float, independent observations
         That each pixel of an opening counts as: neighbouring pixels have much of what the network
-        sees in common. Not measured.
+        sees in common. Chosen of 0.5, 0.25, 0.15 and 0.08 on the first five speakers of labelled
+        close-ups: parted or closed right in 86, 89, 91 and 94 % of the frames, inner lips off by
+        1.6, 1.8, 2.0 and 2.2 % of the mouth's width.
     border_reach : int, drawn pixels
         To either side of a border that tell its curvature. Not measured.
     first_stride : float, mm
@@ -65,7 +67,7 @@ class HeadFitSettings:
     line: float = 0.03
     line_pixels: float = 2.5
     least_thickness: float = 0.35
-    opening_weight: float = 0.5
+    opening_weight: float = 0.15
     border_reach: int = 2
     first_stride: float = 2.0
     shared_reach: float = 4.0
