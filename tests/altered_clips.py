@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from abs_engine.tracking.record import load_run
 
 Image = NDArray[np.uint8]
+GRAIN = np.random.default_rng(0)
 
 
 @dataclass(frozen=True)
@@ -33,17 +34,16 @@ class Way:
     every: int = 1
 
 
-def scaled(image: Image, factor: float) -> Image:
-    """The picture at another size."""
-    way = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    return np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=way))
+def halved(image: Image) -> Image:
+    """The picture at half its width and height."""
+    return np.asarray(cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA))
 
 
 def toned(
     image: Image, gain: float | list[float], offset: float = 0.0, noise: float = 0.0
 ) -> Image:
     """The picture with other levels, clipped, and with grain."""
-    grain = np.random.default_rng(0).normal(0, noise, image.shape)
+    grain = GRAIN.normal(0, noise, image.shape)
     return np.uint8(np.rint(np.clip(image * np.asarray(gain) + offset + grain, 0, 255)))
 
 
@@ -63,8 +63,7 @@ def rolled(image: Image) -> Image:
 
 WAYS = {
     "mirrored": Way(lambda image: np.ascontiguousarray(image[:, ::-1])),
-    "half": Way(lambda image: scaled(image, 0.5)),
-    "far": Way(lambda image: scaled(image, 0.6)),
+    "half": Way(halved),
     "rolled": Way(rolled),
     "slow": Way(every=3),
     "blurred": Way(lambda image: cv2.GaussianBlur(image, (0, 0), max(image.shape) / 260)),
@@ -132,6 +131,8 @@ if __name__ == "__main__":
         second.mkdir(parents=True, exist_ok=True)
         for clip in sorted(p for p in first.iterdir() if p.suffix in (".mp4", ".mpg")):
             for way in chosen or WAYS:
+                if way not in WAYS:
+                    sys.exit(f"no way '{way}'; there are {', '.join(WAYS)}")
                 rewrite(clip, second / f"{clip.stem}-{way}.mp4", WAYS[way])
     else:
         sys.stdout.write("\n".join(compared(first, second)) + "\n")

@@ -13,7 +13,7 @@ from abs_engine.tracking.face_detection import Face, faces_about
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
 from abs_engine.tracking.settings.detection import DETECTION
-from abs_engine.tracking.shot_cuts import ShotCuts
+from abs_engine.tracking.shot_cuts import ShotCuts, cut_line
 from abs_engine.tracking.turned_faces import faces_any_way_up, faces_turned
 
 
@@ -43,6 +43,7 @@ class FaceChoice:
         """
         if self.box is not None:
             near = self.box.shown(faces_about(image, self.box.centre, self.box.size))
+            near = near or self.box.shown(faces_any_way_up(image))
             return (None, []) if near is None else (_believed(landmarks_of(image, near)), [near])
         faces = by_size(faces_any_way_up(image))
         pairs = [(f, _believed(landmarks_of(image, f))) for f in faces]
@@ -82,7 +83,7 @@ def _believed(seen: Landmarks | None) -> Landmarks | None:
 class FaceFollower:
     """Finds one face in frame after frame, by where its landmarks were last.
 
-    After a cut of the film it may be anywhere, and be another person's.
+    After a cut of the film it may be anywhere at once, unless a user has chosen among several.
 
     Parameters
     ----------
@@ -97,19 +98,23 @@ class FaceFollower:
     found : list of Landmarks or None
         What was found in the first frames, as many as a first look at a clip may take.
     cuts : ShotCuts
+    cut : bool
+        Whether the last frame began another shot.
     """
 
     def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
         self._choice, self._known = choice, known
         self._last: Landmarks | None = None
         self._lost = self._count = 0
-        self.cuts, self._anywhere = ShotCuts(), False
+        self._anywhere = self.cut = False
+        self.cuts = ShotCuts()
         self.found: list[Landmarks | None] = []
         self.faces: list[Face] = []
 
     def step(self, image: Image) -> Landmarks | None:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
-        self._anywhere |= self.cuts.step(image)
+        self.cut = self.cuts.step(image)
+        self._anywhere |= self.cut and self._choice == FaceChoice()
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)
         self._count += 1
@@ -134,9 +139,25 @@ class FaceFollower:
         seen = [m for m in (_believed(found), caught) if m is not None]
         return min(seen, key=lambda m: m.unlike, default=None)
 
+    def remarks(self) -> str:
+        """Lines about several faces, and about cuts; empty without either."""
+        several = [face_lines(self.faces, self._choice.number or 1)] if len(self.faces) > 1 else []
+        return "\n".join(several + ([cut_line(self.cuts.found)] if self.cuts.found else []))
+
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
-        """The face near where it was; after a cut, or a while without it, the largest one."""
-        faces = by_size(faces_turned(image, last.quarters))
+        """The face near where it was; after a cut, or a while without it, else the largest one."""
+        any_face = self._anywhere or self._lost > DETECTION.patience
+        faces = by_size(faces_any_way_up(image) if any_face else faces_turned(image, last.quarters))
+        near = self._near(faces, last)
+        others = [face for face in faces if all(face is not one for one in near)]
+        for face in [*near, *others] if any_face else near:
+            found = _believed(landmarks_of(image, face))
+            if found is not None:
+                return found
+        return None
+
+    def _near(self, faces: Sequence[Face], last: Landmarks) -> list[Face]:
+        """Those that may be the face that was last seen, the nearest first."""
         centre, size = last.pixels.mean(axis=0), last.size
         slack = 1 + DETECTION.widening * min(self._lost, DETECTION.patience)
         reach, ratio = (
@@ -149,10 +170,4 @@ class FaceFollower:
             if np.linalg.norm(f.centre - centre) < reach
             and size / ratio < DETECTION.of_box * f.size < size * ratio
         ]
-        near.sort(key=lambda f: float(np.linalg.norm(f.centre - centre)))
-        any_face = self._anywhere or self._lost > DETECTION.patience
-        for face in near or (faces if any_face else []):
-            found = _believed(landmarks_of(image, face))
-            if found is not None:
-                return found
-        return None
+        return sorted(near, key=lambda f: float(np.linalg.norm(f.centre - centre)))

@@ -60,7 +60,7 @@ def find_face(image: NDArray[np.uint8]) -> Face | None:
     return max(find_faces(image), key=lambda face: face.size, default=None)
 
 
-def find_faces(image: NDArray[np.uint8], small: bool = True) -> list[Face]:
+def find_faces(image: NDArray[np.uint8], *, in_parts: bool = True) -> list[Face]:
     """The faces of an image, the surest first.
 
     They are looked for in the whole picture, and in parts of it where that shows none, as small
@@ -69,7 +69,7 @@ def find_faces(image: NDArray[np.uint8], small: bool = True) -> list[Face]:
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
-    small : bool
+    in_parts : bool
         Whether parts are looked at.
 
     Returns
@@ -83,7 +83,7 @@ def find_faces(image: NDArray[np.uint8], small: bool = True) -> list[Face]:
     if least < _NARROWEST or most > _LONGEST * least:
         return []
     found = _looked_at(image, np.array([width, height]) / 2.0, most, DETECTION.sure)
-    for share in DETECTION.smaller if small else ():
+    for share in DETECTION.smaller if in_parts else ():
         if found:
             break
         squares = _centres(width, height, share * least)

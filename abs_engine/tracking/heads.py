@@ -20,8 +20,7 @@ from abs_engine.io.video import read_frames
 from abs_engine.tracking import landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import ClipSetting
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
-from abs_engine.tracking.face_detection import find_faces
+from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.frame_choice import candidate_frames, spread_over
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
@@ -43,7 +42,7 @@ from abs_engine.tracking.plugin_trial import Trial
 from abs_engine.tracking.rendered_landmarks import sightings_of
 from abs_engine.tracking.scale import Scale, known_scale, pupil_distance, pupil_scale
 from abs_engine.tracking.shifted_motion import ShiftedMotion
-from abs_engine.tracking.shot_cuts import cut_line
+from abs_engine.tracking.turned_faces import faces_any_way_up
 from abs_engine.tracking.visibility import ByLook
 
 
@@ -94,7 +93,7 @@ def prepare_head(
                 raise
         _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
         remark = "no face was seen about the mouth that was given: started from its colours"
-        return replace(by_blobs(clip, speaker, renderer, options, leaves, tell), faces=remark)
+        return replace(by_blobs(clip, speaker, renderer, options, leaves, tell), remarks=remark)
     return by_blobs(clip, speaker, renderer, options, leaves, tell)
 
 
@@ -112,7 +111,7 @@ def _average(
 
 def _check_box(video: Path, box: FaceBox) -> None:
     """Raise `FaceNotFoundError` if the first frame shows a face whose mouth lies elsewhere."""
-    faces = find_faces(next(iter(read_frames(video))))
+    faces = faces_any_way_up(next(iter(read_frames(video))))
     if faces and box.shown(faces) is None:
         x, y = by_size(faces)[0].mouth
         raise FaceNotFoundError(
@@ -152,16 +151,13 @@ def by_landmarks(
         seen = candidate_frames(found, str(clip.video))
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
-    several, cuts = len(follower.faces) > 1, follower.cuts.found
-    lines = [face_lines(follower.faces, options.face or 1)] if several else []
-    lines += [cut_line(cuts)] if cuts else []
     tell("fitting the head")
     fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )
-    facts = {"start": LANDMARKS, "evidence": options.evidence, "cuts": cuts}
-    return ClipTracker(clip.video, clip.info, setting, scale, "\n".join(lines), facts)
+    facts = {"start": LANDMARKS, "evidence": options.evidence, "cuts": follower.cuts.found}
+    return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 
 
 def head_setting(

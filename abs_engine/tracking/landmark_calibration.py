@@ -144,12 +144,9 @@ def calibrate_placed(
 
 
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
-    """By how much apertures by colours alone grow with those by landmarks: a slope, about 1.
+    """How far apertures by colours alone follow those by landmarks, see `following`.
 
-    Or, where that is less, the share of the landmarks' opening that the colours see in the median
-    frame of a mouth that is plainly open: a slope rests on the widest openings, and may hide that
-    all others are taken for closed. 1 where the mouth hardly moves by the landmarks: then there is
-    nothing to judge by.
+    1 where the mouth hardly moves by the landmarks: then there is nothing to judge by.
     """
     model = head.model
     stand = PlacedMouths(model, placed, head.camera, head.renderer, no_correction(), found.person)
@@ -161,11 +158,27 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     terms = stand.terms(classes, starts)
     alone = stand.postures(terms, starts, landmarks=False)
     seen = _apertures(model, found.person, alone)
+    return following(told, seen)
+
+
+def following(told: FloatArray, seen: FloatArray) -> float:
+    """By how much apertures grow with others: a slope, about 1.
+
+    Or, where that is less than both the slope and 1, the share of the other aperture in the median
+    frame of a mouth that is plainly open: a slope rests on the widest openings, and may hide that
+    most others are taken for closed.
+
+    Parameters
+    ----------
+    told, seen : (N,) float64, mm
+        Apertures by landmarks, and by colours alone.
+    """
     slope = float(np.cov(told, seen, bias=True)[0, 1] / told.var())
     plain = told > LANDMARK_EVIDENCE.plainly_open
     if plain.sum() < LANDMARK_EVIDENCE.fewest_open:
         return slope
-    return min(slope, float(np.median(seen[plain] / told[plain])))
+    share = float(np.median(seen[plain] / told[plain]))
+    return min(slope, share) if share < 1 else slope
 
 
 def _round(

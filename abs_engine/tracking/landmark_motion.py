@@ -56,10 +56,9 @@ class LandmarkFollower:
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
         """The next frame with the head's pose and posture."""
         motion, seen = self._motion, self._faces.step(image)
+        last = None if self._faces.cut else self._last
         self._last = (
-            None
-            if seen is None
-            else placed_fit(motion.textured, motion.shape, image, seen, self._last)
+            None if seen is None else placed_fit(motion.textured, motion.shape, image, seen, last)
         )
         if seen is None or self._last is None:
             return HeadFrame(image, None)

@@ -73,8 +73,8 @@ class Landmarks:
     @property
     def quarters(self) -> int:
         """Quarter turns of the picture, against the clock, after which the face is upright."""
-        (along, across), _ = self.axes
-        return round(float(np.arctan2(across, along)) / (np.pi / 2)) % 4
+        (x, y), _ = self.axes
+        return round(float(np.arctan2(y, x)) / (np.pi / 2)) % 4
 
     @property
     def openness(self) -> float:

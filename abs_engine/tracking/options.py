@@ -190,7 +190,7 @@ class ClipTracker:
     setting : ClipSetting
     scale : Scale
         What millimetres rest on.
-    faces : str
+    remarks : str
         What is said of several faces, of cuts, or of a box in which no face was seen; else empty.
     facts : dict
         What else `run.json` says of how it was prepared, JSON values.
@@ -202,7 +202,7 @@ class ClipTracker:
     info: VideoInfo
     setting: ClipSetting
     scale: Scale
-    faces: str = ""
+    remarks: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
     memory: Memory = field(default_factory=Memory)
 

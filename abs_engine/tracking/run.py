@@ -160,8 +160,8 @@ def track_video(
             took = time.perf_counter() - start
             if prepared is not None:
                 prepared(took)
-            if remark is not None and tracker.faces:
-                remark(tracker.faces)
+            if remark is not None and tracker.remarks:
+                remark(tracker.remarks)
             where = os.path.relpath(video.resolve(), folder.resolve())
             settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
             recorder = Recorder(tracker.setting, made.partial)
@@ -216,7 +216,7 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "physics": None if options.physics is None else options.physics.name,
         "colours": "learned" if options.colours is None else options.colours.name,
         "face": options.face,
-        "faces": tracker.faces,
+        "remarks": tracker.remarks,
         "scale": asdict(tracker.scale),
         "smoothing": None if options.smooth is None else Smoothing.named(options.smooth).told(),
         "plugins": [{"file": path.name, "sha256": digest(path)} for path in PLUGINS],

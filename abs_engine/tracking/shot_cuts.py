@@ -14,6 +14,9 @@ from abs_engine.tracking.settings.detection import DETECTION
 class ShotCuts:
     """Finds cuts in frame after frame, by how much of a coarse picture changes.
 
+    Light that comes or goes is no change, and plain pictures, black between shots say, are left
+    out: the frame after them is compared with the one before.
+
     Attributes
     ----------
     found : list of int
@@ -27,12 +30,15 @@ class ShotCuts:
 
     def step(self, image: Image) -> bool:
         """Whether the next frame (H, W, 3) RGB begins another shot; not the first frame."""
-        now, last = _cells(image), self._last
-        cut = last is not None and _changed(last, now) > DETECTION.most_changed
-        if cut:
-            self.found.append(self._count)
-        self._last, self._count = now, self._count + 1
-        return cut
+        number, self._count = self._count, self._count + 1
+        now = _pattern(image)
+        if now is None:
+            return False
+        last, self._last = self._last, now
+        if last is None or _changed(last, now) <= DETECTION.most_changed:
+            return False
+        self.found.append(number)
+        return True
 
 
 def cut_line(frames: Sequence[int]) -> str:
@@ -40,18 +46,19 @@ def cut_line(frames: Sequence[int]) -> str:
     shown = ", ".join(str(k) for k in frames[:5]) + (", ..." if len(frames) > 5 else "")
     return (
         f"the film is cut before frame{'s' if len(frames) > 1 else ''} {shown}: one person is "
-        "assumed in all shots; if there are several, give a video of each"
+        "assumed in all shots; if there are several, track each shot separately"
     )
 
 
-def _cells(image: Image) -> FloatArray:
-    """The picture's brightness (16, 16), 0 to 255."""
+def _pattern(image: Image) -> FloatArray | None:
+    """Brightness on 16x16 cells, with mean 0 and deviation 1; None of a plain picture."""
     down, across = (max(1, n // 128) for n in image.shape[:2])
     brightness = image[::down, ::across].mean(axis=2, dtype=np.float32)
-    return np.asarray(cv2.resize(brightness, (16, 16), interpolation=cv2.INTER_AREA), np.float64)
+    cells = np.asarray(cv2.resize(brightness, (16, 16), interpolation=cv2.INTER_AREA), np.float64)
+    spread = float(cells.std())
+    return None if spread < DETECTION.plain else (cells - cells.mean()) / spread
 
 
 def _changed(one: FloatArray, other: FloatArray) -> float:
-    """Share of the cells that change by more than a part of how much cells differ."""
-    spread = max(min(one.std(), other.std()), 1.0)
-    return float((np.abs(one - other) > DETECTION.change * spread).mean())
+    """Share of the cells that differ."""
+    return float((np.abs(one - other) > DETECTION.change).mean())

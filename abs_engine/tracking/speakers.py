@@ -10,7 +10,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, face_lines
+from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.light import SkinLight
@@ -111,15 +111,13 @@ def track_speaker(
     if clip.colours is not None:
         face = face.coloured(clip.colours, SkinLight.of([seen]))
     fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
-    several = len(follower.faces) > 1
-    faces = face_lines(follower.faces, options.face or 1) if several else ""
     before = clip.first(follower.found)
     head = fitted.face
     if face.appearance is not None and any(name in leaves.kinds for name in LOOKS):
         head = looking(head, face.appearance, compared(face, speaker))
     setting = head_setting(clip, fitted, renderer, options, leaves, choice, before, head)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
-    return ClipTracker(clip.video, clip.info, setting, face.scale, faces, facts)
+    return ClipTracker(clip.video, clip.info, setting, face.scale, follower.remarks(), facts)
 
 
 SPEAKER = Model(

@@ -23,28 +23,30 @@ def faces_any_way_up(image: Image) -> list[Face]:
     if _surest(upright) >= DETECTION.upright:
         return upright
     little = _little(image)
-    ways = {q: _surest(faces_turned(little, q, small=False)) for q in (1, 2, 3)}
+    ways = {q: _surest(faces_turned(little, q, in_parts=False)) for q in (1, 2, 3)}
     best = max(ways, key=ways.__getitem__)
     if ways[best] < _surest(upright) + DETECTION.plainly_turned:
         return upright
-    return faces_turned(image, best, small=False) or upright
+    return faces_turned(image, best, in_parts=False) or upright
 
 
-def faces_turned(image: Image, quarters: int, small: bool = True) -> list[Face]:
+def faces_turned(image: Image, quarters: int, *, in_parts: bool = True) -> list[Face]:
     """The faces of an image, the surest first, seen after quarter turns against the clock.
 
-    See `find_faces` for `small`.
+    See `find_faces` for `in_parts`.
     """
     if quarters % 4 == 0:
-        return find_faces(image, small)
-    found = find_faces(np.ascontiguousarray(np.rot90(image, quarters)), small)
+        return find_faces(image, in_parts=in_parts)
+    found = find_faces(np.ascontiguousarray(np.rot90(image, quarters)), in_parts=in_parts)
     return [_turned_back(face, image.shape[:2], quarters % 4) for face in found]
 
 
 def _little(image: Image) -> Image:
     """The picture, not much larger than the detector sees it."""
-    factor = min(1.0, DETECTION.little / max(image.shape))
-    return np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA))
+    height, width = image.shape[:2]
+    factor = min(1.0, DETECTION.little / max(height, width))
+    size = max(1, round(factor * width)), max(1, round(factor * height))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
 
 
 def _surest(faces: list[Face]) -> float:

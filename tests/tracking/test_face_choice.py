@@ -14,7 +14,6 @@ from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size, face_lines
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import OUTER_RING, landmarks_again
-from abs_engine.tracking.shot_cuts import cut_line
 
 BLANK = np.full((SIZE[1], 2 * SIZE[0], 3), 100, np.uint8)
 
@@ -144,11 +143,39 @@ def test_a_face_is_found_when_it_enters_after_the_cut():
     assert side(follower.step(scene(1))) == "right"
 
 
-def test_cuts_are_named():
-    assert cut_line([40]).startswith("the film is cut before frame 40: one person")
-    assert cut_line([3, 9, 12, 20, 40, 70]).startswith(
-        "the film is cut before frames 3, 9, 12, 20, 40, ...: "
-    )
+def test_a_face_that_was_chosen_is_not_given_up_at_a_cut():
+    follower = FaceFollower(FaceChoice(1))
+    assert side(follower.step(scene(0))) == "left"
+    assert [follower.step(scene(1)) for _ in range(2)] == [None, None]
+    assert side(follower.step(scene(0))) == "left"
+
+
+def test_a_cut_may_turn_the_picture():
+    follower = FaceFollower(FaceChoice())
+    follower.step(scene(0))
+    turned = follower.step(np.ascontiguousarray(scene(1)[::-1, ::-1]))
+    assert (side(turned), turned.quarters) == ("left", 2)
+
+
+def test_a_box_in_a_turned_picture():
+    image = np.ascontiguousarray(np.rot90(picture(), 2))
+    ring = FaceChoice(1).first(image)[0].pixels[OUTER_RING]
+    box = FaceBox.around_mouth(*ring.min(axis=0), *np.ptp(ring, axis=0))
+    assert side(FaceChoice(None, box).first(image)[0]) == "left"
+
+
+def test_remarks_on_faces_and_cuts():
+    follower = FaceFollower(FaceChoice())
+    follower.step(picture())
+    assert follower.remarks().startswith("2 faces: ")
+    for k in (0, 1):
+        follower.step(scene(k))
+    lines = follower.remarks().splitlines()
+    assert len(lines) == 2
+    assert lines[1].startswith("the film is cut before frames 1, 2: ")
+    alone = FaceFollower(FaceChoice())
+    alone.step(scene(0))
+    assert alone.remarks() == ""
 
 
 def test_the_first_frames_may_show_nobody():

@@ -25,7 +25,7 @@ from abs_engine.face.head import build_mouth_model
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import placed_fit
-from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed
+from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed, following
 from abs_engine.tracking.landmark_fit import fit_frame
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -158,3 +158,18 @@ def test_known_colours_are_kept():
     again, _ = calibrate_placed(placed(), clip()[:1], classes)
     assert again.classes.mixtures is classes.mixtures
     assert again.classes.separability is classes.separability
+
+
+@pytest.mark.parametrize(
+    ("told", "seen", "agreement"),
+    [
+        ([0, 4, 8, 16], [0, 4, 8, 16], 1.0),
+        ([0, 4, 8, 16], [0, 2, 4, 8], 0.5),
+        ([0, 4, 5, 6, 20], [0, 0, 0, 0, 22], 0.0),  # the widest alone is seen
+        ([0, 4, 5, 6, 20], [0, 6, 8, 9, 30], 1.5),  # more than landmarks see
+        ([0, 1, 2, 4, 20], [0, 0, 0, 0, 20], 1.06),  # two frames are too few
+    ],
+)
+def test_how_colours_follow_landmarks(told, seen, agreement):
+    found = following(np.array(told, float), np.array(seen, float))
+    assert found == pytest.approx(agreement, abs=0.02)

@@ -54,13 +54,16 @@ class DetectionSettings:
         Whose landmarks are remembered. A bound on memory. Not measured.
     patience : int, frames
         Without the face that is followed, after which any face is taken. Not measured.
+    plain : float, levels of 255
+        Standard deviation of a coarse picture's cells, below which a picture is plain. Not
+        measured.
     change : float, standard deviations
         Of a coarse picture's cells, from which on a cell has changed between two frames. Not
         measured.
     most_changed : float, share of the cells
-        Above which there is a cut between two frames. Measured: at most 0.33 from frame to frame of
-        strangers' clips, the most where a hand holds the camera (p06); 0.75 to 1 at cuts that were
-        made of p08 and p09.
+        Above which there is a cut between two frames. Measured: at most 0.30 from frame to frame of
+        strangers' clips, the most where a hand holds the camera (p06), and 0.36 at a third of the
+        rate; 0.66 to 0.86 at cuts that were made of p08 and p09.
     least_face : float, px
         Of a face; of a smaller one a picture shows nothing. Not measured.
     present : float, probability
@@ -120,8 +123,9 @@ class DetectionSettings:
     wrong: float = 0.05
     faces_kept: int = 500
     patience: int = 50
-    change: float = 0.25
-    most_changed: float = 0.6
+    plain: float = 6.0
+    change: float = 0.35
+    most_changed: float = 0.5
     least_face: float = 8.0
     present: float = 0.8
     turned_eyes: float = 0.5
