@@ -144,7 +144,7 @@ def calibrate_placed(
 
 
 def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibration) -> float:
-    """How far apertures by colours alone follow those by landmarks, see `following`.
+    """Growth of apertures by colours alone with those by landmarks, see `following`.
 
     1 where the mouth hardly moves by the landmarks: then there is nothing to judge by.
     """
@@ -162,7 +162,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
 
 
 def following(told: FloatArray, seen: FloatArray) -> float:
-    """By how much apertures grow with others: a slope, about 1.
+    """Growth of apertures with others: a slope, about 1.
 
     Or, where that is less than both the slope and 1, the share of the other aperture in the median
     frame of a mouth that is plainly open: a slope rests on the widest openings, and may hide that
