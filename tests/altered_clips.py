@@ -1,10 +1,12 @@
 """Clips made worse or otherwise changed, and how far their runs agree with those of the clips.
 
 No truth is needed: a mirrored mouth opens as far, and a darker picture shows the same lips. Run it
-by hand, first to make the clips, then to compare the runs that `abs-engine track` made of both:
+by hand, first to make the clips, then to compare the runs that `abs-engine track` made of both; or
+to see in how many turned first frames the face is found the right way up:
 
     python tests/altered_clips.py make CLIPS ALTERED [WAY ...]
     python tests/altered_clips.py compare RUNS ALTERED_RUNS
+    python tests/altered_clips.py turn CLIPS
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.io.video import read_frames
+from abs_engine.tracking.face_choice import FaceChoice
 from abs_engine.tracking.record import load_run
 
 Image = NDArray[np.uint8]
@@ -125,14 +129,36 @@ def compared(runs: Path, altered: Path) -> Iterator[str]:
         )
 
 
-if __name__ == "__main__":
-    what, first, second, *chosen = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]), *sys.argv[4:]
-    if what == "make":
-        second.mkdir(parents=True, exist_ok=True)
-        for clip in sorted(p for p in first.iterdir() if p.suffix in (".mp4", ".mpg")):
-            for way in chosen or WAYS:
-                if way not in WAYS:
-                    sys.exit(f"no way '{way}'; there are {', '.join(WAYS)}")
-                rewrite(clip, second / f"{clip.stem}-{way}.mp4", WAYS[way])
-    else:
+def turned(clips: list[Path]) -> Iterator[str]:
+    """A line for each quarter turn of the first frames: in how many the face is right way up."""
+    images = [next(iter(read_frames(clip))) for clip in clips]
+    for quarters in range(4):
+        seen = [FaceChoice().first(np.ascontiguousarray(np.rot90(i, -quarters)))[0] for i in images]
+        right = sum(m is not None and m.quarters == quarters for m in seen)
+        yield f"turned by {90 * quarters} degrees: {right} of {len(images)} right way up"
+
+
+def clips_in(folder: Path) -> list[Path]:
+    """The videos of a folder."""
+    return sorted(p for p in folder.iterdir() if p.suffix in (".mp4", ".mpg"))
+
+
+def main(what: str, first: Path, *more: str) -> None:
+    """Do what the command says."""
+    if what == "turn":
+        sys.stdout.write("\n".join(turned(clips_in(first))) + "\n")
+        return
+    second, *chosen = Path(more[0]), *more[1:]
+    if what == "compare":
         sys.stdout.write("\n".join(compared(first, second)) + "\n")
+        return
+    second.mkdir(parents=True, exist_ok=True)
+    for way in chosen or WAYS:
+        if way not in WAYS:
+            sys.exit(f"no way '{way}'; there are {', '.join(WAYS)}")
+        for clip in clips_in(first):
+            rewrite(clip, second / f"{clip.stem}-{way}.mp4", WAYS[way])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], Path(sys.argv[2]), *sys.argv[3:])
