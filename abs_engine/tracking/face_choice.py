@@ -105,7 +105,7 @@ class FaceFollower:
     def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
         self._choice, self._known = choice, known
         self._last: Landmarks | None = None
-        self._lost = self._count = 0
+        self._lost = self._count = self._steady = 0
         self._anywhere = self.cut = False
         self.cuts = ShotCuts()
         self.found: list[Landmarks | None] = []
@@ -114,14 +114,16 @@ class FaceFollower:
     def step(self, image: Image) -> Landmarks | None:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
         self.cut = self.cuts.step(image)
-        self._anywhere |= self.cut and self._choice == FaceChoice()
+        if self.cut and self._choice == FaceChoice():
+            self._anywhere, self._steady = True, 0
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)
         self._count += 1
         if len(self.found) < DETECTION.faces_kept:
             self.found.append(found)
         self._lost = 0 if found is not None else self._lost + 1
-        self._anywhere &= found is None
+        self._steady = 0 if found is None else self._steady + 1
+        self._anywhere &= self._steady < DETECTION.settled
         self._last = found or self._last
         return found
 
@@ -131,7 +133,7 @@ class FaceFollower:
             found, faces = self._choice.first(image)
             self.faces = faces or self.faces
             return found
-        followed = self._lost == 0 and not self._anywhere
+        followed = self._lost == 0 and not (self.cut and self._anywhere)
         found = landmarks_again(image, last) if followed else None
         if found is not None and found.unlike < DETECTION.doubtful:
             return found

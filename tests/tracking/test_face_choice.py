@@ -111,12 +111,12 @@ def test_one_that_stays_away_is_given_up_for_another():
     assert side(seen[-1]) == "left"
 
 
-def scene(number):
+def scene(number, place=None):
     """A wall whose pattern differs from scene to scene, with a person at one or the other side."""
     cells = np.random.default_rng(number).integers(40, 200, (6, 16))
     wall = np.repeat(np.repeat(cells, SIZE[1] // 6, 0), 2 * SIZE[0] // 16, 1)[..., None]
     image = np.uint8(np.repeat(wall, 3, 2))
-    left = SIZE[0] * (number % 2) + 96
+    left = SIZE[0] * (number % 2 if place is None else place) + 96
     image[:, left : left + 128] = drawn("clara" if number < 2 else "kofi")[:, 96:224]
     return image
 
@@ -141,6 +141,17 @@ def test_a_face_is_found_when_it_enters_after_the_cut():
     empty[:, SIZE[0] :] = empty[:, : SIZE[0]]
     assert follower.step(empty) is None
     assert side(follower.step(scene(1))) == "right"
+
+
+def test_the_first_face_after_a_cut_may_be_another_than_the_next():
+    follower = FaceFollower(FaceChoice())
+    shots = [scene(0), scene(1), scene(1, 0), scene(1, 0)]  # farther than a face goes in a frame
+    assert [side(follower.step(image)) for image in shots] == ["left", "right", "left", "left"]
+    assert follower.cuts.found == [1]
+    settled = FaceFollower(FaceChoice())
+    for image in [scene(0), *[scene(1)] * 6]:
+        assert settled.step(image) is not None
+    assert settled.step(scene(1, 0)) is None
 
 
 def test_a_face_that_was_chosen_is_not_given_up_at_a_cut():

@@ -54,6 +54,9 @@ class DetectionSettings:
         Whose landmarks are remembered. A bound on memory. Not measured.
     patience : int, frames
         Without the face that is followed, after which any face is taken. Not measured.
+    settled : int, frames
+        In a row with a face, after a cut, from which on it is the one that is followed: the first
+        may be cut off by the picture's border. Not measured.
     plain : float, levels of 255
         Standard deviation of a coarse picture's cells, below which a picture is plain. Not
         measured.
@@ -123,6 +126,7 @@ class DetectionSettings:
     wrong: float = 0.05
     faces_kept: int = 500
     patience: int = 50
+    settled: int = 5
     plain: float = 6.0
     change: float = 0.35
     most_changed: float = 0.5
