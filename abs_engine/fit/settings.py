@@ -35,7 +35,7 @@ class HeadFitSettings:
         measured.
     opening_weight : float, independent observations
         That each pixel of an opening counts as: neighbouring pixels have much of what the network
-        sees in common. Chosen of 0.5, 0.25, 0.15 and 0.08 on the first five speakers of labelled
+        sees in common. Chosen from 0.5, 0.25, 0.15 and 0.08 on the first five speakers of labelled
         close-ups: parted or closed right in 86, 89, 91 and 94 % of the frames, inner lips off by
         1.6, 1.8, 2.0 and 2.2 % of the mouth's width.
     border_reach : int, drawn pixels

@@ -161,7 +161,7 @@ def _agreement(head: PlacedHead, placed: Sequence[PlacedFrame], found: Calibrati
     return following(told, seen)
 
 
-def following(told: FloatArray, seen: FloatArray) -> float:
+def following(marked: FloatArray, seen: FloatArray) -> float:
     """Growth of apertures with others: a slope, about 1.
 
     Or, where that is less than both the slope and 1, the share of the other aperture in the median
@@ -170,14 +170,14 @@ def following(told: FloatArray, seen: FloatArray) -> float:
 
     Parameters
     ----------
-    told, seen : (N,) float64, mm
+    marked, seen : (N,) float64, mm
         Apertures by landmarks, and by colours alone.
     """
-    slope = float(np.cov(told, seen, bias=True)[0, 1] / told.var())
-    plain = told > LANDMARK_EVIDENCE.plainly_open
+    slope = float(np.cov(marked, seen, bias=True)[0, 1] / marked.var())
+    plain = marked > LANDMARK_EVIDENCE.plainly_open
     if plain.sum() < LANDMARK_EVIDENCE.fewest_open:
         return slope
-    share = float(np.median(seen[plain] / told[plain]))
+    share = float(np.median(seen[plain] / marked[plain]))
     return min(slope, share) if share < 1 else slope
 
 

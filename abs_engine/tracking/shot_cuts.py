@@ -46,7 +46,7 @@ def cut_line(frames: Sequence[int]) -> str:
     shown = ", ".join(str(k) for k in frames[:5]) + (", ..." if len(frames) > 5 else "")
     return (
         f"the film is cut before frame{'s' if len(frames) > 1 else ''} {shown}: one person is "
-        "assumed in all shots; if there are several, track each shot separately"
+        "assumed in all shots; if there are several people, track each shot separately"
     )
 
 

@@ -17,13 +17,13 @@ class ColourSettings:
         From which on colours say all that they can. Not measured.
     least_weight : float, share
         Of their likelihood that colours count in any case: where classes are wrong, they are all
-        the surer of it. Chosen of 0.08, 0.1 and 0.2 on altered clips of p04 of the strangers: false
-        closures where it counts (blue, blurred) 8 and 7, 9 and 11, 10 and 18. p01 to p08 as they
-        are hardly change.
+        the surer of it. Chosen from 0.08, 0.1 and 0.2 on altered clips of p04 of the strangers, as
+        a compromise. In the two where it matters (blue and blurred) false closures are 8 and 7, 9
+        and 11, and 10 and 18, respectively; p01 to p08, unaltered, hardly change.
     deaf : float, slope
-        Of apertures by colours with those by landmarks, up to which colours say nothing. Chosen of
-        0.3 and 0.5 on altered clips of p04 of the strangers, whose teeth are taken for lips: false
-        closures in four of five become fewer with 0.5, and the clips as they are stay as they were.
+        Of apertures by colours with those by landmarks, up to which colours say nothing. Chosen
+        from 0.3 and 0.5 on altered clips of p04 of the strangers, whose teeth are taken for lips:
+        with 0.5 three of four have fewer false closures; p01 to p08, unaltered, stay the same.
     following : float, slope
         From which on they say all that they can. Measured: 0.8 and more in clips whose apertures
         are right.
