@@ -77,7 +77,10 @@ def _filled(window: Window, ring: FloatArray, centre: FloatArray, times: float) 
 
 @dataclass(frozen=True)
 class UsualLook:
-    """Usual look of the mouth in a clip: medians over some frames."""
+    """Usual look of the mouth in a clip: lower quartiles over some frames.
+
+    Lips that nearly have the skin's colour look like a mouth where they part, less where they meet.
+    """
 
     inside: float
     around: float
@@ -85,12 +88,12 @@ class UsualLook:
 
     @classmethod
     def of(cls, looks: Sequence[MouthLook | None]) -> UsualLook | None:
-        """The medians; None where no frame shows the mouth."""
+        """The quartiles; None where no frame shows the mouth."""
         there = [look for look in looks if look is not None]
         if not there:
             return None
         each = [(look.inside, look.around, look.lips) for look in there]
-        inside, around, lips = np.median(each, axis=0)
+        inside, around, lips = np.quantile(each, FRAME_LOOP.usual_look, axis=0)
         return cls(float(inside), float(around), float(lips))
 
     def hidden(self, now: MouthLook) -> bool:

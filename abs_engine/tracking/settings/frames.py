@@ -36,6 +36,10 @@ class FrameSettings:
     least_like : float, share of the usual
         Likeness of what lies within or around the outline, below which the mouth is covered. Not
         measured.
+    usual_look : float, quantile
+        Of the likenesses in some frames of a clip, that is usual. Chosen with p06 of the strangers
+        in grey, whose closed mouth was called covered by the median, and the clips of hidden
+        mouths, where both are as good.
     least_lips : float, share of the usual
         The same of lips within it. Not measured.
     least_in_picture : float, share of a mouth's outline
@@ -90,6 +94,7 @@ class FrameSettings:
     look_near: float = 1.25
     look_far: float = 1.75
     least_like: float = 0.45
+    usual_look: float = 0.25
     least_lips: float = 0.2
     least_in_picture: float = 0.7
     light_none: float = 0.06
