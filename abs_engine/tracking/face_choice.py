@@ -97,9 +97,10 @@ class FaceFollower:
         All that the first frame with a face shows, the largest first.
     found : list of Landmarks or None
         What was found in the first frames, as many as a first look at a clip may take.
-    cuts : ShotCuts
     cut : bool
         Whether the last frame began another shot.
+    cuts : list of int
+        All frames that did, counted from 0.
     """
 
     def __init__(self, choice: FaceChoice, known: Sequence[Landmarks | None] = ()) -> None:
@@ -107,13 +108,15 @@ class FaceFollower:
         self._last: Landmarks | None = None
         self._lost = self._count = self._steady = 0
         self._anywhere = self.cut = False
-        self.cuts = ShotCuts()
+        self._shots = ShotCuts()
+        self.cuts: list[int] = []
         self.found: list[Landmarks | None] = []
         self.faces: list[Face] = []
 
     def step(self, image: Image) -> Landmarks | None:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
-        self.cut = self.cuts.step(image)
+        self.cut = self._shots.step(image)
+        self.cuts += [self._count] if self.cut else []
         if self.cut and self._choice == FaceChoice():
             self._anywhere, self._steady = True, 0
         again = self._count < len(self._known)
@@ -133,8 +136,7 @@ class FaceFollower:
             found, faces = self._choice.first(image)
             self.faces = faces or self.faces
             return found
-        followed = self._lost == 0 and not (self.cut and self._anywhere)
-        found = landmarks_again(image, last) if followed else None
+        found = landmarks_again(image, last) if self._lost == 0 and not self.cut else None
         if found is not None and found.unlike < DETECTION.doubtful:
             return found
         caught = self._again(image, last)
@@ -144,7 +146,7 @@ class FaceFollower:
     def remarks(self) -> str:
         """Lines about several faces, and about cuts; empty without either."""
         several = [face_lines(self.faces, self._choice.number or 1)] if len(self.faces) > 1 else []
-        return "\n".join(several + ([cut_line(self.cuts.found)] if self.cuts.found else []))
+        return "\n".join(several + ([cut_line(self.cuts)] if self.cuts else []))
 
     def _again(self, image: Image, last: Landmarks) -> Landmarks | None:
         """The face near where it was; after a cut, or a while without it, else the largest one."""

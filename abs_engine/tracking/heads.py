@@ -156,7 +156,7 @@ def by_landmarks(
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )
-    facts = {"start": LANDMARKS, "evidence": options.evidence, "cuts": follower.cuts.found}
+    facts = {"start": LANDMARKS, "evidence": options.evidence, "cuts": follower.cuts}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 
 

@@ -16,29 +16,18 @@ class ShotCuts:
 
     Light that comes or goes is no change, and plain pictures, black between shots say, are left
     out: the frame after them is compared with the one before.
-
-    Attributes
-    ----------
-    found : list of int
-        Frames that begin another shot, counted from 0.
     """
 
     def __init__(self) -> None:
         self._last: FloatArray | None = None
-        self._count = 0
-        self.found: list[int] = []
 
     def step(self, image: Image) -> bool:
         """Whether the next frame (H, W, 3) RGB begins another shot; not the first frame."""
-        number, self._count = self._count, self._count + 1
         now = _pattern(image)
         if now is None:
             return False
         last, self._last = self._last, now
-        if last is None or _changed(last, now) <= DETECTION.most_changed:
-            return False
-        self.found.append(number)
-        return True
+        return last is not None and _changed(last, now) > DETECTION.most_changed
 
 
 def cut_line(frames: Sequence[int]) -> str:
