@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -194,7 +194,7 @@ def load_speaker(path: Path | None = None) -> Speaker:
     Parameters
     ----------
     path : Path, optional
-        A `head.npz`; by default the bundled head.
+        A `head.npz`; by default the bundled head, which is read once.
 
     Raises
     ------
@@ -205,7 +205,15 @@ def load_speaker(path: Path | None = None) -> Speaker:
     MeshError
         If the mesh cannot be drawn.
     """
-    path = shipped("speaker/head.npz") if path is None else Path(path)
+    return _bundled() if path is None else _read(Path(path))
+
+
+@cache
+def _bundled() -> Speaker:
+    return _read(shipped("speaker/head.npz"))
+
+
+def _read(path: Path) -> Speaker:
     given = read_npz(path, FORMAT, VERSION)
     given |= {k: np.atleast_1d(given[k]) for k in ("nose_tip", "chin") if k in given}
     embedded = "own_texture" in given

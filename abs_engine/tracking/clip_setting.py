@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
@@ -15,6 +15,7 @@ from abs_engine.core.objective import Evaluation
 from abs_engine.core.scene import Renderer
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import Belief
+from abs_engine.fit.evidence import Term
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.seal import Seal
 from abs_engine.fit.search import Again, Minimiser
@@ -133,6 +134,15 @@ class Binder(Protocol):
 
     def work(self, frame: HeadFrame, pose: Pose, memory: Memory) -> Work:
         """The work of a frame whose head is about a pose."""
+        ...
+
+
+@runtime_checkable
+class BindsAhead(Protocol):
+    """Binder that need not know the frame before."""
+
+    def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
+        """The evidence of a frame whose head is about a pose; None where it rests on the last."""
         ...
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.geometry import Pose
+from abs_engine.fit.evidence import Term
 from abs_engine.tracking.blobs import LipBlob
 from abs_engine.tracking.landmark_fit import FrameLandmarks
 from abs_engine.tracking.landmarks import Landmarks
@@ -53,6 +55,8 @@ class HeadFrame(NamedTuple):
         The lips as a blob, where they are followed as one.
     balanced : (H, W, 3) uint8 RGB, or None
         The frame in the clip's usual light, where it is known how that has changed.
+    terms : mapping of str to Term, or None
+        The evidence, where it was bound ahead of the fit.
     """
 
     image: Image
@@ -60,6 +64,7 @@ class HeadFrame(NamedTuple):
     face: SeenFace | None = None
     blob: LipBlob | None = None
     balanced: Image | None = None
+    terms: Mapping[str, Term] | None = None
 
     @property
     def in_usual_light(self) -> Image:

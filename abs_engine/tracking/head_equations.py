@@ -68,11 +68,10 @@ class HeadGuess(NamedTuple):
 def landmark_equations(
     shape: LandmarkShape, noise: LandmarkNoise, seen: SeenRays, guess: HeadGuess, alike: float = 1.0
 ) -> Equations:
-    """Of pose (6), identity (K), the person's error (Q) and posture (M), in this order.
+    """Of pose (6), identity (K), posture (M) and the person's error (Q), in this order.
 
     So many landmarks as are `alike` count as one.
     """
-    k = len(guess.identity)
     modes = np.concatenate([shape.identity, shape.posture])
     points = shape.mean + np.tensordot(np.r_[guess.identity, guess.posture], modes, 1)
     there = guess.pose.apply(points)
@@ -93,8 +92,7 @@ def landmark_equations(
     # a matrix by its own transpose: BLAS makes half of it
     told = Equations(flat @ flat.T, -(flat @ (root * off).ravel()))
     information, gradient = _without(told, known)
-    order = np.r_[: 6 + k, moves:known, 6 + k : moves]
-    return Equations(information[np.ix_(order, order)] / alike, gradient[order] / alike)
+    return Equations(information / alike, gradient / alike)
 
 
 def _reach(shape: LandmarkShape, seen: SeenRays) -> float:

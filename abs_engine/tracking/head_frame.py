@@ -86,14 +86,11 @@ class HeadBinder:
         """Objective of a frame whose head is about a pose, and the start of its search."""
         model, last = self.model, memory.vector
         base, marks = PoseFrame(pose, model.pivot), self.landmarks
-        window = mouth_window(model, base.base, self.camera, self.person)
-        told, place = marks.told(frame), None
+        told, terms = marks.told(frame), frame.terms
         priors = self._priors(last, memory.gap, thick=told is not None)
-        if told is not None and marks.evidence != RENDERING:
-            place = mouth_place(model, base, self.camera, window, self.person, told)
-        start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
-        view = View(frame.in_usual_light, self.camera, self.renderer, base, window, start, place)
-        terms = bound(self.kinds, self.face, view)
+        if terms is None:
+            start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
+            terms = self._terms(frame, base, told, start)
         beside = () if frame.face is None else marks.beside(frame, self.classes.outdoing)
         problem = self._problem(base, terms, (*priors, *beside))
         known = [x for x in (last, told) if x is not None]
@@ -102,6 +99,24 @@ class HeadBinder:
         starts = np.vstack([*known, usual])
         said = marks.marked(frame, self._problem(base, {}, priors))
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
+
+    def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
+        """The evidence of a frame by its landmarks; None where it has none."""
+        told = self.landmarks.told(frame)
+        if told is None:
+            return None
+        return self._terms(frame, PoseFrame(pose, self.model.pivot), told, told)
+
+    def _terms(
+        self, frame: HeadFrame, base: PoseFrame, told: FloatArray | None, start: FloatArray
+    ) -> Mapping[str, Term]:
+        """The evidence about a pose, with the mouth (6 + P,) by landmarks, and where it starts."""
+        window = mouth_window(self.model, base.base, self.camera, self.person)
+        place = None
+        if told is not None and self.landmarks.evidence != RENDERING:
+            place = mouth_place(self.model, base, self.camera, window, self.person, told)
+        view = View(frame.in_usual_light, self.camera, self.renderer, base, window, start, place)
+        return bound(self.kinds, self.face, view)
 
     def _problem(
         self, base: PoseFrame, terms: Mapping[str, Term], priors: tuple[Prior, ...]

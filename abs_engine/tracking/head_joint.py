@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Renderer
@@ -142,14 +141,29 @@ class _System:
         gradient[:k] += slope * (apart - problem.apart) / problem.held**2
         return cls(problem, head, information, gradient)
 
-    def _at(self, frame: int) -> NDArray[np.int_]:
-        """Indices of a frame's pose and posture."""
-        k, q, m = self.problem.sizes
-        return k + q + frame * (6 + m) + np.arange(6 + m)
+    @property
+    def _identity(self) -> slice:
+        return slice(0, self.problem.sizes[0])
 
-    def _add(self, where: NDArray[np.int_], information: FloatArray, gradient: FloatArray) -> None:
-        self.information[np.ix_(where, where)] += information
-        self.gradient[where] += gradient
+    @property
+    def _error(self) -> slice:
+        k, q, _ = self.problem.sizes
+        return slice(k, k + q)
+
+    def _at(self, frame: int) -> tuple[slice, slice]:
+        """Places of a frame's pose and posture."""
+        k, q, m = self.problem.sizes
+        first = k + q + frame * (6 + m)
+        return slice(first, first + 6), slice(first + 6, first + 6 + m)
+
+    def _add(self, equations: Equations, *where: slice) -> None:
+        """Add equations whose parameters have these places, one block after another."""
+        ends = np.cumsum([0, *(s.stop - s.start for s in where)])
+        blocks = list(zip(where, map(slice, ends[:-1], ends[1:]), strict=True))
+        for there, here in blocks:
+            self.gradient[there] += equations.gradient[here]
+            for across, beside in blocks:
+                self.information[there, across] += equations.information[here, beside]
 
     def told_by(
         self, frame: int, seen: Sequence[SeenRays], frames: Sequence[HeadFrameSeen]
@@ -166,10 +180,10 @@ class _System:
 
     def add_frame(self, frame: int, by_landmarks: Equations, by_pupils: Equations | None) -> None:
         """Add the equations of a frame, see `told_by`."""
-        (k, q, _), at = self.problem.sizes, self._at(frame)
-        self._add(np.r_[at[:6], np.arange(k + q), at[6:]], *by_landmarks)
+        pose, posture = self._at(frame)
+        self._add(by_landmarks, pose, self._identity, posture, self._error)
         if by_pupils is not None:
-            self._add(np.r_[at[:6], np.arange(k)], *by_pupils)
+            self._add(by_pupils, pose, self._identity)
 
     def compared(
         self, pair: tuple[tuple[int, int], Matches], views: Sequence[HeadView]
@@ -178,28 +192,26 @@ class _System:
         (first, second), matches = pair
         p = self.problem
         e = linearised(p.body, matches, views[first], views[second], p.camera)
-        slope = np.concatenate([e.first, e.second[:6], e.identity])
+        slope = np.concatenate([e.first, e.second, e.identity])
         flat = slope.reshape(len(slope), -1)
         weighed = flat * np.repeat(e.weight, 2)
         return Equations(weighed @ flat.T, -(weighed @ e.residual.ravel()))
 
     def add_matches(self, first: int, second: int, by_texture: Equations) -> None:
         """Add the equations of two frames' matches, see `compared`."""
-        k = self.problem.sizes[0]
-        where = np.r_[self._at(first)[:6], self._at(second)[:6], np.arange(k)]
-        self._add(where, *by_texture)
+        self._add(by_texture, self._at(first)[0], self._at(second)[0], self._identity)
 
     def add_outline(self, frame: int, by_outline: Equations) -> None:
         """Add the equations of a frame's outline."""
-        k, at = self.problem.sizes[0], self._at(frame)
-        self._add(np.r_[at[:6], np.arange(k), at[6:]], *by_outline)
+        pose, posture = self._at(frame)
+        self._add(by_outline, pose, self._identity, posture)
 
     def step(self) -> tuple[JointHead, float]:
         """The head after a step, and how far the poses turned, or the identity moved, in it."""
         head, (k, q, _) = self.head, self.problem.sizes
         held = self.information + _DAMPING * np.diag(np.diag(self.information))
-        step = -np.linalg.solve(held, self.gradient)
-        each = np.stack([step[self._at(n)] for n in range(len(head.poses))])
+        step = -np.asarray(np.linalg.solve(held, self.gradient), np.float64)
+        each = step[k + q :].reshape(len(head.poses), -1)
         each[:, :3] = np.clip(each[:, :3], -HEAD_POSE.most_turn, HEAD_POSE.most_turn)
         poses = tuple(
             turned(self.problem.shape, p, s[:6]) for p, s in zip(head.poses, each, strict=True)

@@ -112,17 +112,19 @@ def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Ca
     moves = pose_moves(there - view.pose.apply(body.pivot))
     modes = np.concatenate([found.identity, found.posture])
     slope = np.concatenate(
-        [
-            np.einsum("nj,dnj->dn", across, moves),
-            np.einsum("nj,dnj->dn", across @ view.pose.rotation, modes),
-        ]
-    )
+        [_along(across, moves), _along(across @ view.pose.rotation, modes)], axis=1
+    ).T
     moved = ((camera.project(there) - found.begun) * found.normal).sum(axis=1) / scale
     residual = found.off - moved
     sigma = np.where(residual > 0, OUTLINE.grows, OUTLINE.shrinks)
     sigma = np.hypot(sigma, OUTLINE.pixels / scale)
     weight = 1 / (OUTLINE.alike * sigma**2 * (1 + (residual / (2 * sigma)) ** 2))
     return Equations((slope * weight) @ slope.T, -(slope * weight) @ residual)
+
+
+def _along(across: FloatArray, moves: FloatArray) -> FloatArray:
+    """How far points that move by (D, N, 3) go along vectors (N, 3), (N, D)."""
+    return np.asarray((across[:, None] @ moves.transpose(1, 2, 0))[:, 0])
 
 
 def _heights(body: HeadBody, view: HeadView) -> tuple[float, float]:

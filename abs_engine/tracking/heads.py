@@ -17,7 +17,7 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.fit.evidence import own
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
-from abs_engine.tracking import landmark_jacobian
+from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
@@ -106,6 +106,7 @@ def _average(
 ) -> AverageHead:
     """The head before anything was seen of a person; compiled functions are loaded first."""
     landmark_jacobian.load()
+    beforehand.load()
     return AverageHead.of(speaker, correspondence, scale, expression, known=known)
 
 

@@ -7,6 +7,7 @@ a Gaussian over its pose and posture (`FrameLandmarks`), which costs nothing to 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -67,8 +68,18 @@ class FrameLandmarks:
         Returns
         -------
         InformationPrior
-            Over (6 + modes).
+            Over (6 + modes). Computed once.
         """
+        if modes not in self._evidence:
+            self._evidence[modes] = self._without(modes)
+        return self._evidence[modes]
+
+    @cached_property
+    def _evidence(self) -> dict[int, InformationPrior]:
+        return {}
+
+    def _without(self, modes: int) -> InformationPrior:
+        """The evidence on the first `modes`, the others integrated out."""
         kept, rest = np.arange(6 + modes), np.arange(6 + modes, len(self.gradient))
         own = self.information[np.ix_(rest, rest)] + np.eye(len(rest))
         gain = np.linalg.solve(own, self.information[np.ix_(rest, kept)])

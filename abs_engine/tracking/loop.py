@@ -19,7 +19,14 @@ from abs_engine.fit.problem import Problem
 from abs_engine.fit.seal import sealed
 from abs_engine.fit.search import Found, averaged, search
 from abs_engine.tracking.blob_visibility import OUTSIDE
-from abs_engine.tracking.clip_setting import FRAME_SOLVER, NO_FACE, ClipSetting, FrameResult, Work
+from abs_engine.tracking.clip_setting import (
+    FRAME_SOLVER,
+    NO_FACE,
+    BindsAhead,
+    ClipSetting,
+    FrameResult,
+    Work,
+)
 from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Shot
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -89,14 +96,17 @@ def track_shots(
     """
     head, clock = setting.motion.follower(), setting.clock
 
+    apart = _followed_apart(setting)
+
     def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str]:
         with clock.part(FOLLOWING):
             frame = head.step(shot.image, memory)
         with clock.part(EVIDENCE):
-            return shot, frame, _hidden(setting, frame)
+            hidden = _hidden(setting, frame)
+            return shot, frame if hidden or not apart else _with_terms(setting, frame), hidden
 
     read = clock.over(READING, shots)
-    if _followed_apart(setting):
+    if apart:
         frames = ahead((seen(shot, NOTHING) for shot in read), depth)
     else:
         frames = (seen(shot, memory) for shot in read)  # each with what is then known
@@ -121,6 +131,16 @@ def _gap(setting: ClipSetting, seconds: float) -> float:
 def _followed_apart(setting: ClipSetting) -> bool:
     """Whether the head may be followed in a thread of its own, ahead of the fits."""
     return workers(setting.renderer) > 1 and getattr(setting.motion, "alone", False)
+
+
+def _with_terms(setting: ClipSetting, frame: HeadFrame) -> HeadFrame:
+    """The frame with its evidence, if that does not rest on the frame before."""
+    if frame.pose is None or not isinstance(setting.binder, BindsAhead):
+        return frame
+    try:
+        return frame._replace(terms=setting.binder.ahead(frame, frame.pose))
+    except OutOfPictureError:  # as it will be found out again
+        return frame
 
 
 def _hidden(setting: ClipSetting, frame: HeadFrame) -> str:

@@ -26,8 +26,8 @@ class MatchEquations:
     first : (6, N, 2) float64
         By how much the head puts them elsewhere for a step of the first frame's pose; empty where
         the identity is not asked for.
-    second : (6 + M, N, 2) float64
-        The same of the second frame's pose and posture.
+    second : (6, N, 2) or (6 + M, N, 2) float64
+        The same of the second frame's pose; and of its posture where the identity is not asked for.
     identity : (K, N, 2) float64
     weight : (N,) float64
         Inverse variances, robust.
@@ -58,7 +58,7 @@ def linearised_at(
 ) -> MatchEquations:  # fmt: skip
     """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
 
-    Of the first frame and the identity only if `who` is asked for.
+    Of the first frame and the identity only if `who` is asked for, else of the posture.
     """
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation
@@ -72,20 +72,19 @@ def linearised_at(
     there = pose.apply(point)
     seen = picture_motion(there, camera)
     own = seen @ pose.rotation  # of a motion in the head's own axes
-    moves = np.einsum("nij,dnj->dni", seen, _moves(pose, point, body.pivot))
-    posture = np.einsum("nij,dnj->dni", own, found.posture)
+    moves = _seen(seen, _moves(pose, point, body.pivot))
     before = identity = np.zeros((0, *found.second.shape))
     if who:
         # Where the surface sinks, its points go along their rays of the first frame
-        sunk = np.einsum("nij,nj->ni", own, ray / steep)
+        sunk = np.einsum("nij,nj->ni", own, ray / steep)[..., None] * normal[:, None]
         back = _moves(first.pose, here + slide, body.pivot) @ first.pose.rotation
-        before = (back * normal).sum(axis=-1)[..., None] * sunk
-        before -= np.einsum("nij,dnj->dni", own, back)
-        identity = (found.identity * normal).sum(axis=-1)[..., None] * sunk
+        before, identity = _seen(sunk - own, back), _seen(sunk, found.identity)
+    else:
+        moves = np.concatenate([moves, _seen(own, found.posture)])
     residual = found.second - camera.project(there)
     away = (residual**2).sum(axis=1) / (2 * found.sigma) ** 2
     weight = 1 / (HEAD_POSE.matches_alike * found.sigma**2 * (1 + away))
-    return MatchEquations(residual, before, np.concatenate([moves, posture]), identity, weight)
+    return MatchEquations(residual, before, moves, identity, weight)
 
 
 def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
@@ -93,6 +92,12 @@ def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
     flat = cv2.undistortPoints(pixels[:, None], camera.matrix, camera.distortion)[:, 0]
     rays = np.column_stack([flat, np.ones(len(flat))])
     return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+
+def _seen(by: FloatArray, moves: FloatArray) -> FloatArray:
+    """Motion in the picture, (D, N, 2), of points that move by (D, N, 3), by (N, 2, 3) each."""
+    # 25 times as fast as einsum
+    return np.asarray(np.matmul(by, moves.transpose(1, 2, 0)).transpose(2, 0, 1))
 
 
 def _moves(pose: Pose, points: FloatArray, pivot: FloatArray) -> FloatArray:

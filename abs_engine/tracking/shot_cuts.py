@@ -42,8 +42,8 @@ def cut_line(frames: Sequence[int]) -> str:
 def _pattern(image: Image) -> FloatArray | None:
     """Brightness on 16x16 cells, with mean 0 and deviation 1; None of a plain picture."""
     down, across = (max(1, n // 128) for n in image.shape[:2])
-    brightness = image[::down, ::across].mean(axis=2, dtype=np.float32)
-    cells = np.asarray(cv2.resize(brightness, (16, 16), interpolation=cv2.INTER_AREA), np.float64)
+    part = image[::down, ::across].astype(np.float32)
+    cells = cv2.resize(part, (16, 16), interpolation=cv2.INTER_AREA).mean(axis=2, dtype=np.float64)
     spread = float(cells.std())
     return None if spread < DETECTION.plain else (cells - cells.mean()) / spread
 

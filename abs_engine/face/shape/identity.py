@@ -60,12 +60,13 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     """
     targets = identity_shape(speaker).modes(speaker)
     vertices = speaker.vertices.astype(np.float64)
-    modes = np.concatenate([targets, mirrored_modes(vertices, SHAPE.asymmetry)])
+    smooth = mirrored_modes(vertices, SHAPE.asymmetry).astype(np.float32)
+    modes = np.concatenate([targets, smooth])
     flat = modes.reshape(len(modes), -1)
     tied = proportioned(speaker, flat)
     values, vectors = np.linalg.eigh(tied @ (flat @ flat.T) @ tied.T)
     kept = vectors[:, np.argsort(-values)[: SHAPE.identity_modes]].T @ tied
-    return np.asarray((kept @ flat).reshape(-1, *modes.shape[1:]), np.float32)
+    return np.asarray(kept.astype(np.float32) @ flat).reshape(-1, *modes.shape[1:])
 
 
 def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:
