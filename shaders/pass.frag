@@ -1,10 +1,10 @@
-// What the pixel term needs to know of a drawn pixel: its class, or its texture coordinates.
+// What the pixel term needs to know of a drawn pixel: its label (class or facet), or its texture coordinates.
 #ifdef TERM_CLASS
-flat in int v_class;
+flat in int v_label;
 layout(location = 0) out int value;
 
 void main() {
-    value = v_class;
+    value = v_label;
 }
 #else
 in vec2 v_uv;

@@ -1,4 +1,4 @@
-// Clip coordinates come ready; class and texture coordinates pass through. Thin path: attribute
+// Clip coordinates come ready; label and texture coordinates pass through. Thin path: attribute
 // `clip`, one candidate. LAYERED: the coordinates that deform.comp wrote, one instance a candidate.
 #ifdef LAYERED
 #extension GL_ARB_shader_viewport_layer_array : require
@@ -9,8 +9,8 @@ in int source;
 in vec4 clip;
 #endif
 #ifdef TERM_CLASS
-in int facet_class;
-flat out int v_class;
+in int label;
+flat out int v_label;
 #else
 in vec2 uv;
 out vec2 v_uv;
@@ -24,7 +24,7 @@ void main() {
     gl_Position = clip;
 #endif
 #ifdef TERM_CLASS
-    v_class = facet_class;  // the facet's last vertex, which provokes, carries its class
+    v_label = label;  // the facet's last vertex, which provokes, carries its label
 #else
     v_uv = uv;
 #endif

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.buffers import Buffers, Outlines
+from abs_engine.core.buffers import Buffers
 from abs_engine.render.context import GLContext
 from abs_engine.render.programs import CLIP, KEPT, Programs, set_uniform
 from abs_engine.render.targets import Canvas, Target
@@ -41,26 +41,6 @@ def draw_buffers(
     return [_buffers(colour_depth[i], two[i], ids[i]) for i in range(layers)]
 
 
-def draw_outlines(
-    gl: GLContext,
-    programs: Programs,
-    upload: SceneUpload,
-    clips: moderngl.Buffer,
-    target: Target,
-    kept: int,
-) -> Outlines:
-    """Draw one candidate without its colours into a target of `OUTLINES`, and read it."""
-    target.clear()
-    _draw(gl, programs, ("outlines",), upload, clips, None, kept)
-    bary_depth, ids = (target.read(i)[0] for i in range(2))
-    return Outlines(
-        ids[..., 0].copy(),
-        ids[..., 1].copy(),
-        bary_depth[..., 3].copy(),
-        bary_depth[..., :3].copy(),
-    )
-
-
 def draw_picture(
     gl: GLContext,
     programs: Programs,
@@ -81,10 +61,10 @@ def _draw(
     fragment: tuple[str, ...],
     upload: SceneUpload,
     clips: moderngl.Buffer,
-    weights: NDArray[np.float64] | None,
+    weights: NDArray[np.float64],
     kept: int | None = None,
 ) -> None:
-    """By a fragment shader and its definitions; without weights, one candidate's, uncoloured."""
+    """By a fragment shader and its definitions."""
     name, *defines = fragment
     if kept == 0:
         return
@@ -97,13 +77,11 @@ def _draw(
     stored = upload.faces_buffer, upload.uv_buffer, upload.facet_class_buffer
     for binding, buffer in enumerate(stored, start=1):
         buffer.bind_to_storage_buffer(binding)
-    if weights is not None:
-        upload.use_texture(program, weights)
+    upload.use_texture(program, weights)
     set_uniform(program, "n_vertices", upload.n_vertices)
     array = upload.vertex_array(f"facets {program.glo}", lambda: gl.ctx.vertex_array(program, []))
     count = upload.n_facets if kept is None else kept
-    instances = 1 if weights is None else len(weights)
-    array.render(moderngl.TRIANGLES, vertices=3 * count, instances=instances)
+    array.render(moderngl.TRIANGLES, vertices=3 * count, instances=len(weights))
 
 
 def _buffers(

@@ -20,7 +20,7 @@ from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
 LAYER_EXTENSIONS = {"GL_ARB_shader_viewport_layer_array"}
 MAX_LAYERS = 1024
 MAX_BYTES = 512 * 2**20
-BYTES_PER_PIXEL = {targets.CLASS_ID: 8, targets.TEXTURE_UV: 12, targets.ALL_BUFFERS: 36}
+BYTES_PER_PIXEL = {targets.LABEL: 8, targets.TEXTURE_UV: 12, targets.ALL_BUFFERS: 36}
 GROUP = 64
 """Work group size of deform.comp."""
 
@@ -118,7 +118,7 @@ class InstancedPath:
     ) -> Sums:
         """Sums of every candidate."""
         by_class = isinstance(term, ClassMaps)
-        formats = targets.CLASS_ID if by_class else targets.TEXTURE_UV
+        formats = targets.LABEL if by_class else targets.TEXTURE_UV
         total = np.empty(len(candidates), np.float64)
         pixels = np.empty(len(candidates), np.int64)
         for part in _chunks(len(candidates), window, formats):
@@ -175,7 +175,7 @@ class InstancedPath:
 
         def make() -> moderngl.VertexArray:
             carried = (
-                (upload.class_buffer, "1i", "facet_class")
+                (upload.by_class.label_buffer, "1i", "label")
                 if term == "TERM_CLASS"
                 else (upload.uv_buffer, "2f", "uv")
             )

@@ -18,42 +18,51 @@ MARGIN = np.float32(1 / 64)
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Vertices and facets such that the last vertex of every facet carries its class.
+    """Vertices and facets such that the last vertex of every facet carries its label.
 
     `gl_PrimitiveID` would name the facet too, but makes llvmpipe take every triangle apart, which
     doubles the cost of drawing. A flat attribute of the provoking vertex costs nothing; where
-    classes meet, a few vertices are doubled.
+    facets of different labels meet, vertices are doubled.
 
     Parameters
     ----------
     source : (N,) int32
         Scene vertex behind each vertex; the first V are the scene's own, in order.
-    vertex_class : (N,) int32
+    label : (N,) int32
     faces : (F, 3) int32
         The scene's facets in their order, rotated or pointing to doubled vertices.
     """
 
     source: NDArray[np.int32]
-    vertex_class: NDArray[np.int32]
+    label: NDArray[np.int32]
     faces: NDArray[np.int32]
 
 
 def class_layout(scene: Scene) -> Layout:
-    """The layout of a scene; a pure function of its faces and classes."""
-    count, classes = len(scene.mean), scene.facet_class
-    vertex_class = np.zeros(count, np.int32)
-    vertex_class[scene.faces] = classes[:, None]  # the last facet to touch a vertex wins
-    agrees = vertex_class[scene.faces] == classes[:, None]
+    """The layout of a scene whose labels are classes; a function of its faces and classes."""
+    return _labelled(scene, scene.facet_class.astype(np.int32))
+
+
+def facet_layout(scene: Scene) -> Layout:
+    """The layout whose labels are facets, counted from 1; a function of the scene's faces."""
+    return _labelled(scene, np.arange(1, len(scene.faces) + 1, dtype=np.int32))
+
+
+def _labelled(scene: Scene, labels: NDArray[np.int32]) -> Layout:
+    count = len(scene.mean)
+    own = np.zeros(count, np.int32)
+    own[scene.faces] = labels[:, None]  # the last facet to touch a vertex wins
+    agrees = own[scene.faces] == labels[:, None]
     corner = np.where(agrees.any(axis=1), agrees.argmax(axis=1), 0)
     order = (corner[:, None] + np.array([1, 2, 3])) % 3  # puts `corner` last, keeps the turn
     faces = np.take_along_axis(scene.faces, order, axis=1)
     alone = ~agrees.any(axis=1)
-    wanted = np.stack([faces[alone, 2], classes[alone]], axis=1)
+    wanted = np.stack([faces[alone, 2], labels[alone]], axis=1)
     doubled, which = np.unique(wanted, axis=0, return_inverse=True)
     faces[alone, 2] = count + which.reshape(-1)
     return Layout(
         np.concatenate([np.arange(count), doubled[:, 0]]).astype(np.int32),
-        np.concatenate([vertex_class, doubled[:, 1]]).astype(np.int32),
+        np.concatenate([own, doubled[:, 1]]).astype(np.int32),
         np.ascontiguousarray(faces, np.int32),
     )
 

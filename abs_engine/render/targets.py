@@ -13,10 +13,9 @@ from abs_engine.render.context import GLContext
 
 Formats = tuple[tuple[int, str], ...]
 
-CLASS_ID: Formats = ((1, "i4"),)
+LABEL: Formats = ((1, "i4"),)
 TEXTURE_UV: Formats = ((2, "f4"),)
 ALL_BUFFERS: Formats = ((4, "f4"), (2, "f4"), (2, "i4"))  # colour and depth, barycentrics, ids
-OUTLINES: Formats = ((4, "f4"), (2, "i4"))  # barycentrics and depth, ids
 FAR_AWAY = -1e30
 """Where texture coordinates were not drawn."""
 

@@ -14,9 +14,10 @@ from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
 from abs_engine.render import facets, targets
 from abs_engine.render.context import GLContext
 from abs_engine.render.layout import settle, submit, worth_drawing
+from abs_engine.render.pixel_kernels import outlines
 from abs_engine.render.pixelsum import colour_error, sum_class_maps
 from abs_engine.render.programs import Programs
-from abs_engine.render.upload import SceneUpload, TermUpload, WeakCache
+from abs_engine.render.upload import Labelled, SceneUpload, TermUpload, WeakCache
 from abs_engine.render.vertex import clip_positions
 
 
@@ -67,11 +68,18 @@ class ThinPath:
         camera: Camera,
         window: Window,
     ) -> list[Outlines]:
-        """Borders of every candidate: the same drawings without their colours."""
-        target = self._pool.get((*window.drawn, 1), targets.OUTLINES)
-        given = self._gl, self._programs, upload, upload.vertex_buffer, target
-        written = _written(upload, scene, candidates, camera, window)
-        return [facets.draw_outlines(*given, kept) for kept in written]
+        """Borders of every candidate: OpenGL says which facet each pixel shows."""
+        target = self._pool.get((*window.drawn, 1), targets.LABEL)
+        clip, found = camera.clip_matrix(window), []
+        for i in range(len(candidates)):
+            positions = clip_positions(scene, candidates, i, camera, clip)
+            self._render(upload, upload.by_facet, scene, positions, camera, target)
+            facet = target.read()[0, ..., 0].copy()
+            shown, depth = np.empty_like(facet), np.empty(facet.shape, np.float32)
+            bary = np.empty((*facet.shape, 3), np.float32)
+            outlines(positions, scene.faces, facet, scene.facet_class, shown, depth, bary)
+            found.append(Outlines(facet, shown, depth, bary))
+        return found
 
     def picture(
         self,
@@ -102,15 +110,16 @@ class ThinPath:
         """Sums of every candidate."""
         by_class = isinstance(term, ClassMaps)
         target = self._pool.get(
-            (*window.drawn, 1), targets.CLASS_ID if by_class else targets.TEXTURE_UV
+            (*window.drawn, 1), targets.LABEL if by_class else targets.TEXTURE_UV
         )
-        array = self._array(upload, "TERM_CLASS" if by_class else "TERM_COLOUR")
         clip = camera.clip_matrix(window)
         total = np.empty(len(candidates), np.float64)
         pixels = np.empty(len(candidates), np.int64)
         for i in range(len(candidates)):
             positions = clip_positions(scene, candidates, i, camera, clip)
-            self._render(upload, scene, positions, camera, target, array, settled=by_class)
+            self._render(
+                upload, upload.by_class, scene, positions, camera, target, coloured=not by_class
+            )
             drawn = target.read()[0]
             if isinstance(term, ClassMaps):
                 total[i], pixels[i] = sum_class_maps(drawn[..., 0], term.maps)
@@ -121,45 +130,49 @@ class ThinPath:
     def release(self) -> None:
         """Nothing of its own to free."""
 
-    @staticmethod
     def _render(
+        self,
         upload: SceneUpload,
+        labelled: Labelled,
         scene: Scene,
         positions: NDArray[np.float32],
         camera: Camera,
         target: targets.Target,
-        array: moderngl.VertexArray,
         *,
-        settled: bool,
+        coloured: bool = False,
     ) -> None:
+        """Draw the facets' labels or, for colours, their texture coordinates."""
         width, height, _ = target.size
-        layout, spread, kept = upload.layout, upload.positions, upload.kept
+        layout, spread, kept = labelled.layout, labelled.positions, labelled.kept
         size = float(width), float(height)
         count = submit(
             positions, layout.source, layout.faces, scene.cull, size, spread, kept, camera.near
         )
-        if settled:
+        if not coloured:
             settle(spread, size, camera.near, camera.far)
-        upload.vertex_buffer.write(spread)
+        labelled.vertex_buffer.write(spread)
         target.clear(targets.FAR_AWAY)
         if count:
-            upload.kept_buffer.write(kept[:count])
+            labelled.kept_buffer.write(kept[:count])
+            array = self._array(upload, labelled, coloured)
             array.render(moderngl.TRIANGLES, vertices=3 * count)
 
-    def _array(self, upload: SceneUpload, term: str) -> moderngl.VertexArray:
+    def _array(
+        self, upload: SceneUpload, labelled: Labelled, coloured: bool
+    ) -> moderngl.VertexArray:
         def make() -> moderngl.VertexArray:
             carried = (
-                (upload.class_buffer, "1i", "facet_class")
-                if term == "TERM_CLASS"
-                else (upload.uv_buffer, "2f", "uv")
+                (upload.uv_buffer, "2f", "uv")
+                if coloured
+                else (labelled.label_buffer, "1i", "label")
             )
             return self._gl.ctx.vertex_array(
-                self._programs.drawing("pass", "pass", term),
-                [(upload.vertex_buffer, "4f", "clip"), carried],
-                upload.kept_buffer,
+                self._programs.drawing("pass", "pass", "TERM_COLOUR" if coloured else "TERM_CLASS"),
+                [(labelled.vertex_buffer, "4f", "clip"), carried],
+                labelled.kept_buffer,
             )
 
-        return upload.vertex_array(f"thin {term}", make)
+        return upload.vertex_array(f"thin {id(labelled)} {coloured}", make)
 
 
 def _written(

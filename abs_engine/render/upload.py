@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import ClassMaps, PixelTerm, Scene
 from abs_engine.render.context import GLContext
-from abs_engine.render.layout import class_layout
+from abs_engine.render.layout import Layout, class_layout, facet_layout
 from abs_engine.render.programs import SKIN, SKIN_MODES, TEXTURE_WEIGHTS, set_uniform
 
 
@@ -83,6 +83,42 @@ class WeakCache(Generic[K, V]):
         return len(self._entries)
 
 
+class Labelled:
+    """Facets that carry labels, as the CPU places their vertices and chooses among them.
+
+    Parameters
+    ----------
+    buffer, reserve : callable
+        Make a buffer of an array, or of so many bytes.
+    layout : Layout
+    """
+
+    def __init__(
+        self,
+        buffer: Callable[[NDArray[Any]], moderngl.Buffer],
+        reserve: Callable[[int], moderngl.Buffer],
+        layout: Layout,
+    ) -> None:
+        self._buffer, self._reserve, self.layout = buffer, reserve, layout
+        self.positions = np.empty((len(layout.source), 4), np.float32)
+        self.kept = np.empty((len(layout.faces), 3), np.int32)
+
+    @cached_property
+    def vertex_buffer(self) -> moderngl.Buffer:
+        """Clip coordinates of each vertex."""
+        return self._reserve(self.positions.nbytes)
+
+    @cached_property
+    def kept_buffer(self) -> moderngl.Buffer:
+        """Indices of the facets that are submitted."""
+        return self._reserve(self.kept.nbytes)
+
+    @cached_property
+    def label_buffer(self) -> moderngl.Buffer:
+        """Label of each vertex."""
+        return self._buffer(self.layout.label)
+
+
 class SceneUpload:
     """Buffers and vertex arrays of one scene. Everything is made when it is first needed."""
 
@@ -95,9 +131,8 @@ class SceneUpload:
         self.n_vertices, self.n_facets = len(scene.mean), len(scene.faces)
         self.highest_class = int(scene.facet_class.max())
         self._scene = weakref.ref(scene)
-        self.layout = class_layout(scene)
-        self.positions = np.empty((len(self.layout.source), 4), np.float32)
-        self.kept = np.empty((self.n_facets, 3), np.int32)
+        self.by_class = Labelled(self._buffer, self._reserve, class_layout(scene))
+        self.layout = self.by_class.layout
         self.kept_facets = np.empty(self.n_facets, np.int32)
 
     def _buffer(self, data: NDArray[Any]) -> moderngl.Buffer:
@@ -120,14 +155,14 @@ class SceneUpload:
         return scene
 
     @cached_property
+    def by_facet(self) -> Labelled:
+        """The facets, each labelled with its own number."""
+        return Labelled(self._buffer, self._reserve, facet_layout(self._alive))
+
+    @property
     def vertex_buffer(self) -> moderngl.Buffer:
         """Clip coordinates written by the CPU, one for each vertex of the layout."""
-        return self._reserve(self.positions.nbytes)
-
-    @cached_property
-    def kept_buffer(self) -> moderngl.Buffer:
-        """Indices of the facets that are submitted."""
-        return self._reserve(self.kept.nbytes)
+        return self.by_class.vertex_buffer
 
     @cached_property
     def kept_facets_buffer(self) -> moderngl.Buffer:
@@ -138,11 +173,6 @@ class SceneUpload:
     def index_buffer(self) -> moderngl.Buffer:
         """Indices of all facets of the layout."""
         return self._buffer(self.layout.faces)
-
-    @cached_property
-    def class_buffer(self) -> moderngl.Buffer:
-        """Class of each vertex of the layout."""
-        return self._buffer(self.layout.vertex_class)
 
     @cached_property
     def uv_buffer(self) -> moderngl.Buffer:

@@ -63,16 +63,23 @@ def test_buffers(renderer, camera, window_of, cull):
 
 @pytest.mark.parametrize("window_of", [whole, crop])
 @pytest.mark.parametrize("cull", [True, False])
-def test_outlines_are_the_buffers_without_colours(renderer, camera, window_of, cull):
+def test_outlines(renderer, camera, window_of, cull):
     scene = Scene(**{**vars(shapes.ball(shapes.SMALL)), "cull": cull})
     window = window_of(camera)
     many = shapes.states(scene, 4)
-    outlines = renderer.outlines(scene, many, camera, window)
-    for one, whole_one in zip(outlines, renderer.draw(scene, many, camera, window), strict=True):
-        assert one.facet_id.any()
-        for name in ("facet_id", "class_id", "depth"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(whole_one, name))
-        np.testing.assert_allclose(one.barycentrics, whole_one.barycentrics, atol=1e-6)
+    for ours, oracle in zip(
+        renderer.outlines(scene, many, camera, window),
+        CpuRenderer().outlines(scene, many, camera, window),
+        strict=True,
+    ):
+        other = ours.facet_id != oracle.facet_id
+        assert other.sum() <= 4
+        assert not (other & ~boundary(oracle.facet_id)).any()
+        assert np.array_equal(ours.class_id[~other], oracle.class_id[~other])
+        seen = boundary(oracle.class_id) & ~other & (oracle.facet_id > 0)
+        assert seen.any()
+        np.testing.assert_allclose(ours.depth[seen], oracle.depth[seen], rtol=1e-4)
+        assert np.abs(ours.barycentrics - oracle.barycentrics)[seen].max() < 0.02
 
 
 def test_what_is_out_of_the_picture_has_no_outline(renderer, camera):

@@ -14,7 +14,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import OpenGLError, ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, ColourError, Scene
 from abs_engine.render import targets
-from abs_engine.render.layout import class_layout
+from abs_engine.render.layout import class_layout, facet_layout
 from abs_engine.render.raster import OpenGLRenderer
 
 pytestmark = pytest.mark.gl
@@ -247,6 +247,21 @@ def test_a_driver_without_layers_is_named_or_drawn_on_thinly(gl, monkeypatch):
         assert renderer.vertex_path == "thin"
 
 
+def are_turned(layout, scene):
+    """Whether its facets are the scene's, from whatever corner they begin."""
+    original = layout.source[layout.faces]
+    turned = [np.roll(original, k, axis=1) == scene.faces for k in range(3)]
+    return np.any([t.all(axis=1) for t in turned], axis=0).all()
+
+
+def test_the_layout_numbers_every_facet():
+    scene = shapes.ball(shapes.SMALL)
+    layout = facet_layout(scene)
+    assert np.array_equal(layout.label[layout.faces[:, 2]], 1 + np.arange(len(scene.faces)))
+    assert are_turned(layout, scene)
+    assert len(layout.source) <= len(scene.mean) + len(scene.faces)
+
+
 def test_the_layout_gives_every_facet_its_class():
     scene = shapes.ball(shapes.SMALL)
     rng = np.random.default_rng(0)
@@ -255,8 +270,6 @@ def test_the_layout_gives_every_facet_its_class():
     )
     for one in (scene, wild):
         layout = class_layout(one)
-        assert np.array_equal(layout.vertex_class[layout.faces[:, 2]], one.facet_class)
-        original = layout.source[layout.faces]
-        turned = [np.roll(original, k, axis=1) == one.faces for k in range(3)]
-        assert np.any([t.all(axis=1) for t in turned], axis=0).all()
+        assert np.array_equal(layout.label[layout.faces[:, 2]], one.facet_class)
+        assert are_turned(layout, one)
     assert len(class_layout(scene).source) < 1.02 * len(scene.mean)
