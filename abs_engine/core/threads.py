@@ -57,6 +57,17 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
             pool.shutdown(cancel_futures=True)
 
 
+def begin(what: Callable[..., Any], *given: Any) -> None:
+    """Call `what` in a thread beside all that follows: nobody waits for it, or hears of errors."""
+
+    def call() -> None:
+        with _OFTEN.used():
+            what(*given)
+
+    if not _alone:
+        _BESIDE.submit(call)
+
+
 @contextmanager
 def meanwhile(what: Callable[..., Item], *given: Any) -> Iterator[Future[Item]]:
     """Call `what` in a thread beside what is done inside; the context ends when both are done."""

@@ -18,6 +18,10 @@ def main() -> int:
     """Track the clip; say when frames were done."""
     video, run, renderer, begun = sys.argv[1:]
     atexit.register(gc.freeze)  # as the command does
+    from abs_engine.core.threads import begin
+    from abs_engine.tracking import beforehand
+
+    begin(beforehand.load, None, True)
     from abs_engine.render.select import open_renderer
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.run import track_video

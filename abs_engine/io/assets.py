@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Container, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -119,6 +120,15 @@ class Speaker:
             )
         return self.person(self.people[person])
 
+    def scaled(self, factor: float) -> Speaker:
+        """The speaker with all of its lengths times a factor."""
+        return replace(
+            self,
+            vertices=np.asarray(self.vertices * factor, np.float32),
+            units=np.asarray(self.units * factor, np.float16),
+            identity=np.asarray(self.identity * factor, np.float16),
+        )
+
     def texture(self, person: str) -> NDArray[np.uint8]:
         """The painted texture of a person, (H, W, 3) uint8 RGB."""
         if self.own_texture is not None:
@@ -136,6 +146,7 @@ class Speaker:
         return np.asarray(self.landmarks["outer_lip"])
 
 
+_LOADING = threading.Lock()
 _LANDMARKS: Layout = {
     **{name: index("V", name) for name in ("outer_lip", "inner_lip_upper", "inner_lip_lower")},
     "outer_lip_20": index("V", 12),
@@ -205,7 +216,10 @@ def load_speaker(path: Path | None = None) -> Speaker:
     MeshError
         If the mesh cannot be drawn.
     """
-    return _bundled() if path is None else _read(Path(path))
+    if path is not None:
+        return _read(Path(path))
+    with _LOADING:  # else a second thread would read it, too
+        return _bundled()
 
 
 @cache

@@ -1,21 +1,35 @@
-"""What tracking loads that takes a while, and can be loaded beside the import of its modules."""
+"""What tracking needs whatever the video shows: loaded beside the import of its modules."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 
-from abs_engine.core.errors import AbsEngineError
-from abs_engine.io.assets import load_speaker
 
+def load(pupils: float | None, unknown: bool) -> None:
+    """Load the bundled head and, of an `unknown` person, how people differ from it at that size.
 
-def load() -> None:
-    """Load the bundled head, and have OpenCV make its tables for L*a*b*: 0.1 s each.
-
-    Whoever needs the head says what is wrong with it.
+    With the tables this takes half a second. What is wrong with the head, or with the distance of
+    the `pupils`, mm, is said by whoever needs them.
     """
-    cv2.cvtColor(np.zeros((1, 1, 3), np.uint8), cv2.COLOR_RGB2LAB)
+    load_tables()
+    # only now, so that the tables are made while others import them
+    from abs_engine.core.errors import AbsEngineError
+    from abs_engine.core.threads import one_thread
+    from abs_engine.face.shape.identity import sized_head
+    from abs_engine.io.assets import load_speaker
+    from abs_engine.tracking.scale import pupil_distance, pupil_scale
+
     try:
-        load_speaker()
+        speaker = load_speaker()
+        if unknown:
+            size = pupil_scale(pupils).pupils / pupil_distance(speaker, speaker.vertices)
+            with one_thread():
+                sized_head(speaker, size)
     except AbsEngineError:
         return
+
+
+def load_tables() -> None:
+    """Have OpenCV make its tables for L*a*b*, as it does for the first picture."""
+    cv2.cvtColor(np.zeros((1, 1, 3), np.uint8), cv2.COLOR_RGB2LAB)

@@ -14,7 +14,7 @@ from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.face.settings.shape import SHAPE
-from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.identity import sized_head
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.upper_face import upper_face_modes
@@ -106,8 +106,8 @@ class AverageHead:
         """
         average = expression or mouth_shape(speaker, speaker.vertices, SHAPE.expression_modes)
         larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
-        sized, moves = scaled(speaker, larger), _scaled_shape(average, larger)
-        people = np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)
+        sized, people = sized_head(speaker, larger, known)
+        moves = _scaled_shape(average, larger)
         upper = upper_face_modes(sized)
         body = HeadBody.of(sized, moves.mean, people, moves.modes, upper)
         shape = landmark_shape(sized, correspondence, moves, sized.vertices, people)
@@ -163,16 +163,6 @@ def landmark_shape(
         identity,
         np.concatenate([expression.modes, upper]),
         neutral[speaker.lip_ring].astype(np.float64).mean(axis=0),
-    )
-
-
-def scaled(speaker: Speaker, factor: float) -> Speaker:
-    """The speaker with all of its lengths times a factor."""
-    return replace(
-        speaker,
-        vertices=np.asarray(speaker.vertices * factor, np.float32),
-        units=np.asarray(speaker.units * factor, np.float16),
-        identity=np.asarray(speaker.identity * factor, np.float16),
     )
 
 

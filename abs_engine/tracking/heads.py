@@ -106,7 +106,7 @@ def _average(
 ) -> AverageHead:
     """The head before anything was seen of a person; compiled functions are loaded first."""
     landmark_jacobian.load()
-    beforehand.load()
+    beforehand.load_tables()
     return AverageHead.of(speaker, correspondence, scale, expression, known=known)
 
 

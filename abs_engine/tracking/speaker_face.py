@@ -28,7 +28,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
 from abs_engine.learn.posture_space import PostureSpace
 from abs_engine.learn.settings import LEARNING
-from abs_engine.tracking.head_fit import landmark_shape, scaled
+from abs_engine.tracking.head_fit import landmark_shape
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView
 from abs_engine.tracking.landmark_correspondence import Correspondence
@@ -179,7 +179,7 @@ class SpeakerFace:
         camera : Camera
         renderer : Renderer
         """
-        sized = scaled(speaker, self.scale.pupils / pupil_distance(speaker, speaker.vertices))
+        sized = speaker.scaled(self.scale.pupils / pupil_distance(speaker, speaker.vertices))
         texture = speaker.texture(next(iter(speaker.people)))
         model = build_mouth_model(
             sized, self.neutral, texture, free_person=False, expression=self.expression

@@ -28,7 +28,6 @@ from abs_engine.learn.opening import LabelledMouth, learn_opening
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_detection import find_face
 from abs_engine.tracking.frame_state import HeadFrame, Memory
-from abs_engine.tracking.head_fit import scaled
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.mouth_landmarks import MouthLandmarks
 from abs_engine.tracking.options import (
@@ -142,7 +141,7 @@ def fitted_clip(
 ) -> ClipTracker:
     """A clip with a head fitted to some of its frames."""
     scale = pupil_scale(options.pupil_distance)
-    sized = scaled(speaker, scale.pupils / pupil_distance(speaker, speaker.vertices))
+    sized = speaker.scaled(scale.pupils / pupil_distance(speaker, speaker.vertices))
     texture = speaker.texture(next(iter(speaker.people)))
     whole = build_mouth_model(sized, sized.vertices, texture)
     model, regions = sided(whole)

@@ -12,7 +12,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from abs_engine.core.clock import Clock
-from abs_engine.core.threads import Behind, ahead, closed_after, in_threads, one_thread
+from abs_engine.core.threads import Behind, ahead, begin, closed_after, in_threads, one_thread
 
 
 def test_items_come_as_they_are_from_another_thread():
@@ -48,6 +48,31 @@ def test_an_error_comes_where_its_item_would():
     assert next(items) == 1
     with pytest.raises(ValueError, match="second"):
         next(items)
+
+
+def test_what_is_begun_goes_on_beside_what_follows():
+    here, done = threading.current_thread(), threading.Event()
+    worker = []
+
+    def work():
+        worker.append(threading.current_thread())
+        done.set()
+
+    begin(work)
+    assert done.wait(5)
+    assert worker[0] is not here
+
+
+def test_an_error_of_what_is_begun_disturbs_nobody(capfd):
+    done = threading.Event()
+
+    def work():
+        done.set()
+        raise ValueError("nobody hears this")
+
+    begin(work)
+    assert done.wait(5)
+    assert capfd.readouterr().err == ""
 
 
 def test_calls_are_made_in_their_order_and_waited_for():

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from abs_engine.face.shape.identity import head_modes
+from abs_engine.face.shape.identity import head_modes, sized_head
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.io.assets import load_speaker
 
@@ -52,6 +53,22 @@ def turned_by(head):
     a, b = V[MARKS], head[MARKS]
     turn, _ = Rotation.align_vectors(b - b.mean(axis=0), a - a.mean(axis=0))
     return turn.as_rotvec(degrees=True)
+
+
+def test_the_bundled_head_is_sized_once():
+    first, second = sized_head(SPEAKER, 1.05), sized_head(SPEAKER, 1.05)
+    assert first[0] is second[0]
+    assert first[1] is second[1]
+    np.testing.assert_allclose(first[0].vertices, 1.05 * SPEAKER.vertices, rtol=1e-5)
+    np.testing.assert_array_equal(first[1], head_modes(first[0]))
+
+
+def test_a_head_of_another_size_or_person_is_another():
+    usual, larger = sized_head(SPEAKER, 1.0), sized_head(SPEAKER, 1.1)
+    assert np.abs(larger[0].vertices).max() > 1.09 * np.abs(usual[0].vertices).max()
+    sized, none = sized_head(replace(SPEAKER, vertices=2 * SPEAKER.vertices), 0.5, known=True)
+    np.testing.assert_allclose(sized.vertices, SPEAKER.vertices, rtol=1e-5)
+    assert none.shape == (0, *SPEAKER.vertices.shape)
 
 
 def test_no_mode_turns_the_face():

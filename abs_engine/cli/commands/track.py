@@ -124,14 +124,15 @@ def track(chosen: Chosen) -> Done:
     check_output(chosen.output)
     info = probe(video)  # says what is wrong before anything slow is loaded
 
-    from abs_engine.core.threads import meanwhile
+    from abs_engine.core.threads import begin
     from abs_engine.tracking import beforehand
 
-    with meanwhile(beforehand.load):
-        from abs_engine.tracking.option_checks import check_options
-        from abs_engine.tracking.output import OVERLAY, SHEET
-        from abs_engine.tracking.run import track_video
-        from abs_engine.tracking.scale import scale_line
+    unknown = not (chosen.person or chosen.speaker or chosen.worn)
+    begin(beforehand.load, chosen.pupil_distance, unknown)
+    from abs_engine.tracking.option_checks import check_options
+    from abs_engine.tracking.output import OVERLAY, SHEET
+    from abs_engine.tracking.run import track_video
+    from abs_engine.tracking.scale import scale_line
 
     options = _options(chosen)
     check_options(options, info)  # what cannot be is said before a renderer is opened

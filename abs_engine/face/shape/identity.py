@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +15,9 @@ from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
-from abs_engine.io.assets import Speaker
+from abs_engine.io.assets import Speaker, load_speaker
 
+_LOADING = threading.Lock()
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 
 
@@ -67,6 +70,26 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
     values, vectors = np.linalg.eigh(tied @ (flat @ flat.T) @ tied.T)
     kept = vectors[:, np.argsort(-values)[: SHAPE.identity_modes]].T @ tied
     return np.asarray(kept.astype(np.float32) @ flat).reshape(-1, *modes.shape[1:])
+
+
+def sized_head(
+    speaker: Speaker, factor: float, known: bool = False
+) -> tuple[Speaker, NDArray[np.float32]]:
+    """A speaker whose lengths are times a factor, and its `head_modes`; none of a `known` person.
+
+    Those of the bundled head are kept: they take a quarter of a second.
+    """
+    if not known and speaker is load_speaker():
+        with _LOADING:  # else a second thread would begin it anew
+            return _bundled(factor)
+    sized = speaker.scaled(factor)
+    return sized, np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)
+
+
+@lru_cache(maxsize=1)
+def _bundled(factor: float) -> tuple[Speaker, NDArray[np.float32]]:
+    sized = load_speaker().scaled(factor)
+    return sized, head_modes(sized)
 
 
 def _directions(index: dict[str, int]) -> Iterator[tuple[str, FloatArray]]:

@@ -18,7 +18,7 @@ from abs_engine.face.settings.shape import SHAPE
 
 _SAMPLES = 400  # points that the kernel's eigenfunctions are found on
 _RANK = 60  # of a coordinate
-_AT_ONCE = 128  # rows of the kernel
+_AT_ONCE = 512  # rows of the kernel
 
 
 def smooth_modes(

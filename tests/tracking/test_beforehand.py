@@ -1,0 +1,35 @@
+"""What is loaded beside the imports is what is used, and what is wrong is left for later."""
+
+from __future__ import annotations
+
+import pytest
+
+from abs_engine.face.shape import identity
+from abs_engine.io.assets import load_speaker
+from abs_engine.tracking import beforehand
+from abs_engine.tracking.scale import pupil_distance, pupil_scale
+
+
+def modes_kept():
+    return identity._bundled.cache_info().misses
+
+
+@pytest.mark.parametrize("pupils", [None, 61.5])
+def test_the_head_is_there_when_it_is_needed(pupils):
+    identity._bundled.cache_clear()
+    beforehand.load(pupils, unknown=True)
+    speaker = load_speaker()
+    before = modes_kept()
+    size = pupil_scale(pupils).pupils / pupil_distance(speaker, speaker.vertices)
+    identity.sized_head(speaker, size)
+    assert modes_kept() == before == 1
+
+
+def test_of_a_known_person_no_modes_are_made():
+    identity._bundled.cache_clear()
+    beforehand.load(None, unknown=False)
+    assert modes_kept() == 0
+
+
+def test_a_distance_that_is_none_is_left_to_whoever_needs_it():
+    beforehand.load(3.0, unknown=True)
