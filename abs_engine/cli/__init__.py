@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import atexit
 import errno
-import gc
 import os
 import signal
 import sys
@@ -18,6 +16,7 @@ import click
 from abs_engine.cli.program import NAME, PROGRAM, complaint
 from abs_engine.cli.progress import log
 from abs_engine.core.errors import AbsEngineError
+from abs_engine.core.garbage import collect_seldom
 
 BAD_INPUT, INTERRUPTED, NOT_READ = 2, 130, 141
 _OF_DISKS = errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG
@@ -41,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _open_what_is_closed()
     if arguments is None:
-        atexit.register(gc.freeze)  # or all that lives is searched for cycles as the process ends
+        collect_seldom()
     status = 0
     try:
         status = _run(arguments)

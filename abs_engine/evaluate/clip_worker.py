@@ -6,18 +6,18 @@ the monotonic clock when it was started.
 
 from __future__ import annotations
 
-import atexit
-import gc
 import json
 import sys
 import time
 from pathlib import Path
 
+from abs_engine.core.garbage import collect_seldom
+
 
 def main() -> int:
     """Track the clip; say when frames were done."""
     video, run, renderer, begun = sys.argv[1:]
-    atexit.register(gc.freeze)  # as the command does
+    collect_seldom()
     from abs_engine.core.threads import begin
     from abs_engine.tracking import beforehand
 

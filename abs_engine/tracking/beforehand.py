@@ -1,4 +1,4 @@
-"""What tracking needs whatever the video shows: loaded beside the import of its modules."""
+"""Head, modes and tables that any video needs, loaded beside the import of the tracker."""
 
 from __future__ import annotations
 

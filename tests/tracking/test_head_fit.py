@@ -23,7 +23,7 @@ from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes, smooth_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.tracking.head_fit import AverageHead, scaled
+from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_problem import HeadFrameSeen
 from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
@@ -32,7 +32,7 @@ TURNS = (-0.3, 0.0, 0.3)
 
 def test_a_scaled_speaker_moves_as_much_more():
     one = speaker()
-    larger = scaled(one, 1.1)
+    larger = one.scaled(1.1)
     np.testing.assert_allclose(larger.vertices, 1.1 * one.vertices, rtol=1e-5)
     names = ("jawOpen", "mouthPucker")
     moved, wanted = larger.unit_matrix(names), 1.1 * one.unit_matrix(names)
