@@ -72,7 +72,7 @@ def landmark_equations(
 
     So many landmarks as are `alike` count as one.
     """
-    modes = np.concatenate([shape.identity, shape.posture])
+    modes = shape.modes
     points = shape.mean + np.tensordot(np.r_[guess.identity, guess.posture], modes, 1)
     there = guess.pose.apply(points)
     z, reach = there[:, 2], _reach(shape, seen)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,11 @@ class LandmarkShape:
     deviation: FloatArray
     pivot: FloatArray
     bias: FloatArray
+
+    @cached_property
+    def modes(self) -> FloatArray:
+        """All of them (K + M, 468, 3), those of who it is first."""
+        return np.concatenate([self.identity, self.posture])
 
     @classmethod
     def of(

@@ -103,11 +103,10 @@ def write_run(
     sheet = ContactSheet(setting)
     head = HeadKeeper(setting, facts.frames)
     start, busy = time.perf_counter(), time.process_time()
-    with closed_after(results), Overlay(folder / OVERLAY, setting) as overlay:
+    with closed_after(results), Overlay(folder / OVERLAY, setting, sheet.add) as overlay:
         for image, result in results:
             recorder.add(result)
             overlay.add(image, result)
-            sheet.add(image, result)
             head.add(image, result)
             if progress is not None:
                 progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
@@ -40,9 +41,23 @@ _CODING = 20, "ultrafast"  # x264's quality and preset: half of the time, a fift
 
 
 class Overlay:
-    """Writes ``overlay.mp4``, a frame at a time; a context manager."""
+    """Writes ``overlay.mp4``, a frame at a time; a context manager.
 
-    def __init__(self, path: Path, setting: ClipSetting) -> None:
+    Parameters
+    ----------
+    path : Path
+    setting : ClipSetting
+    also : callable, optional
+        Given every frame and its result after it was written, in the same thread.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        setting: ClipSetting,
+        also: Callable[[Image, FrameResult], None] | None = None,
+    ) -> None:
+        self._also = also
         self._painter = Painter(setting)
         self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING)
         self._behind, self._clock = Behind(), setting.clock
@@ -54,6 +69,8 @@ class Overlay:
     def _append(self, image: Image, result: FrameResult) -> None:
         with self._clock.part(OVERLAY):
             self._writer.write(self._painter.paint(image, result))
+            if self._also is not None:
+                self._also(image, result)
 
     def __enter__(self) -> Overlay:
         return self
