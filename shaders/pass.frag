@@ -1,4 +1,4 @@
-// What the pixel term needs to know of a drawn pixel: its label (class or facet), or its texture coordinates.
+// What a pixel shows: its label, of a class or a facet, or its texture coordinates.
 #ifdef TERM_CLASS
 flat in int v_label;
 layout(location = 0) out int value;

@@ -58,7 +58,10 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
 
 
 def begin(what: Callable[..., Any], *given: Any) -> None:
-    """Call `what` in a thread beside all that follows: nobody waits for it, or hears of errors."""
+    """Call `what` in a thread beside all that follows.
+
+    Nobody hears of its errors, or waits for it but the process as it ends.
+    """
 
     def call() -> None:
         with _OFTEN.used():

@@ -205,7 +205,8 @@ def load_speaker(path: Path | None = None) -> Speaker:
     Parameters
     ----------
     path : Path, optional
-        A `head.npz`; by default the bundled head, which is read once.
+        A `head.npz`; by default the bundled head. It is read once, and shared: write to none of
+        its arrays.
 
     Raises
     ------

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import cv2
 import numpy as np
 
@@ -9,8 +11,8 @@ import numpy as np
 def load(pupils: float | None, unknown: bool) -> None:
     """Load the bundled head and, of an `unknown` person, how people differ from it at that size.
 
-    With the tables this takes half a second. What is wrong with the head, or with the distance of
-    the `pupils`, mm, is said by whoever needs them.
+    With the tables this takes half a second. Errors, of the head or the distance of the `pupils`
+    (mm), are left to whoever needs them.
     """
     load_tables()
     # only now, so that the tables are made while others import them
@@ -20,14 +22,11 @@ def load(pupils: float | None, unknown: bool) -> None:
     from abs_engine.io.assets import load_speaker
     from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
-    try:
-        speaker = load_speaker()
+    with suppress(AbsEngineError):
+        apart, speaker = pupil_scale(pupils).pupils, load_speaker()
         if unknown:
-            size = pupil_scale(pupils).pupils / pupil_distance(speaker, speaker.vertices)
             with one_thread():
-                sized_head(speaker, size)
-    except AbsEngineError:
-        return
+                sized_head(speaker, apart / pupil_distance(speaker, speaker.vertices))
 
 
 def load_tables() -> None:

@@ -101,11 +101,11 @@ class HeadBinder:
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
 
     def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
-        """The evidence of a frame by its landmarks, theirs as well; None where it has none."""
+        """The evidence of a frame by its landmarks; None where it has none."""
         told = self.landmarks.told(frame)
-        if told is None:
+        if told is None or frame.face is None:
             return None
-        self.landmarks.beside(frame, 1.0)  # is kept
+        frame.face.fit.evidence(self.landmarks.modes)  # kept there for the fit
         return self._terms(frame, PoseFrame(pose, self.model.pivot), told, told)
 
     def _terms(

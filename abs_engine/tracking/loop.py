@@ -95,15 +95,15 @@ def track_shots(
         Each frame with what was found in it.
     """
     head, clock = setting.motion.follower(), setting.clock
-
-    apart = _followed_apart(setting)
+    apart, known = _followed_apart(setting), 0 if journal is None else journal.resumed
 
     def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str]:
         with clock.part(FOLLOWING):
             frame = head.step(shot.image, memory)
         with clock.part(EVIDENCE):
             hidden = _hidden(setting, frame)
-            return shot, frame if hidden or not apart else _with_terms(setting, frame), hidden
+            fitted = apart and not hidden and shot.index >= known
+            return shot, _with_terms(setting, frame) if fitted else frame, hidden
 
     read = clock.over(READING, shots)
     if apart:

@@ -72,7 +72,17 @@ def test_an_error_of_what_is_begun_disturbs_nobody(capfd):
 
     begin(work)
     assert done.wait(5)
+    again = threading.Event()
+    begin(again.set)
+    assert again.wait(5)
+    assert in_threads(str, [1, 2, 3]) == ["1", "2", "3"]
     assert capfd.readouterr().err == ""
+
+
+def test_on_one_core_nothing_is_begun(monkeypatch):
+    monkeypatch.setattr("abs_engine.core.threads._alone", True)
+    begin(pytest.fail, "it was called")
+    time.sleep(0.05)
 
 
 def test_calls_are_made_in_their_order_and_waited_for():

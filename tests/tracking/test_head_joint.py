@@ -15,12 +15,14 @@ from abs_engine.core.geometry import Pose, vertex_normals
 from abs_engine.face.shape.identity import head_modes
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking.head_equations import Equations, HeadGuess, landmark_equations
 from abs_engine.tracking.head_fit import AverageHead, landmark_shape, seen_in
-from abs_engine.tracking.head_joint import fit_jointly
+from abs_engine.tracking.head_joint import _System, fit_jointly
 from abs_engine.tracking.head_pose import placed_fit
-from abs_engine.tracking.head_problem import HeadProblem
+from abs_engine.tracking.head_problem import HeadProblem, JointHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView, gray_of, match
 from abs_engine.tracking.landmark_fit import turned
+from abs_engine.tracking.landmark_rays import SeenRays
 from abs_engine.tracking.match_equations import linearised
 from abs_engine.tracking.scale import pupil_distance, pupil_scale, pupil_vertices
 
@@ -151,6 +153,42 @@ def problem():
         body(), landmarks_of_body(), correspondence().noise, pupil_vertices(speaker()),
         pupil_distance(speaker(), vertices_of(PERSON)), 0.1, CAMERA,
     )  # fmt: skip
+
+
+def test_landmarks_speak_of_pose_identity_posture_and_error_in_this_order():
+    shape, rng = landmarks_of_body(), np.random.default_rng(4)
+    n, m, q = len(shape.identity), len(shape.posture), len(correspondence().noise.between)
+    seen = SeenRays.of(frames()[0].landmarks, CAMERA)
+    guess = HeadGuess(POSES[0], np.zeros(n), rng.normal(size=q), rng.normal(size=m))
+    known = replace(shape, identity=shape.identity[:0])
+    noise = correspondence().noise
+    whole = landmark_equations(shape, noise, seen, guess)
+    part = landmark_equations(known, noise, seen, guess._replace(identity=np.zeros(0)))
+
+    kept = np.r_[:6, 6 + n : len(whole.gradient)]
+    assert len(whole.gradient) == 6 + n + m + len(guess.error)
+    np.testing.assert_allclose(
+        whole.information[np.ix_(kept, kept)], part.information, rtol=1e-6, atol=1e-9
+    )
+    np.testing.assert_allclose(whole.gradient[kept], part.gradient, rtol=1e-6, atol=1e-9)
+
+
+def test_equations_are_added_where_their_parameters_are():
+    p, rng = problem(), np.random.default_rng(1)
+    k, q, m = p.sizes
+    head = JointHead(np.zeros(k), np.zeros(q), tuple(POSES[:2]), np.zeros((2, m)))
+    system = _System.of(p, head)
+    before, size = system.information.copy(), 6 + k + m + q
+    of = Equations(rng.normal(size=(size, size)), rng.normal(size=size))
+    system.add_frame(1, of, None)
+
+    first = k + q + 6 + m
+    where = np.r_[first : first + 6, :k, first + 6 : first + 6 + m, k : k + q]
+    before[np.ix_(where, where)] += of.information
+    np.testing.assert_allclose(system.information, before)
+    np.testing.assert_allclose(
+        system.gradient[where] - _System.of(p, head).gradient[where], of.gradient
+    )
 
 
 def test_outlines_make_a_head_as_wide_as_it_is_seen():

@@ -127,7 +127,8 @@ def track(chosen: Chosen) -> Done:
     from abs_engine.core.threads import begin
     from abs_engine.tracking import beforehand
 
-    unknown = not (chosen.person or chosen.speaker or chosen.worn)
+    usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"
+    unknown = usual and not (chosen.person or chosen.speaker or chosen.worn or chosen.poses)
     begin(beforehand.load, chosen.pupil_distance, unknown)
     from abs_engine.tracking.option_checks import check_options
     from abs_engine.tracking.output import OVERLAY, SHEET

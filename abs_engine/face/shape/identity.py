@@ -79,7 +79,7 @@ def sized_head(
 
     Those of the bundled head are kept: they take a quarter of a second.
     """
-    if not known and speaker is load_speaker():
+    if not known and not speaker.imported and speaker is load_speaker():
         with _LOADING:  # else a second thread would begin it anew
             return _bundled(factor)
     sized = speaker.scaled(factor)

@@ -8,7 +8,6 @@ from typing import cast
 
 import av
 import numpy as np
-from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 Frame = NDArray[np.uint8]
@@ -59,15 +58,13 @@ class VideoWriter:
             "x264-params": "threads=1:lookahead-threads=1:asm=sse4.2",
         }
         self._stream = stream
-        self._formatter = VideoReformatter()  # PyAV's own is made anew for each picture
         self._time_base = 1 / Fraction(rate).limit_denominator(1000)
         self._next = 0
 
     def write(self, frame: Frame, time: float | None = None) -> None:
         """Append one frame, (H, W, 3) uint8 RGB; shown at about `time`, s, if that is later."""
         cut = np.ascontiguousarray(frame[: self._size[1], : self._size[0]])
-        given = av.VideoFrame.from_ndarray(cut, format="rgb24")
-        picture = self._formatter.reformat(given, format=self._stream.pix_fmt)
+        picture = av.VideoFrame.from_ndarray(cut, format="rgb24")
         due = 0 if time is None else round(time / self._time_base)
         picture.pts, picture.time_base = max(self._next, due), self._time_base
         self._next = picture.pts + 1
