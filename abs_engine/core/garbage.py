@@ -1,4 +1,4 @@
-"""Search for garbage: seldom, as imports make many objects that stay, and hardly any cycles."""
+"""Garbage collection, done seldom: imports make many objects that stay, and hardly any cycles."""
 
 from __future__ import annotations
 
@@ -9,6 +9,6 @@ _SELDOM = 20_000, 20, 20
 
 
 def collect_seldom() -> None:
-    """Have this process look for cycles seldom, and not once more as it ends."""
+    """Make Python collect garbage seldom from now on, and not as the process ends."""
     gc.set_threshold(*_SELDOM)
     atexit.register(gc.freeze)

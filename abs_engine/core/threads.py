@@ -58,9 +58,9 @@ def ahead(items: Iterable[Item], depth: int = DEPTH) -> Iterator[Item]:
 
 
 def begin(what: Callable[..., Any], *given: Any) -> None:
-    """Call `what` in a thread beside all that follows.
+    """Call `what` in another thread and return at once; not where the process keeps to one core.
 
-    Nobody hears of its errors, or waits for it but the process as it ends.
+    Its errors are dropped. Nothing waits for it until the process ends.
     """
 
     def call() -> None:

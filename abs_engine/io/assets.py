@@ -121,7 +121,7 @@ class Speaker:
         return self.person(self.people[person])
 
     def scaled(self, factor: float) -> Speaker:
-        """The speaker with all of its lengths times a factor."""
+        """The speaker with all of its lengths multiplied by a factor."""
         return replace(
             self,
             vertices=np.asarray(self.vertices * factor, np.float32),
@@ -205,8 +205,8 @@ def load_speaker(path: Path | None = None) -> Speaker:
     Parameters
     ----------
     path : Path, optional
-        A `head.npz`; by default the bundled head. It is read once, and shared: write to none of
-        its arrays.
+        A `head.npz`; by default the bundled head, which is read once and shared: do not write
+        to its arrays.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def _draw(
     weights: NDArray[np.float64],
     kept: int | None = None,
 ) -> None:
-    """By a fragment shader and its definitions."""
+    """Draw facets with a fragment shader and its definitions."""
     name, *defines = fragment
     if kept == 0:
         return

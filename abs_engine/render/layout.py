@@ -39,12 +39,12 @@ class Layout:
 
 
 def class_layout(scene: Scene) -> Layout:
-    """The layout of a scene whose labels are classes; a function of its faces and classes."""
+    """The layout that labels facets with their classes; it depends on faces and classes alone."""
     return _labelled(scene, scene.facet_class.astype(np.int32))
 
 
 def facet_layout(scene: Scene) -> Layout:
-    """The layout whose labels are facets, counted from 1; a function of the scene's faces."""
+    """The layout that labels facets with their numbers, from 1; it depends on faces alone."""
     return _labelled(scene, np.arange(1, len(scene.faces) + 1, dtype=np.int32))
 
 

@@ -68,7 +68,7 @@ class ThinPath:
         camera: Camera,
         window: Window,
     ) -> list[Outlines]:
-        """Borders of every candidate: OpenGL says which facet each pixel shows."""
+        """Borders of every candidate: OpenGL draws facets' numbers, the CPU computes the rest."""
         target = self._pool.get((*window.drawn, 1), targets.LABEL)
         clip, found = camera.clip_matrix(window), []
         for i in range(len(candidates)):

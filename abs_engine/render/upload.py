@@ -84,12 +84,12 @@ class WeakCache(Generic[K, V]):
 
 
 class Labelled:
-    """Facets that carry labels, as the CPU places their vertices and chooses among them.
+    """Facets that carry labels; the CPU places their vertices and selects which are drawn.
 
     Parameters
     ----------
     buffer, reserve : callable
-        Make a buffer of an array, or of so many bytes.
+        Make a buffer from an array, and an empty one of a number of bytes.
     layout : Layout
     """
 

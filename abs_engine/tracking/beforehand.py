@@ -1,4 +1,4 @@
-"""Head, modes and tables that any video needs, loaded beside the import of the tracker."""
+"""Head, modes and tables that any video needs, loaded while the tracker is imported."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 
 def load(pupils: float | None, unknown: bool) -> None:
-    """Load the bundled head and, of an `unknown` person, how people differ from it at that size.
+    """Load OpenCV's tables, the bundled head and, for an `unknown` person, its modes.
 
-    With the tables this takes half a second. Errors, of the head or the distance of the `pupils`
-    (mm), are left to whoever needs them.
+    This takes half a second. The modes are those of a head whose `pupils` are so far apart (mm).
+    Errors of the head or that distance are ignored here: whoever needs the head raises them again.
     """
     load_tables()
     # only now, so that the tables are made while others import them
@@ -30,5 +30,5 @@ def load(pupils: float | None, unknown: bool) -> None:
 
 
 def load_tables() -> None:
-    """Have OpenCV make its tables for L*a*b*, as it does for the first picture."""
+    """Make OpenCV's tables for L*a*b*, which otherwise delay the first picture."""
     cv2.cvtColor(np.zeros((1, 1, 3), np.uint8), cv2.COLOR_RGB2LAB)

@@ -139,10 +139,10 @@ class Binder(Protocol):
 
 @runtime_checkable
 class BindsAhead(Protocol):
-    """Binder that need not know the frame before."""
+    """Binder that can bind evidence before the previous frame is fitted."""
 
     def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
-        """The evidence of a frame whose head is about a pose; None where it rests on the last."""
+        """The evidence of a frame whose head is near a pose; None if it needs the previous fit."""
         ...
 
 

@@ -68,7 +68,7 @@ class HeadGuess(NamedTuple):
 def landmark_equations(
     shape: LandmarkShape, noise: LandmarkNoise, seen: SeenRays, guess: HeadGuess, alike: float = 1.0
 ) -> Equations:
-    """Of pose (6), identity (K), posture (M) and the person's error (Q), in this order.
+    """Equations of pose (6), identity (K), posture (M) and the person's error (Q), in this order.
 
     So many landmarks as are `alike` count as one.
     """

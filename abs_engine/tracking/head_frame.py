@@ -101,7 +101,7 @@ class HeadBinder:
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
 
     def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
-        """The evidence of a frame by its landmarks; None where it has none."""
+        """The evidence of a frame, started from its landmarks; None where it has none of these."""
         told = self.landmarks.told(frame)
         if told is None or frame.face is None:
             return None
@@ -111,7 +111,7 @@ class HeadBinder:
     def _terms(
         self, frame: HeadFrame, base: PoseFrame, told: FloatArray | None, start: FloatArray
     ) -> Mapping[str, Term]:
-        """The evidence about a pose, with the mouth (6 + P,) by landmarks, and where it starts."""
+        """The evidence near a pose; `told` is the mouth (6 + P,) by landmarks, if there are any."""
         window = mouth_window(self.model, base.base, self.camera, self.person)
         place = None
         if told is not None and self.landmarks.evidence != RENDERING:

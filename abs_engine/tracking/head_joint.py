@@ -151,13 +151,13 @@ class _System:
         return slice(k, k + q)
 
     def _at(self, frame: int) -> tuple[slice, slice]:
-        """Places of a frame's pose and posture."""
+        """Slices of a frame's pose and posture."""
         k, q, m = self.problem.sizes
         first = k + q + frame * (6 + m)
         return slice(first, first + 6), slice(first + 6, first + 6 + m)
 
     def _add(self, equations: Equations, *where: slice) -> None:
-        """Add equations whose parameters have these places, one block after another."""
+        """Add equations whose parameters, block after block, have these slices."""
         ends = np.cumsum([0, *(s.stop - s.start for s in where)])
         blocks = list(zip(where, map(slice, ends[:-1], ends[1:]), strict=True))
         for there, here in blocks:

@@ -123,7 +123,7 @@ def outline_equations(body: HeadBody, found: Outline, view: HeadView, camera: Ca
 
 
 def _along(across: FloatArray, moves: FloatArray) -> FloatArray:
-    """Motion of points (D, N, 3) along vectors (N, 3), (N, D)."""
+    """Components (N, D) of the motion of points (D, N, 3) along vectors (N, 3)."""
     return np.asarray((across[:, None] @ moves.transpose(1, 2, 0))[:, 0])
 
 

@@ -104,7 +104,7 @@ def _average(
     expression: LinearShape | None,
     known: bool,
 ) -> AverageHead:
-    """The head before anything was seen of a person; what else takes a while is loaded first."""
+    """The head before a person was seen; compiled functions and tables are loaded first."""
     landmark_jacobian.load()
     beforehand.load_tables()
     return AverageHead.of(speaker, correspondence, scale, expression, known=known)

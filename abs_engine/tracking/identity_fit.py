@@ -166,7 +166,7 @@ def fit_posture(
 
     Started from `last` or a usual posture, whichever explains the frame better; `more` priors over
     (6 + P) add to the usual ones. With them, `last` is theirs, and an outline keeps its lips'
-    thickness. Newton's steps alone: a simplex would gain hundredths of a nat.
+    thickness. Only Newton steps are used: a simplex would gain hundredths of a nat.
     """
     p = model.n_expression
     held = replace(term, scene=model.held(person))

@@ -192,7 +192,7 @@ def _round(
 ) -> Calibration:
     """Colours, then postures, then one mouth and one correction of the poses; postures again.
 
-    The simplex has the last word on the mouth only where this is the last one.
+    A simplex refines the mouth only if `polished`, in the last round.
     """
     model = head.model
     depth = float(np.median([f.pose.translation[2] for f in placed]))

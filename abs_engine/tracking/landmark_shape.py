@@ -48,7 +48,7 @@ class LandmarkShape:
 
     @cached_property
     def modes(self) -> FloatArray:
-        """All of them (K + M, 468, 3), those of who it is first."""
+        """All modes (K + M, 468, 3), those of identity first."""
         return np.concatenate([self.identity, self.posture])
 
     @classmethod

@@ -134,7 +134,7 @@ def _followed_apart(setting: ClipSetting) -> bool:
 
 
 def _with_terms(setting: ClipSetting, frame: HeadFrame) -> HeadFrame:
-    """The frame with its evidence, if that does not rest on the frame before."""
+    """The frame with its evidence, if that does not depend on the frame before."""
     if frame.pose is None or not isinstance(setting.binder, BindsAhead):
         return frame
     try:

@@ -27,7 +27,7 @@ class MatchEquations:
         By how much the head puts them elsewhere for a step of the first frame's pose; empty where
         the identity is not asked for.
     second : (6, N, 2) or (6 + M, N, 2) float64
-        The same of the second frame's pose; and of its posture where the identity is not asked for.
+        The same for the second frame's pose, and for its posture unless the identity is asked for.
     identity : (K, N, 2) float64
     weight : (N,) float64
         Inverse variances, robust.
@@ -58,7 +58,7 @@ def linearised_at(
 ) -> MatchEquations:  # fmt: skip
     """The same with the matches at points (N, 3) of the head, mm, and its pose in the second frame.
 
-    Of the first frame and the identity only if `who` is asked for, else of the posture.
+    If `who`, also for the first frame's pose and the identity; otherwise also for the posture.
     """
     here, normal = found.of(first.vertices), found.of(first.normals)
     eye = -first.pose.rotation.T @ first.pose.translation
@@ -95,7 +95,7 @@ def _rays(pixels: FloatArray, camera: Camera) -> FloatArray:
 
 
 def _seen(by: FloatArray, moves: FloatArray) -> FloatArray:
-    """Motion in the picture, (D, N, 2), of points that move by (D, N, 3), by (N, 2, 3) each."""
+    """Motion in the picture (D, N, 2) of points that move (D, N, 3), each by its matrix (2, 3)."""
     # 25 times as fast as einsum
     return np.asarray(np.matmul(by, moves.transpose(1, 2, 0)).transpose(2, 0, 1))
 

@@ -48,7 +48,7 @@ class Overlay:
     path : Path
     setting : ClipSetting
     also : callable, optional
-        Given every frame and its result after it was written, in the same thread.
+        Called with each frame and its result after the frame was written, in the same thread.
     """
 
     def __init__(

@@ -75,9 +75,9 @@ def head_modes(speaker: Speaker) -> NDArray[np.float32]:
 def sized_head(
     speaker: Speaker, factor: float, known: bool = False
 ) -> tuple[Speaker, NDArray[np.float32]]:
-    """A speaker whose lengths are times a factor, and its `head_modes`; none of a `known` person.
+    """A speaker enlarged by a factor, and its `head_modes`; no modes for a `known` person.
 
-    Those of the bundled head are kept: they take a quarter of a second.
+    The last result for the bundled head is kept, as its modes take a quarter of a second.
     """
     if not known and not speaker.imported and speaker is load_speaker():
         with _LOADING:  # else a second thread would begin it anew
