@@ -166,7 +166,7 @@ def fit_posture(
 
     Started from `last` or a usual posture, whichever explains the frame better; `more` priors over
     (6 + P) add to the usual ones. With them, `last` is theirs, and an outline keeps its lips'
-    thickness. Only Newton steps are used: a simplex would gain hundredths of a nat.
+    thickness.
     """
     p = model.n_expression
     held = replace(term, scene=model.held(person))
@@ -175,7 +175,7 @@ def fit_posture(
     contact = contact_prior(model, person, thick=bool(more))
     problem = head_problem(held, frame, (prior, contact, *more), model.posture)
     start = last if more else best_start(problem, np.vstack([at_base(model.prototypes), last]))
-    return Newton(limit=limit, polished=0).minimise(problem, start, problem.spec)
+    return Newton(limit=limit).minimise(problem, start, problem.spec)
 
 
 def person_problem(
