@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
-from functools import cache
+from functools import cache, lru_cache, update_wrapper
 from typing import Any, TypeVar
 
 import cv2
@@ -69,6 +69,17 @@ def begin(what: Callable[..., Any], *given: Any) -> None:
 
     if not _alone:
         _BESIDE.submit(call)
+
+
+def kept(make: Callable[..., Item]) -> Callable[..., Item]:
+    """The function with its last result kept; threads that ask at once wait for one of them."""
+    last, lock = lru_cache(maxsize=1)(make), threading.Lock()
+
+    def known(*given: Any) -> Item:
+        with lock:
+            return last(*given)
+
+    return update_wrapper(known, last)
 
 
 @contextmanager

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,13 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
-from abs_engine.io.arrays import Layout, check_arrays, index, of_json, real, text
-from abs_engine.io.inputs import read_json
+from abs_engine.core.threads import kept
+from abs_engine.io.arrays import Layout, check_arrays, index, real, text
+from abs_engine.io.head_points import POINTS, load_points
 from abs_engine.io.npz import read_npz
 from abs_engine.io.pictures import read_image
 
 FORMAT, VERSION = "abs_engine.speaker", 1
-POINTS, POINTS_FORMAT, POINTS_VERSIONS = "points.json", "abs_engine.points", (1, 2)
 LIPS_OF_68 = slice(48, 68)
 """The lips among the 68 landmarks of `Speaker.points`: 12 outer points, then 8 inner ones."""
 CLOSED_APERTURE = 1.0
@@ -146,7 +145,6 @@ class Speaker:
         return np.asarray(self.landmarks["outer_lip"])
 
 
-_LOADING = threading.Lock()
 _LANDMARKS: Layout = {
     **{name: index("V", name) for name in ("outer_lip", "inner_lip_upper", "inner_lip_lower")},
     "outer_lip_20": index("V", 12),
@@ -217,13 +215,10 @@ def load_speaker(path: Path | None = None) -> Speaker:
     MeshError
         If the mesh cannot be drawn.
     """
-    if path is not None:
-        return _read(Path(path))
-    with _LOADING:  # else a second thread would read it, too
-        return _bundled()
+    return _bundled() if path is None else _read(Path(path))
 
 
-@cache
+@kept
 def _bundled() -> Speaker:
     return _read(shipped("speaker/head.npz"))
 
@@ -277,33 +272,3 @@ def _embedded(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 def _part(data: Mapping[str, NDArray[Any]], start: str) -> dict[str, Any]:
     """The arrays whose names start so, without that."""
     return {k.removeprefix(start): v for k, v in data.items() if k.startswith(start)}
-
-
-def load_points(path: Path, vertices: int, faces: int) -> dict[str, NDArray[np.int32]]:
-    """Read the frozen vertex lists of a head with that many vertices and faces.
-
-    Returns
-    -------
-    dict of str to int32 vertex indices
-        Empty where there is no such file.
-
-    Raises
-    ------
-    InputFileError
-        If the file is no JSON.
-    ModelFormatError
-        If it has another format or version, or belongs to another mesh.
-    """
-    if not path.is_file():
-        return {}
-    again = "make it again with assets/speaker_points.py"
-    try:
-        told = read_json(path)
-        kind, version = (told["format"], told["vertices"], told["faces"]), told["version"]
-        lists = {k: of_json(v["vertices"]) for k, v in told["lists"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputFileError(f"{path} is not a list of points", again) from error
-    known = all(type(told[k]) is int for k in ("vertices", "faces", "version"))
-    if not known or kind != (POINTS_FORMAT, vertices, faces) or version not in POINTS_VERSIONS:
-        raise ModelFormatError(f"{path} has another format or belongs to another mesh", again)
-    return check_arrays(path, lists, {k: index("V", k) for k in lists}, again, V=vertices)

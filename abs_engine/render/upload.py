@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import ClassMaps, PixelTerm, Scene
 from abs_engine.render.context import GLContext
-from abs_engine.render.layout import Layout, class_layout, facet_layout
+from abs_engine.render.labelled import Labelled
+from abs_engine.render.layout import class_layout, facet_layout
 from abs_engine.render.programs import SKIN, SKIN_MODES, TEXTURE_WEIGHTS, set_uniform
 
 
@@ -83,42 +84,6 @@ class WeakCache(Generic[K, V]):
         return len(self._entries)
 
 
-class Labelled:
-    """Facets that carry labels; the CPU places their vertices and selects which are drawn.
-
-    Parameters
-    ----------
-    buffer, reserve : callable
-        Make a buffer from an array, and an empty one of a number of bytes.
-    layout : Layout
-    """
-
-    def __init__(
-        self,
-        buffer: Callable[[NDArray[Any]], moderngl.Buffer],
-        reserve: Callable[[int], moderngl.Buffer],
-        layout: Layout,
-    ) -> None:
-        self._buffer, self._reserve, self.layout = buffer, reserve, layout
-        self.positions = np.empty((len(layout.source), 4), np.float32)
-        self.kept = np.empty((len(layout.faces), 3), np.int32)
-
-    @cached_property
-    def vertex_buffer(self) -> moderngl.Buffer:
-        """Clip coordinates of each vertex."""
-        return self._reserve(self.positions.nbytes)
-
-    @cached_property
-    def kept_buffer(self) -> moderngl.Buffer:
-        """Indices of the facets that are submitted."""
-        return self._reserve(self.kept.nbytes)
-
-    @cached_property
-    def label_buffer(self) -> moderngl.Buffer:
-        """Label of each vertex."""
-        return self._buffer(self.layout.label)
-
-
 class SceneUpload:
     """Buffers and vertex arrays of one scene. Everything is made when it is first needed."""
 
@@ -131,7 +96,7 @@ class SceneUpload:
         self.n_vertices, self.n_facets = len(scene.mean), len(scene.faces)
         self.highest_class = int(scene.facet_class.max())
         self._scene = weakref.ref(scene)
-        self.by_class = Labelled(self._buffer, self._reserve, class_layout(scene))
+        self.by_class = Labelled("class", class_layout(scene), self._buffer, self._reserve)
         self.layout = self.by_class.layout
         self.kept_facets = np.empty(self.n_facets, np.int32)
 
@@ -157,7 +122,7 @@ class SceneUpload:
     @cached_property
     def by_facet(self) -> Labelled:
         """The facets, each labelled with its own number."""
-        return Labelled(self._buffer, self._reserve, facet_layout(self._alive))
+        return Labelled("facet", facet_layout(self._alive), self._buffer, self._reserve)
 
     @property
     def vertex_buffer(self) -> moderngl.Buffer:

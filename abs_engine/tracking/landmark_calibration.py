@@ -130,13 +130,13 @@ def calibrate_placed(
     """
     person, shape, shift = np.zeros(head.model.n_person), head.shape, no_correction()
     rounds = LANDMARK_EVIDENCE.place_rounds
-    for left, blur in zip(range(len(rounds))[::-1], rounds, strict=True):
+    for number, blur in enumerate(rounds, 1):
         placed = head.frames(shape, seen)
         if not placed:
             raise FaceNotFoundError(
                 "the landmarks that were seen are no face's", "give a video with a face"
             )
-        found = _round(head, placed, person, blur, known, polished=not left)
+        found = _round(head, placed, person, blur, known, polished=number == len(rounds))
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
         head = replace(head, textured=replace(head.textured, shift=shift))
     agreement = _agreement(head, head.frames(shape, seen), found)

@@ -19,7 +19,7 @@ from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
 from abs_engine.face.appearance.colour import ColourClasses
-from abs_engine.io.assets import POINTS
+from abs_engine.io.head_points import POINTS
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint

@@ -12,7 +12,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from abs_engine.core.clock import Clock
-from abs_engine.core.threads import Behind, ahead, begin, closed_after, in_threads, one_thread
+from abs_engine.core.threads import Behind, ahead, begin, closed_after, in_threads, kept, one_thread
 
 
 def test_items_come_as_they_are_from_another_thread():
@@ -81,8 +81,24 @@ def test_an_error_of_what_is_begun_disturbs_nobody(capfd):
 
 def test_on_one_core_nothing_is_begun(monkeypatch):
     monkeypatch.setattr("abs_engine.core.threads._alone", True)
-    begin(pytest.fail, "it was called")
-    time.sleep(0.05)
+    called = threading.Event()
+    begin(called.set)
+    assert not called.wait(0.1)
+
+
+def test_what_is_kept_is_made_by_one_thread():
+    made = []
+
+    @kept
+    def slow(k):
+        made.append(k)
+        time.sleep(0.05)
+        return [k]
+
+    found = in_threads(slow, [3, 3])
+    assert made == [3]
+    assert found[0] is found[1]
+    assert slow(4) == [4]
 
 
 def test_calls_are_made_in_their_order_and_waited_for():

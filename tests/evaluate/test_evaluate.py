@@ -16,7 +16,7 @@ from abs_engine.evaluate.catalogue import BUILT_IN, BY_KEY, Metric
 from abs_engine.evaluate.estimate import Estimate, PointTrack, check_run, of_run
 from abs_engine.evaluate.metrics import to_camera
 from abs_engine.evaluate.score import error_map, in_picture, measure, summary
-from abs_engine.io.assets import load_points
+from abs_engine.io.head_points import load_points
 
 AREAS = ("face", "lips", "jaw")
 NOISE = 0.7  # mm or px, for each coordinate

@@ -37,22 +37,23 @@ def boundary(ids):
     return np.any([part != ids for part in around], axis=0)
 
 
+def beside(what, renderer, camera, window, cull):
+    """Drawings of both renderers, and where they show the same facet: all but a few borders."""
+    scene = Scene(**{**vars(shapes.ball(shapes.SMALL)), "cull": cull})
+    given = scene, shapes.states(scene, 4), camera, window
+    both = (getattr(one, what)(*given) for one in (renderer, CpuRenderer()))
+    for ours, oracle in zip(*both, strict=True):
+        same = ours.facet_id == oracle.facet_id
+        assert (~same).sum() <= 4
+        assert (same | boundary(oracle.facet_id)).all()
+        assert np.array_equal(ours.class_id[same], oracle.class_id[same])
+        yield ours, oracle, same
+
+
 @pytest.mark.parametrize("window_of", [whole, crop])
 @pytest.mark.parametrize("cull", [True, False])
 def test_buffers(renderer, camera, window_of, cull):
-    scene = Scene(**{**vars(shapes.ball(shapes.SMALL)), "cull": cull})
-    window = window_of(camera)
-    many = shapes.states(scene, 4)
-    for ours, oracle in zip(
-        renderer.draw(scene, many, camera, window),
-        CpuRenderer().draw(scene, many, camera, window),
-        strict=True,
-    ):
-        other = ours.facet_id != oracle.facet_id
-        assert other.sum() <= 4
-        assert not (other & ~boundary(oracle.facet_id)).any()
-        same = ~other
-        assert np.array_equal(ours.class_id[same], oracle.class_id[same])
+    for ours, oracle, same in beside("draw", renderer, camera, window_of(camera), cull):
         # llvmpipe interpolates from a facet's corner; at grazing facets that costs a few digits.
         steep = 1 / np.maximum(oracle.depth, 1) * np.abs(ours.depth - oracle.depth)
         assert steep[same].max() < 1e-4
@@ -64,19 +65,8 @@ def test_buffers(renderer, camera, window_of, cull):
 @pytest.mark.parametrize("window_of", [whole, crop])
 @pytest.mark.parametrize("cull", [True, False])
 def test_outlines(renderer, camera, window_of, cull):
-    scene = Scene(**{**vars(shapes.ball(shapes.SMALL)), "cull": cull})
-    window = window_of(camera)
-    many = shapes.states(scene, 4)
-    for ours, oracle in zip(
-        renderer.outlines(scene, many, camera, window),
-        CpuRenderer().outlines(scene, many, camera, window),
-        strict=True,
-    ):
-        other = ours.facet_id != oracle.facet_id
-        assert other.sum() <= 4
-        assert not (other & ~boundary(oracle.facet_id)).any()
-        assert np.array_equal(ours.class_id[~other], oracle.class_id[~other])
-        seen = boundary(oracle.class_id) & ~other & (oracle.facet_id > 0)
+    for ours, oracle, same in beside("outlines", renderer, camera, window_of(camera), cull):
+        seen = boundary(oracle.class_id) & same & (oracle.facet_id > 0)
         assert seen.any()
         np.testing.assert_allclose(ours.depth[seen], oracle.depth[seen], rtol=1e-4)
         assert np.abs(ours.barycentrics - oracle.barycentrics)[seen].max() < 0.02

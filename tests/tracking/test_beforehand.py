@@ -11,12 +11,12 @@ from abs_engine.tracking.scale import pupil_distance, pupil_scale
 
 
 def modes_kept():
-    return identity._bundled.cache_info().misses
+    return identity._bundled.__wrapped__.cache_info().misses
 
 
 @pytest.mark.parametrize("pupils", [None, 61.5])
 def test_the_head_is_there_when_it_is_needed(pupils):
-    identity._bundled.cache_clear()
+    identity._bundled.__wrapped__.cache_clear()
     beforehand.load(pupils, unknown=True)
     speaker = load_speaker()
     before = modes_kept()
@@ -26,7 +26,7 @@ def test_the_head_is_there_when_it_is_needed(pupils):
 
 
 def test_of_a_known_person_no_modes_are_made():
-    identity._bundled.cache_clear()
+    identity._bundled.__wrapped__.cache_clear()
     beforehand.load(None, unknown=False)
     assert modes_kept() == 0
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError
-from abs_engine.core.threads import in_threads
 from abs_engine.face.appearance.colour import EACH_LIP, ColourClasses, features, luminance
 from abs_engine.face.appearance.colour_learning import (
     assembled,
@@ -73,14 +72,11 @@ def learn_placed(
     reference = float(np.median(luminance(pixels)[certain]))
     samples = features(pixels, reference)
     skin, inside, lips, share = _separated(samples, prior, sure, skin_of(samples[certain]))
-
-    def finished(k: int) -> Mixture:
-        if k == 0:
-            return sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
-        return _finished(samples, sure * share[k] * _core(prior[k]), lips[k - 1])
-
-    skin, *own = in_threads(finished, range(3))
-    each = dict(zip(EACH_LIP, own, strict=True))
+    skin = sound(fit_mixture(samples, share[0] * (prior[0] > 0.5), 3))
+    each = {
+        name: _finished(samples, sure * share[k] * _core(prior[k]), lip)
+        for k, (name, lip) in enumerate(zip(EACH_LIP, lips, strict=True), 1)
+    }
     both = _joined(list(each.values()))
     whole = assembled(skin, both, inside, reference)
     axis = border_axis(skin, both)

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.threads import kept
 from abs_engine.face.schema import COMPONENT, PERSON
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.proportions import proportioned
 from abs_engine.face.shape.smooth import mirrored_modes
 from abs_engine.io.assets import Speaker, load_speaker
 
-_LOADING = threading.Lock()
 _OPPOSITE = {"incr": "decr", "up": "down", "forward": "backward", "out": "in"}
 
 
@@ -80,13 +78,12 @@ def sized_head(
     The last result for the bundled head is kept, as its modes take a quarter of a second.
     """
     if not known and not speaker.imported and speaker is load_speaker():
-        with _LOADING:  # else a second thread would begin it anew
-            return _bundled(factor)
+        return _bundled(factor)
     sized = speaker.scaled(factor)
     return sized, np.zeros((0, *sized.vertices.shape), np.float32) if known else head_modes(sized)
 
 
-@lru_cache(maxsize=1)
+@kept
 def _bundled(factor: float) -> tuple[Speaker, NDArray[np.float32]]:
     sized = load_speaker().scaled(factor)
     return sized, head_modes(sized)
