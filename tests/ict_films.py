@@ -2,9 +2,11 @@
 
 Each film has another random person, skin, lip colour, light, camera and stretch of a recorded
 face. Run it by hand: `python tests/ict_films.py OUT [--films 6] [--frames 75] [--seed 0]
-[--size 640 480]`. It writes `film_K.mp4`, `camera_K.json`, the truth `film_K.npz` (see `truth`)
-and `sheet.png`, a frame of each film with the lip contours drawn beside it. The data are looked
-for in the folder that ABS_ENGINE_DATA names, or in `../shared/data` beside the checkout.
+[--size 640 480] [--clips 1]`. With more `--clips`, that many films in a row are of one person, the
+last two of them by another camera in another, coloured light. It writes `film_K.mp4`,
+`camera_K.json`, the truth `film_K.npz` (see `truth`) and `sheet.png`, a frame of each film with the
+lip contours drawn beside it. The data are looked for in the folder that ABS_ENGINE_DATA names, or
+in `../shared/data` beside the checkout.
 
 pyrender draws, so nothing here may import moderngl: two GL stacks in a process corrupt each other.
 """
@@ -15,7 +17,7 @@ import argparse
 import csv
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -563,6 +565,8 @@ class Set:
     background : (H, W, 3) float64, 0 to 255
     noise : float
         Standard deviation, grey levels.
+    tint : (3,) float64
+        Colour of the lights, linear RGB.
     """
 
     camera: Camera
@@ -570,6 +574,7 @@ class Set:
     ambient: float
     background: FloatArray
     noise: float
+    tint: FloatArray = field(default_factory=lambda: np.ones(3))
 
 
 def set_of(rng: np.random.Generator, size: tuple[int, int]) -> Set:
@@ -655,7 +660,7 @@ class Stage:
     def _empty(self) -> Any:
         """A scene with camera and lights."""
         place, gl = self._place, self._gl
-        scene = gl.Scene(bg_color=[0, 0, 0, 0], ambient_light=[place.ambient] * 3)
+        scene = gl.Scene(bg_color=[0, 0, 0, 0], ambient_light=place.ambient * place.tint)
         matrix = place.camera.matrix  # whose pixel centres are at integers, pyrender's at halves
         centre = matrix[0, 2] + 0.5, matrix[1, 2] + 0.5
         camera = gl.IntrinsicsCamera(matrix[0, 0], matrix[1, 1], *centre, znear=50, zfar=5000)
@@ -663,7 +668,7 @@ class Stage:
         for direction, strength in place.lights:
             pose = np.eye(4)
             pose[:3, :3] = Rotation.align_vectors([direction], [[0, 0, 1]])[0].as_matrix()
-            scene.add(gl.DirectionalLight(intensity=strength), pose=pose)
+            scene.add(gl.DirectionalLight(color=place.tint, intensity=strength), pose=pose)
         return scene
 
     def _add(
@@ -737,17 +742,44 @@ class Film:
     rate: int
 
 
+ELSEWHERE = 2
+"""The last clips of a person, which another camera films in another light."""
+
+
+def chance(chosen: argparse.Namespace, number: int) -> tuple[np.random.Generator, ...]:
+    """What draws the person, the set and the head's motion of a film of a number.
+
+    One generator where each film has a person of its own.
+    """
+    if chosen.clips == 1:
+        return (np.random.default_rng([chosen.seed, number]),) * 3
+    person, clip = divmod(number, chosen.clips)
+    elsewhere = int(clip >= chosen.clips - ELSEWHERE)
+    parts = ([chosen.seed, person, *more] for more in ([0], [1, elsewhere], [2, clip]))
+    return tuple(np.random.default_rng(part) for part in parts)
+
+
+def tinted(rng: np.random.Generator) -> FloatArray:
+    """The colour of a lamp or of a cloudy sky, linear RGB, as bright as white."""
+    warm = rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 1.0)
+    colour = np.exp(warm * np.array([0.25, 0.0, -0.35]))
+    return np.asarray(colour / colour.mean())
+
+
 def planned(head: Head, weights: FloatArray, number: int, chosen: argparse.Namespace) -> Film:
     """The film of a number."""
-    count = chosen.films
-    rng = np.random.default_rng([chosen.seed, number])
+    count, clips = chosen.films, chosen.clips
+    who, where, rng = chance(chosen, number)
+    person_number, people = number // clips, -(-count // clips)
     order = np.random.default_rng(chosen.seed).permutation(len(CONTRASTS))
-    tone = list(TONES)[round(number * (len(TONES) - 1) / max(1, count - 1))]
-    look = look_of(rng, tone, list(CONTRASTS)[order[number % len(CONTRASTS)]])
-    identity = rng.normal(0, 0.7, len(head.identity))
-    place = set_of(rng, tuple(chosen.size))
-    rate = int(rng.choice([25, 30]))
-    high = 240 / rng.uniform(0.62, 0.8)  # mm that the picture shows
+    tone = list(TONES)[round(person_number * (len(TONES) - 1) / max(1, people - 1))]
+    look = look_of(who, tone, list(CONTRASTS)[order[person_number % len(CONTRASTS)]])
+    identity = who.normal(0, 0.7, len(head.identity))
+    place = set_of(where, tuple(chosen.size))
+    rate = int(where.choice([25, 30]))
+    high = 240 / where.uniform(0.62, 0.8)  # mm that the picture shows
+    if clips > 1 and number % clips >= clips - ELSEWHERE:
+        place = replace(place, tint=tinted(where))
     distance = place.camera.matrix[1, 1] * high / chosen.size[1]
     average = with_closed_lips(head, head.neutral)
     apertures = moved_lips(head, average, weights)
@@ -816,11 +848,11 @@ def sunk_eyes(vertices: FloatArray) -> FloatArray:
 
 
 def shoot(
-    head: Head, film: Film, drawn: Drawn, regions: Regions, seed: int
+    head: Head, film: Film, drawn: Drawn, regions: Regions, paint: int, seed: int
 ) -> list[NDArray[np.uint8]]:
-    """The pictures of a film."""
+    """The pictures of a film, by the seeds of its person's paint and of its noise."""
     rng = np.random.default_rng([seed, 1])
-    colours = painted(head, drawn, regions, film.look, seed)
+    colours = painted(head, drawn, regions, film.look, paint)
     stage = Stage(film.place, drawn, colours, film.look.shirt)
     out = drawn.at(film.person)
     thick = normals_of(out, drawn.matte) * 7.0 * regions.hair[:, None]
@@ -869,6 +901,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--frames", type=int, default=75)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
+    parser.add_argument("--clips", type=int, default=1, help="of each person")
     parser.add_argument("--only", type=int, help="the number of the one film to make")
     return parser.parse_args()
 
@@ -885,7 +918,8 @@ def run() -> None:
     for k in range(chosen.films) if chosen.only is None else [chosen.only]:
         film = planned(head, weights, k, chosen)
         told = truth(head, film, rings)
-        pictures = shoot(head, film, drawn, regions, chosen.seed * 1000 + k)
+        seeds = (chosen.seed * 1000 + n for n in (k // chosen.clips, k))
+        pictures = shoot(head, film, drawn, regions, *seeds)
         write_video(chosen.out / f"film_{k}.mp4", pictures, film.rate)
         np.savez_compressed(chosen.out / f"film_{k}.npz", **told)
         text = camera_json(film.place.camera)

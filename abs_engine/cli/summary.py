@@ -11,8 +11,11 @@ _OTHERS = 0.8
 """The same of a talking face: its own speaker's have 0.94, another's 0.64 to 0.88."""
 
 
-def summary_lines(summary: dict[str, Any], timing: dict[str, Any]) -> Iterator[str]:
-    """Counts, speed and warnings of a run, of its ``run.json`` and ``timing.json``."""
+def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "") -> Iterator[str]:
+    """Counts, speed and warnings of a run, of its ``run.json`` and ``timing.json``.
+
+    Warnings that are among the lines `said` before are left out.
+    """
     yield (
         f"{summary['frames']} frames, {summary['lost_frames']} lost, "
         f"{summary['closed_frames']} with closed lips; "
@@ -27,4 +30,5 @@ def summary_lines(summary: dict[str, Any], timing: dict[str, Any]) -> Iterator[s
         )
     if kind in ("texture", "local") and score is not None and score < _OTHERS:
         yield f"warning: the face explains only {score:.0%} of the picture: is it this speaker's?"
-    yield from (f"warning: {line}" for line in summary.get("warnings", ()))
+    left = (line for line in summary.get("warnings", ()) if line not in said.splitlines())
+    yield from (f"warning: {line}" for line in left)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -138,19 +139,25 @@ def draw(run: Run, truth: Truth) -> Figure:
         axes.plot(seconds, true, color="black", label="truth")
         axes.plot(seconds, run[name], color="tab:red", label="tracked")
         axes.set_ylabel(f"lip {name} (mm)")
-        axes.legend(loc="upper right")
+        _above(axes)
     raw = lip_rms_mm(run["lip_points"], truth.points(run["lip_vertex"]))
     for error, label in ((raw, "raw"), (_aligned(run, truth), "constant rigid offset removed")):
         line = f"{label}: {error.overall:.2f} mm"
         bottom.plot(seconds, error.per_frame, label=line)
     bottom.set(ylabel="lip points, RMS (mm, head frame)", xlabel="time (s)", ylim=(0, None))
-    bottom.legend(loc="upper right")
+    _above(bottom)
     half = 0.5 / truth.rate
     for axes in (top, middle, bottom):
         for at in seconds[truth.closed]:
             axes.axvspan(at - half, at + half, color="0.9", lw=0)
     figure.suptitle(f"{truth.person}: {truth.sentence} (shaded: lips closed)")
     return figure
+
+
+def _above(axes: Axes) -> None:
+    """Put a legend where it hides no curve: in one line above its axes, on the right."""
+    place = (1.0, 1.0)
+    axes.legend(loc="lower right", bbox_to_anchor=place, borderaxespad=0.2, ncols=2, frameon=False)
 
 
 def _aligned(run: Run, truth: Truth) -> PointError:

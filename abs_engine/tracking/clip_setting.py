@@ -74,6 +74,8 @@ class FrameResult:
         How far the middle of the lips lies in front of the head frame's origin.
     belief : Belief or None
         How sure all of it is; None where the evidence cannot say.
+    cut : bool
+        Whether the frame begins another shot, where that was looked for.
     """
 
     index: int
@@ -95,6 +97,7 @@ class FrameResult:
     highest: Solution | None = None
     protrusion: float = float("nan")
     belief: Belief | None = None
+    cut: bool = False
 
 
 @dataclass(frozen=True, eq=False)

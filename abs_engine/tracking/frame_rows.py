@@ -23,7 +23,7 @@ from abs_engine.tracking.measures import OF_FRAME, of_frame
 BELIEVED = ("width", "aperture", "protrusion")
 LANDMARK_MEASURES = ("landmark_distance", "landmark_aperture")
 MEASURES = ("width", "aperture", "value", "score", "evaluations")
-OWN = ("index", "found", "covered", "protrusion", *MEASURES, *LANDMARK_MEASURES)
+OWN = ("index", "found", "covered", "cut", "protrusion", *MEASURES, *LANDMARK_MEASURES)
 """Numbers that a row takes from `FrameResult`, under their names there."""
 BELIEFS = (
     *(f"{name}_sd" for name in (*BELIEVED, "lip_points", "rotation", "translation")),
@@ -31,7 +31,10 @@ BELIEFS = (
 )
 """Numbers that `believed` takes from a frame's belief."""
 POINTS = len(range(68)[LIPS_OF_68])
-_TYPES = {"index": np.int64, "evaluations": np.int64, "found": np.bool_, "covered": np.bool_}
+_TYPES = {
+    **dict.fromkeys(("index", "evaluations"), np.int64),
+    **dict.fromkeys(("found", "covered", "cut"), np.bool_),
+}
 
 
 class FrameRows:

@@ -57,6 +57,8 @@ class HeadFrame(NamedTuple):
         The frame in the clip's usual light, where it is known how that has changed.
     terms : mapping of str to Term, or None
         The evidence, where it was bound ahead of the fit.
+    cut : bool
+        Whether it begins another shot, where that was looked for.
     """
 
     image: Image
@@ -65,6 +67,7 @@ class HeadFrame(NamedTuple):
     blob: LipBlob | None = None
     balanced: Image | None = None
     terms: Mapping[str, Term] | None = None
+    cut: bool = False
 
     @property
     def in_usual_light(self) -> Image:

@@ -157,7 +157,7 @@ def by_landmarks(
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )
-    facts = {"start": LANDMARKS, "evidence": options.evidence, "cuts": follower.cuts}
+    facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 
 

@@ -55,15 +55,16 @@ class LandmarkFollower:
 
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
         """The next frame with the head's pose and posture."""
-        motion, seen = self._motion, self._faces.step(image)
-        last = None if self._faces.cut else self._last
+        motion, seen, cut = self._motion, self._faces.step(image), self._faces.cut
+        last = None if cut else self._last
         self._last = (
             None if seen is None else placed_fit(motion.textured, motion.shape, image, seen, last)
         )
         if seen is None or self._last is None:
-            return HeadFrame(image, None)
+            return HeadFrame(image, None, cut=cut)
         lit = None if motion.light is None else motion.light.balanced(image, seen)
-        return HeadFrame(image, self._last.pose, SeenFace(seen, self._last), balanced=lit)
+        face = SeenFace(seen, self._last)
+        return HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut)
 
     def finish(self) -> None:
         """Any number of frames will do."""

@@ -116,6 +116,7 @@ def track_shots(
             memory = replace(memory, gap=_gap(setting, shot.time - last))
             earlier = None if journal is None else journal.earlier()
             result, memory = earlier or _step(setting, shot.index, frame, hidden, memory)
+            result = replace(result, cut=frame.cut)
             if journal is not None and earlier is None:
                 journal.add(result, memory)
             last = shot.time

@@ -58,7 +58,7 @@ _LAYOUT: Layout = {
     "lip_points": real("T", "N", 3, gaps=True),
     "lip_vertex": whole("N", dtype=np.int32, low=0),
     "closed": truth("T"),
-    **dict.fromkeys(("covered", "contradicted"), truth("T", optional=True)),
+    **dict.fromkeys(("covered", "contradicted", "cut"), truth("T", optional=True)),
     **dict.fromkeys(MEASURES, _OF_FRAME),
     "evaluations": whole("T", low=0),
     "status": text("T"),
@@ -124,7 +124,7 @@ class Recorder:
             and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
             `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
             `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
-            `tracking.run_warnings`; `landmark_distance` and
+            `tracking.run_warnings`; `cut` (T,); `landmark_distance` and
             `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
             `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
             `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames` (C, 2),

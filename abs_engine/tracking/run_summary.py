@@ -12,6 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.run_warnings import doubts
+from abs_engine.tracking.shot_cuts import cut_line
 
 
 def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
@@ -33,8 +34,14 @@ def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
         "mean_evaluations": float(work.mean()) if len(work) else 0.0,
         "mean_score": _mean_score(arrays["score"][found]),
         **_score_of(arrays["term_names"].tolist(), face.name),
-        **_by_landmarks(arrays, face),
+        **_with_cuts(_by_landmarks(arrays, face), arrays["index"][arrays["cut"]].tolist()),
     }
+
+
+def _with_cuts(told: Mapping[str, Any], cuts: list[int]) -> dict[str, Any]:
+    """What landmarks say, and which frames begin other shots, about which there is a warning."""
+    lines = ([cut_line(cuts)] if cuts else []) + list(told.get("warnings", ()))
+    return {**told, "cuts": cuts, **({"warnings": lines} if lines or "warnings" in told else {})}
 
 
 def _mean_score(scores: NDArray[np.float64]) -> float | None:

@@ -322,3 +322,10 @@ def test_a_run_that_explains_little_is_warned_of(score, warned):
     told = {"frames": 5, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
     lines = summary_lines(told | {"mean_score": score}, {"seconds_per_frame": 0.1})
     assert ("warning: the drawn mouth explains only 60%" in "\n".join(lines)) == warned
+
+
+def test_a_warning_that_was_printed_before_is_not_printed_again():
+    told = {"frames": 5, "lost_frames": 0, "closed_frames": 1, "mean_evaluations": 300.0}
+    told |= {"mean_score": 0.9, "warnings": ["the film is cut", "look at it"]}
+    lines = list(summary_lines(told, {"seconds_per_frame": 0.1}, "2 faces\nthe film is cut"))
+    assert lines[1:] == ["warning: look at it"]

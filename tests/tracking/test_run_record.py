@@ -148,6 +148,7 @@ def test_the_summary(folder):
         "covered_frames": 0,
         "closed_frames": 1,
         "mean_evaluations": 321.0,
+        "cuts": [],
         "mean_score": pytest.approx(0.9),
         "more": 0.1,
     }

@@ -64,6 +64,32 @@ def refused(capsys, tmp_path):
     return run
 
 
+def cut_film(path):
+    """A drawn head before a wall, then three frames of it elsewhere before another."""
+    pictures, chance = [], np.random.default_rng(5)
+    walls = [cv2.resize(chance.integers(0, 255, (6, 8, 3), np.uint8), (480, 240)) for _ in range(2)]
+    for k, amount in enumerate(OPEN):
+        head = lit("amara", seen_at([0, 0.05 * k - 0.1, 0], [0, 0, 700]), jawOpen=amount)
+        height, width = head.shape[:2]
+        wall = cv2.resize(walls[k > 1], (2 * width, height), interpolation=cv2.INTER_NEAREST)
+        left = 0 if k < 2 else width
+        wall[:, left : left + width] = head
+        pictures.append(wall)
+    return write_kind(path, "libx264", pictures)
+
+
+@pytest.mark.slow
+def test_a_cut_is_named_before_the_first_frame_and_in_the_run(tmp_path, capsys):
+    video = cut_film(tmp_path / "cut.mp4")
+    assert track(video, tmp_path / "run") == 0
+    printed = capsys.readouterr()
+    assert (printed.out + printed.err).count("the film is cut before frame 2: ") == 1
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert told["summary"]["cuts"] == [2]
+    assert "the film is cut before frame 2: " in told["summary"]["warnings"][0]
+    assert load_run(tmp_path / "run")["cut"].tolist() == [False, False, True, False, False]
+
+
 @pytest.mark.slow
 def test_a_film_of_a_head_becomes_a_run(video, tmp_path, capsys):
     folder = tmp_path / "run"

@@ -154,7 +154,7 @@ def track(chosen: Chosen) -> Done:
     before = run["timing"]["resumed_frames"]
     lines = [
         *([f"{before} frames were there from before"] if before else []),
-        *summary_lines(run["summary"], run["timing"]),
+        *summary_lines(run["summary"], run["timing"], run["settings"]["remarks"]),
         scale_line(run["settings"]["scale"]),
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",
     ]
