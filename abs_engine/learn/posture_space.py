@@ -14,7 +14,6 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import TooFewFramesError
 from abs_engine.core.params import ParamSpec
 from abs_engine.face.shape.articulatory import GuidedPCA
-from abs_engine.face.shape.articulatory_model import ArticulatoryModel
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.predictors import PAPER_PREDICTORS, Predictor
 from abs_engine.learn.choice import Points
@@ -44,9 +43,8 @@ class PostureSpace:
     seen : (K, P) float64
         Postures of the frames that were learned from, evenly thinned out.
     noise : dict of str to float
-        Share of each component's variance that is noise, those left out among them.
-    model : ArticulatoryModel
-        The same of the points that guided it; all components.
+        Share of each component's variance that is noise, those left out among them; of anybody's
+        modes none.
     centre : (M,) float64
         Posture of anybody's modes at which its parameters are 0.
     back : (M, P) float64
@@ -58,9 +56,22 @@ class PostureSpace:
     steps: FloatArray
     seen: FloatArray
     noise: dict[str, float]
-    model: ArticulatoryModel
     centre: FloatArray
     back: FloatArray
+
+    @classmethod
+    def of_anybody(
+        cls, expression: LinearShape, spec: ParamSpec, steps: FloatArray
+    ) -> PostureSpace:
+        """Anybody's modes as they are, in place of a speaker's own."""
+        count = len(spec)
+        unseen, centre = np.zeros((0, count)), np.zeros(count)
+        return cls(expression, spec, steps, unseen, {}, centre, np.eye(count))
+
+    @property
+    def own(self) -> bool:
+        """Whether they are a speaker's."""
+        return bool(self.noise)
 
     def parameters(self, postures: FloatArray) -> FloatArray:
         """Parameters (..., P) of postures (..., M) of anybody's modes."""
@@ -77,8 +88,8 @@ def learn_postures(
 ) -> PostureSpace:
     """Guided components of tracked postures.
 
-    What a component jumps by from frame to frame and back is its noise, as speech does not: of
-    white noise the second difference has six times the variance.
+    What a component jumps by from frame to frame and back, while the mouth hardly moves, is its
+    noise: of white noise the second difference has six times the variance.
 
     Parameters
     ----------
@@ -100,18 +111,18 @@ def learn_postures(
     modes = expression.modes[:, at].astype(np.float64)
     points = expression.mean[at].astype(np.float64) + np.tensordot(postures, modes, 1)
     guided = GuidedPCA(chosen.names, chosen.groups, PREDICTORS).fit(points)
-    model, centre, scores = guided.model_, postures.mean(axis=0), guided.scores_
+    names, centre, scores = guided.model_.parameters, postures.mean(axis=0), guided.scores_
     own = scores.T @ (postures - centre) / (len(scores) - 1)  # (P, M): scores are uncorrelated
     back = np.linalg.lstsq(postures - centre, scores, rcond=None)[0]
     tracked = [(clip - centre) @ back for clip in clips]
-    noise = _moves(tracked, 2) / 6
-    names = model.parameters
+    noise = _noise(clips, tracked, modes)
     kept = np.flatnonzero(noise < LEARNING.most_noise)
     spec = ParamSpec(
         names, ("sd",) * len(names), np.full(len(names), LEARNING.first_step),
         scores.min(axis=0) - LEARNING.beyond, scores.max(axis=0) + LEARNING.beyond,
     ).only(kept)  # fmt: skip
-    steps = LEARNING.sudden * np.sqrt(_moves(tracked, 1) * rate / 25.0)
+    each = np.concatenate([np.diff(clip, axis=0) for clip in tracked])
+    steps = LEARNING.sudden * np.sqrt(np.nanmean(each**2, axis=0) * rate / 25.0)
     mixing = own @ expression.mixing
     moved = np.tensordot(centre, expression.modes, 1)
     shape = LinearShape(
@@ -123,7 +134,7 @@ def learn_postures(
     shares = dict(zip(names, map(float, noise), strict=True))
     some = np.linspace(0, len(scores) - 1, min(LEARNING.most_seen, len(scores))).round().astype(int)
     seen = scores[some][:, kept]
-    return PostureSpace(shape, spec, steps[kept], seen, shares, model, centre, back[:, kept])
+    return PostureSpace(shape, spec, steps[kept], seen, shares, centre, back[:, kept])
 
 
 def _well_seen(clips: Sequence[FloatArray]) -> FloatArray:
@@ -138,7 +149,20 @@ def _well_seen(clips: Sequence[FloatArray]) -> FloatArray:
     return postures
 
 
-def _moves(clips: Sequence[FloatArray], order: int) -> FloatArray:
-    """Mean squares (P,) of differences between frames, of this order."""
-    each = np.concatenate([np.diff(clip, order, axis=0) for clip in clips])
-    return np.asarray(np.nanmean(each**2, axis=0), np.float64)
+def _noise(
+    clips: Sequence[FloatArray], tracked: Sequence[FloatArray], modes: FloatArray
+) -> FloatArray:
+    """Variance (P,) of the noise of components (T, P) of clips (T, M) of modes (M, N, 3).
+
+    Of the frames about which the mouth moves least, since in fast speech, or at a low frame rate,
+    it jumps itself.
+    """
+    jumps = np.concatenate([np.diff(clip, 2, axis=0) for clip in tracked])
+    steps = [np.tensordot(np.diff(clip, axis=0), modes, 1) for clip in clips]
+    far = [(step**2).sum(axis=-1).mean(axis=-1) for step in steps]
+    moved = np.concatenate([np.maximum(one[:-1], one[1:]) for one in far])
+    seen = np.isfinite(moved)
+    if not seen.any():
+        return np.zeros(jumps.shape[1])
+    still = seen & (moved <= np.quantile(moved[seen], LEARNING.resting))
+    return np.asarray((jumps[still] ** 2).mean(axis=0) / 6, np.float64)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
@@ -18,6 +20,7 @@ from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import probe, read_frames
 from abs_engine.learn.choice import choose_points
 from abs_engine.learn.posture_space import PostureSpace, learn_postures
+from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.heads import correspondence_of
@@ -70,7 +73,11 @@ class Learned:
                 self.face.posture.names, self.space.expression.variance, strict=True
             )
         )
-        told = [f"postures: {self.frames} frames; share of the variance: {shares}"]
+        told = [
+            f"postures: {self.frames} frames; share of the variance: {shares}"
+            if self.space.own
+            else "postures: anybody's, as the speaker's own explain less of the frames left out"
+        ]
         if self.space.left_out:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
         rounds = ", ".join(f"{share:.3f}" for share in self.explained)
@@ -138,7 +145,8 @@ class Learner:
     ) -> tuple[SpeakerFace, PostureSpace, list[Recording], float]:
         """A face of what was tracked, that tracked again with its head, and what it explains.
 
-        The share is that of the frames that were left out.
+        The share is that of the frames that were left out. Where the speaker's own postures explain
+        them worse than anybody's, it moves by these.
         """
         head = self.head(recordings)
         self.tell("tracking the recordings with it")
@@ -150,8 +158,12 @@ class Learner:
         space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
         face = head.moving(space)
         self.tell("tracking frames that were left out")
-        scores = [self.explained(r, face) for r in again]
-        return face, space, again, float(np.mean(np.concatenate(scores)))
+        own = _mean([self.explained(r, face) for r in again])
+        anybody = _mean([_scores(r.run)[r.first_left_out :] for r in again])
+        if own >= anybody - LEARNING.worse:
+            return face, space, again, own
+        space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
+        return head.moving(space), space, again, anybody
 
     def looks(self, learned: Learned, recordings: Sequence[Recording]) -> Learned:
         """The same with texture and local appearance, from recordings of the round it is of."""
@@ -163,8 +175,7 @@ class Learner:
 
     def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
         """Share of the picture that a face explains in each frame that was left out; 0 if lost."""
-        recorder = self.followed(recording.video, face, recording.first_left_out)
-        return np.nan_to_num(np.asarray(recorder.arrays()["score"], np.float64))
+        return _scores(self.followed(recording.video, face, recording.first_left_out).arrays())
 
 
 def learn_speaker(
@@ -234,6 +245,16 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
     """Frames of a video with the landmarks of its face, where they are seen."""
     return [(image, marks) for _, image, marks in sighted(video, frames)]
+
+
+def _scores(run: Mapping[str, NDArray[Any]]) -> FloatArray:
+    """Share of the picture that is explained in each frame; 0 if lost."""
+    return np.nan_to_num(np.asarray(run["score"], np.float64))
+
+
+def _mean(clips: Sequence[FloatArray]) -> float:
+    """Mean over the frames of all clips."""
+    return float(np.mean(np.concatenate(clips)))
 
 
 def _silent(_stage: str) -> None:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import TooFewFramesError
+from abs_engine.core.params import ParamSpec
 from abs_engine.face.head import build_mouth_model
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.choice import choose_points
-from abs_engine.learn.posture_space import learn_postures
+from abs_engine.learn.posture_space import PostureSpace, learn_postures
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +37,28 @@ def test_what_moves_is_kept_and_noise_is_named(expression, postures):
     assert {*space.spec.names, *space.left_out} == set(space.noise)
     assert all(space.noise[name] >= 0.5 for name in space.left_out)
     assert space.expression.modes.shape == (len(space.spec), *expression.mean.shape)
+
+
+def test_fast_speech_is_no_noise(expression, postures):
+    """A mouth that opens and shuts in two frames, and rests in between."""
+    time = np.arange(80)
+    fast = np.zeros((80, len(expression.modes)))
+    fast[:, 0] = 3.0 * ((time % 4 == 1) & (time % 20 < 12))
+    clips = [clip + fast for clip in postures]
+    space = learn_postures(expression, choose_points(load_speaker()), clips)
+    assert space.noise["jaw1"] < 0.1
+    assert space.left_out
+
+
+def test_anybodys_postures_stay_as_they_are(expression, postures):
+    spec = ParamSpec(
+        tuple(f"m{k}" for k in range(len(expression.modes))), ("sd",) * len(expression.modes),
+        *(np.full(len(expression.modes), v) for v in (0.1, -3.0, 3.0)),
+    )  # fmt: skip
+    space = PostureSpace.of_anybody(expression, spec, np.ones(len(spec)))
+    assert not space.own
+    assert not space.left_out
+    np.testing.assert_array_equal(space.parameters(postures[0]), postures[0])
 
 
 def test_postures_are_those_that_were_tracked(expression, postures):

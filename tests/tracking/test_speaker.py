@@ -63,17 +63,23 @@ def nearer(tmp_path_factory):
     return write_kind(folder / "near.mp4", "libx264", pictures)
 
 
-@pytest.fixture(scope="module")
-def learned(video):
+def learn(video, name, **settings):
     """The file of a face, learned from hardly a second, and what the command said."""
-    path, said = video.with_name("me.face"), video.with_name("said.json")
+    path, said = video.with_name(f"{name}.face"), video.with_name(f"{name}.json")
     with pytest.MonkeyPatch.context() as patch, said.open("w") as file:
         patch.setattr(posture_space, "LEARNING", replace(LEARNING, least_frames=6))
+        patch.setattr(speaker_learning, "LEARNING", replace(LEARNING, **settings))
         patch.setattr(speaker_learning, "PREPARATION", replace(PREPARATION, speaker_most=6))
         with contextlib.redirect_stdout(file):
             words = "--renderer", "cpu", "--rounds", 1, "--quiet", "--json"
             assert run("speaker", video, "-o", path, *words) == 0
     return path, json.loads(said.read_text())
+
+
+@pytest.fixture(scope="module")
+def learned(video):
+    """A face as it is learned by default."""
+    return learn(video, "me")
 
 
 @pytest.fixture
@@ -99,6 +105,15 @@ def test_what_is_learned_is_reported(learned):
     assert facts["postures"].keys() | set(facts["left_out"]) == every
     assert facts["round"] == 1
     assert 0.5 < facts["explained"][0] < 1
+
+
+def test_anybodys_postures_are_kept_where_ones_own_explain_less(video, tmp_path):
+    path, facts = learn(video, "anybody", worse=-1.0)
+    assert facts["left_out"] == []
+    assert set(facts["postures"]) == {f"shape{k + 1}" for k in range(len(facts["postures"]))}
+    folder = tmp_path / "run"
+    assert run("track", video, "-o", folder, "--renderer", "cpu", "--model", path) == 0
+    assert np.corrcoef(load_run(folder)["aperture"], OPEN)[0, 1] > 0.95
 
 
 def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
