@@ -39,7 +39,7 @@ def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
 
 
 def _with_cuts(told: Mapping[str, Any], cuts: list[int]) -> dict[str, Any]:
-    """What landmarks say, and which frames begin other shots, about which there is a warning."""
+    """The landmarks' part, with the frames that begin other shots and a warning about them."""
     lines = ([cut_line(cuts)] if cuts else []) + list(told.get("warnings", ()))
     return {**told, "cuts": cuts, **({"warnings": lines} if lines or "warnings" in told else {})}
 
