@@ -23,6 +23,7 @@ from abs_engine.learn.posture_space import PostureSpace, learn_postures
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.head_fit import AverageHead
+from abs_engine.tracking.head_views import turned_apart
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
@@ -117,7 +118,10 @@ class Learner:
     tell: Tell
 
     def head(self, recordings: Sequence[Recording]) -> SpeakerFace:
-        """One head and one set of colours, fitted to frames of all recordings together."""
+        """One head and one set of colours, fitted to frames of all recordings together.
+
+        The head is fitted to fewer of them, in which it faces most differently.
+        """
         each = max(PREPARATION.speaker_least_each, PREPARATION.speaker_most // len(recordings))
         chosen = [
             found for one in recordings for found in pictures(one.video, list(one.spread(each)))
@@ -125,7 +129,9 @@ class Learner:
         if not chosen:
             raise FaceNotFoundError("no frame shows the mouth well", "give recordings of a face")
         self.tell(f"fitting one head to {len(chosen)} frames of {len(recordings)} recordings")
-        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent)
+        few = max(1, round(PREPARATION.speaker_turned / len(recordings)))
+        turned = [found for one in recordings for found in _turned(one, few)]
+        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, turned)
         return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
 
     def followed(self, video: Path, face: SpeakerFace, first: int = 0) -> Recorder:
@@ -245,6 +251,14 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
     """Frames of a video with the landmarks of its face, where they are seen."""
     return [(image, marks) for _, image, marks in sighted(video, frames)]
+
+
+def _turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
+    """So many usable frames of a recording, those in which the head faces most differently."""
+    usable = np.flatnonzero(recording.usable)
+    looked = np.linspace(0, len(usable) - 1, min(len(usable), PREPARATION.speaker_most))
+    seen = pictures(recording.video, [int(k) for k in usable[looked.round().astype(int)]])
+    return [seen[k] for k in turned_apart([marks for _, marks in seen], count)] if seen else []
 
 
 def _scores(run: Mapping[str, NDArray[Any]]) -> FloatArray:
