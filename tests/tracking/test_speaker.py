@@ -27,9 +27,9 @@ from abs_engine.tracking.speaker_face import load_speaker_face
 
 FRAMES, AGAIN = 24, 8
 TIME = np.arange(FRAMES)
-OPEN = np.clip(0.35 * np.sin(0.9 * TIME), 0, None)
+OPEN = np.clip(0.35 * np.sin(0.5 * TIME), 0, None)
 NEAR = np.clip(0.3 * np.sin(0.9 * np.arange(AGAIN) - 0.5), 0, None)
-ROUND = np.clip(0.8 * np.sin(0.5 * TIME + 1), 0, None)
+ROUND = np.clip(0.8 * np.sin(0.35 * TIME + 1), 0, None)
 pytestmark = pytest.mark.slow
 
 
@@ -78,8 +78,8 @@ def learn(video, name, **settings):
 
 @pytest.fixture(scope="module")
 def learned(video):
-    """A face with postures of its own, whatever they explain of so few frames."""
-    return learn(video, "me", worse=1.0)
+    """A face as it is learned by default."""
+    return learn(video, "me")
 
 
 @pytest.fixture
