@@ -743,7 +743,7 @@ class Film:
 
 
 ELSEWHERE = 2
-"""The last clips of a person, which another camera films in another light."""
+"""How many of a person's last clips another camera films, in another light; but not all."""
 
 
 def chance(chosen: argparse.Namespace, number: int) -> tuple[np.random.Generator, ...]:
@@ -754,7 +754,7 @@ def chance(chosen: argparse.Namespace, number: int) -> tuple[np.random.Generator
     if chosen.clips == 1:
         return (np.random.default_rng([chosen.seed, number]),) * 3
     person, clip = divmod(number, chosen.clips)
-    elsewhere = int(clip >= chosen.clips - ELSEWHERE)
+    elsewhere = int(clip >= max(1, chosen.clips - ELSEWHERE))
     parts = ([chosen.seed, person, *more] for more in ([0], [1, elsewhere], [2, clip]))
     return tuple(np.random.default_rng(part) for part in parts)
 
@@ -778,7 +778,7 @@ def planned(head: Head, weights: FloatArray, number: int, chosen: argparse.Names
     place = set_of(where, tuple(chosen.size))
     rate = int(where.choice([25, 30]))
     high = 240 / where.uniform(0.62, 0.8)  # mm that the picture shows
-    if clips > 1 and number % clips >= clips - ELSEWHERE:
+    if clips > 1 and number % clips >= max(1, clips - ELSEWHERE):
         place = replace(place, tint=tinted(where))
     distance = place.camera.matrix[1, 1] * high / chosen.size[1]
     average = with_closed_lips(head, head.neutral)

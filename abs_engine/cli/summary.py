@@ -14,7 +14,7 @@ _OTHERS = 0.8
 def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "") -> Iterator[str]:
     """Counts, speed and warnings of a run, of its ``run.json`` and ``timing.json``.
 
-    Warnings that are among the lines `said` before are left out.
+    Warnings among the lines of `said`, which were printed before, are left out.
     """
     yield (
         f"{summary['frames']} frames, {summary['lost_frames']} lost, "

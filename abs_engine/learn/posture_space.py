@@ -88,8 +88,8 @@ def learn_postures(
 ) -> PostureSpace:
     """Guided components of tracked postures.
 
-    What a component jumps by from frame to frame and back, while the mouth hardly moves, is its
-    noise: of white noise the second difference has six times the variance.
+    A component's noise is how far it jumps from frame to frame and back while the mouth hardly
+    moves: the second difference of white noise has six times its variance.
 
     Parameters
     ----------
@@ -154,8 +154,9 @@ def _noise(
 ) -> FloatArray:
     """Variance (P,) of the noise of components (T, P) of clips (T, M) of modes (M, N, 3).
 
-    Of the frames about which the mouth moves least, since in fast speech, or at a low frame rate,
-    it jumps itself.
+    Measured where the mouth moves least: in fast speech, or at a low frame rate, the mouth itself
+    jumps. It is too small for components that move the mouth much, as the same postures say where
+    it rests; but such components are hardly ever noise.
     """
     jumps = np.concatenate([np.diff(clip, 2, axis=0) for clip in tracked])
     steps = [np.tensordot(np.diff(clip, axis=0), modes, 1) for clip in clips]
@@ -164,5 +165,6 @@ def _noise(
     seen = np.isfinite(moved)
     if not seen.any():
         return np.zeros(jumps.shape[1])
-    still = seen & (moved <= np.quantile(moved[seen], LEARNING.resting))
+    count = max(LEARNING.least_resting, round(LEARNING.resting * seen.sum()))
+    still = np.argsort(np.where(seen, moved, np.inf), kind="stable")[: min(count, seen.sum())]
     return np.asarray((jumps[still] ** 2).mean(axis=0) / 6, np.float64)

@@ -55,11 +55,13 @@ class LearningSettings:
     most_noise : float, share of a component's variance
         That may be noise; with more it is left out. Not measured.
     resting : float, share of the frames
-        Those about which the mouth moves least, that say how large the noise is. Not measured.
+        Those in which the mouth moves least, from which the noise is measured. Not measured.
+    least_resting : int, frames
+        Of them at least, where there are so many. Not measured.
     worse : float, probability
-        By which a speaker's own postures may explain frames left out worse than anybody's, and are
-        kept. Measured: they differ by 0.001 at most in two people drawn or filmed, and did by 0.03
-        where fast speech was taken for noise.
+        How much worse a speaker's own postures may explain left-out frames than anybody's and still
+        be kept. Measured: in two people, drawn or filmed, they differ by at most 0.001; where fast
+        speech was taken for noise, by 0.03.
     beyond : float, standard deviations
         Beyond what was seen, to which a fit may go. Not measured.
     first_step : float, standard deviations
@@ -133,6 +135,7 @@ class LearningSettings:
     blocks: int = 7
     most_noise: float = 0.5
     resting: float = 0.25
+    least_resting: int = 10
     worse: float = 0.01
     beyond: float = 2.0
     first_step: float = 0.5

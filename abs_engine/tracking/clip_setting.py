@@ -75,7 +75,7 @@ class FrameResult:
     belief : Belief or None
         How sure all of it is; None where the evidence cannot say.
     cut : bool
-        Whether the frame begins another shot, where that was looked for.
+        Whether the frame begins another shot; False where cuts are not looked for.
     """
 
     index: int

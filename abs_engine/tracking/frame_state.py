@@ -58,7 +58,7 @@ class HeadFrame(NamedTuple):
     terms : mapping of str to Term, or None
         The evidence, where it was bound ahead of the fit.
     cut : bool
-        Whether it begins another shot, where that was looked for.
+        Whether it begins another shot; False where cuts are not looked for.
     """
 
     image: Image

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
@@ -77,7 +75,7 @@ class Learned:
         told = [
             f"postures: {self.frames} frames; share of the variance: {shares}"
             if self.space.own
-            else "postures: anybody's, as the speaker's own explain less of the frames left out"
+            else "postures: anybody's, as the speaker's own explain left-out frames clearly worse"
         ]
         if self.space.left_out:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
@@ -120,7 +118,8 @@ class Learner:
     def head(self, recordings: Sequence[Recording]) -> SpeakerFace:
         """One head and one set of colours, fitted to frames of all recordings together.
 
-        The head is fitted to fewer of them, in which it faces most differently.
+        The head is fitted to fewer frames, those in which it faces most differently; the mouth and
+        colours to frames spread over its postures.
         """
         each = max(PREPARATION.speaker_least_each, PREPARATION.speaker_most // len(recordings))
         chosen = [
@@ -128,9 +127,12 @@ class Learner:
         ]
         if not chosen:
             raise FaceNotFoundError("no frame shows the mouth well", "give recordings of a face")
-        self.tell(f"fitting one head to {len(chosen)} frames of {len(recordings)} recordings")
         few = max(1, round(PREPARATION.speaker_turned / len(recordings)))
         turned = [found for one in recordings for found in _turned(one, few)]
+        self.tell(
+            f"fitting one head to {len(turned)} frames, its mouth and colours to {len(chosen)}, of "
+            f"{len(recordings)} recordings"
+        )
         fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, turned)
         return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
 
@@ -152,7 +154,7 @@ class Learner:
         """A face of what was tracked, that tracked again with its head, and what it explains.
 
         The share is that of the frames that were left out. Where the speaker's own postures explain
-        them worse than anybody's, it moves by these.
+        them clearly worse than anybody's, or all are noise, the face moves by anybody's.
         """
         head = self.head(recordings)
         self.tell("tracking the recordings with it")
@@ -164,10 +166,11 @@ class Learner:
         space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
         face = head.moving(space)
         self.tell("tracking frames that were left out")
-        own = _mean([self.explained(r, face) for r in again])
-        anybody = _mean([_scores(r.run)[r.first_left_out :] for r in again])
-        if own >= anybody - LEARNING.worse:
-            return face, space, again, own
+        anybody = _mean([self.explained(r, head) for r in again])
+        if len(space.spec):
+            own = _mean([self.explained(r, face) for r in again])
+            if own >= anybody - LEARNING.worse:
+                return face, space, again, own
         space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
         return head.moving(space), space, again, anybody
 
@@ -181,7 +184,8 @@ class Learner:
 
     def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
         """Share of the picture that a face explains in each frame that was left out; 0 if lost."""
-        return _scores(self.followed(recording.video, face, recording.first_left_out).arrays())
+        recorder = self.followed(recording.video, face, recording.first_left_out)
+        return np.nan_to_num(np.asarray(recorder.arrays()["score"], np.float64))
 
 
 def learn_speaker(
@@ -259,11 +263,6 @@ def _turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
     looked = np.linspace(0, len(usable) - 1, min(len(usable), PREPARATION.speaker_most))
     seen = pictures(recording.video, [int(k) for k in usable[looked.round().astype(int)]])
     return [seen[k] for k in turned_apart([marks for _, marks in seen], count)] if seen else []
-
-
-def _scores(run: Mapping[str, NDArray[Any]]) -> FloatArray:
-    """Share of the picture that is explained in each frame; 0 if lost."""
-    return np.nan_to_num(np.asarray(run["score"], np.float64))
 
 
 def _mean(clips: Sequence[FloatArray]) -> float:

@@ -71,6 +71,7 @@ def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:
         "output": chosen.output,
         "frames": done.frames,
         "postures": {name: float(share) for name, share in shares},
+        "own_postures": done.space.own,
         "left_out": list(done.space.left_out),
         "appearance": _appearance(done),
         "explained": list(done.explained),

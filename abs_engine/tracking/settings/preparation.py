@@ -88,10 +88,10 @@ class PreparationSettings:
     speaker_most : int, frames
         Of all recordings at most, unless `speaker_least_each` makes them more. Not measured.
     speaker_turned : int, frames
-        Of all recordings, that a speaker's head is fitted to: landmarks of many frames err alike,
-        and would outweigh what is known of people. Chosen on a person drawn by chance: lips are
-        1.26 mm off in another clip with 15, 1.44 with 30, and 1.70 with 30 that are spread over
-        postures.
+        Of all recordings together, about, and one of each at least, that a speaker's head is fitted
+        to: landmarks of many frames err alike, and would outweigh what is known of people. Chosen
+        on a clip of a person drawn by chance, tracked with anybody's postures: lips are 1.26 mm off
+        with 15, 1.44 with 30, and 1.70 with 30 that are spread over postures.
     seen_deviation : tuple of float, rad, mm and share of the depth
         What the faces found in several frames leave open of the mouth's place, the last by which
         the distances of people's eyes differ. Not measured.
