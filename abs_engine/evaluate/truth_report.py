@@ -144,7 +144,7 @@ def draw(run: Run, truth: Truth) -> Figure:
     for error, label in ((raw, "raw"), (_aligned(run, truth), "constant rigid offset removed")):
         line = f"{label}: {error.overall:.2f} mm"
         bottom.plot(seconds, error.per_frame, label=line)
-    bottom.set(ylabel="lip points, RMS (mm, head frame)", xlabel="time (s)", ylim=(0, None))
+    bottom.set(ylabel="lip points, RMS\n(mm, head frame)", xlabel="time (s)", ylim=(0, None))
     _above(bottom)
     half = 0.5 / truth.rate
     for axes in (top, middle, bottom):
