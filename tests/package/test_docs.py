@@ -125,6 +125,16 @@ def test_links_of_the_readme_lead_somewhere():
             assert heading in {re.sub(r"\W+", "-", h.lower()) for h in headings}, link
 
 
+PUBLISHED = sorted((ROOT / "assets" / "published").glob("*/index.html"))
+
+
+@pytest.mark.parametrize("page", PUBLISHED, ids=lambda page: page.parent.name)
+def test_what_a_published_page_names_lies_beside_it(page):
+    named = re.findall(r'(?:href|src)="([^"#]+)"', page.read_text(encoding="utf-8"))
+    assert named
+    assert [name for name in named if not (page.parent / name).is_file()] == []
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
     """The built site; a warning ends the build."""
