@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from ict_agreement import convention
@@ -56,18 +57,25 @@ def contours(
     return np.concatenate([at_shares(path) for path in paths], axis=1)
 
 
-def errors(folder: Path, film: Path, speaker: Speaker) -> list[float]:
-    """RMS, mm, of what `NAMES` say, in the frames found."""
-    run, true = load_run(folder), np.load(film)
+def lips_of(
+    run: Mapping[str, Any], true: Mapping[str, Any], speaker: Speaker
+) -> tuple[FloatArray, FloatArray]:
+    """Contours (T, 36, 3) in the frames found, in their own head's frame: ours, and the truth's."""
     at = np.flatnonzero(run["found"])
-    ours = contours(run["lip_points"][at].astype(float), run["lip_vertex"], lip_rings(speaker))
     names = ("outer", "upper", "lower")
     rings = {k: true[f"{k}_vertex"] for k in (*names, "corners")}
     points = np.concatenate([true[k][at] for k in names], axis=1).astype(float)
-    vertex = np.concatenate([rings[k] for k in names])
+    theirs = contours(points, np.concatenate([rings[k] for k in names]), rings)
+    lips = run["lip_points"][at].astype(float)
+    return contours(lips, run["lip_vertex"], lip_rings(speaker)), theirs
+
+
+def errors(folder: Path, film: Path, speaker: Speaker) -> list[float]:
+    """RMS, mm, of what `NAMES` say, in the frames found."""
+    run, true = load_run(folder), np.load(film)
+    ours, theirs = lips_of(run, true, speaker)
     person = true["neutral"][true["landmarks"]].astype(float)
-    turned = points @ convention(speaker, person).T
-    theirs = contours(turned, vertex, rings)
+    theirs = theirs @ convention(speaker, person).T
     ours, theirs = (lips - lips.mean(axis=0) for lips in (ours, theirs))
     parts = ours - theirs, (ours - theirs)[..., :2], (ours - theirs)[..., 2:], theirs
     return [float(np.sqrt((part**2).sum(axis=-1).mean())) for part in parts]

@@ -25,12 +25,11 @@ from pathlib import Path
 
 import numpy as np
 from ict_agreement import apertures
-from ict_motion import contours
+from ict_motion import lips_of
 from numpy.typing import NDArray
 
 from abs_engine.dataset import load_dataset
 from abs_engine.evaluate.metrics import without_constant_offset
-from abs_engine.face.rings import lip_rings
 from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.scale import pupil_distance
@@ -140,14 +139,9 @@ def tracked(clip: Clip, face: Path, work: Path) -> list[Path]:
 def ict_lips(folder: Path, truth: Path) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Errors of the lips (T, N, 3), less one rigid motion, and apertures (T,), ours and true."""
     run, true = load_run(folder), np.load(truth)
-    at = np.flatnonzero(run["found"])
-    names = ("outer", "upper", "lower")
-    rings = {k: true[f"{k}_vertex"] for k in (*names, "corners")}
-    points = np.concatenate([true[k][at] for k in names], axis=1).astype(float)
-    theirs = contours(points, np.concatenate([rings[k] for k in names]), rings)
-    lips, vertex = run["lip_points"][at].astype(float), run["lip_vertex"]
-    ours = contours(lips, vertex, lip_rings(load_speaker()))
+    ours, theirs = lips_of(run, true, load_speaker())
     off = without_constant_offset(ours, theirs) - theirs
+    at = np.flatnonzero(run["found"])
     return off, run["aperture"][at], true["aperture"][at]
 
 

@@ -24,7 +24,9 @@ def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
         As ``results.npz`` has them.
     face : Face
     """
-    found = arrays["found"]
+    found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
+    landmarks = _by_landmarks(arrays, face)
+    warnings = [*([cut_line(cuts)] if cuts else []), *landmarks.get("warnings", ())]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),
@@ -34,14 +36,10 @@ def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
         "mean_evaluations": float(work.mean()) if len(work) else 0.0,
         "mean_score": _mean_score(arrays["score"][found]),
         **_score_of(arrays["term_names"].tolist(), face.name),
-        **_with_cuts(_by_landmarks(arrays, face), arrays["index"][arrays["cut"]].tolist()),
+        **landmarks,
+        "cuts": cuts,
+        "warnings": warnings,
     }
-
-
-def _with_cuts(told: Mapping[str, Any], cuts: list[int]) -> dict[str, Any]:
-    """The landmarks' part, with the frames that begin other shots and a warning about them."""
-    lines = ([cut_line(cuts)] if cuts else []) + list(told.get("warnings", ()))
-    return {**told, "cuts": cuts, **({"warnings": lines} if lines or "warnings" in told else {})}
 
 
 def _mean_score(scores: NDArray[np.float64]) -> float | None:

@@ -172,7 +172,7 @@ class Learner:
             if own >= anybody - LEARNING.worse:
                 return face, space, again, own
         space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
-        return head.moving(space), space, again, anybody
+        return head, space, again, anybody
 
     def looks(self, learned: Learned, recordings: Sequence[Recording]) -> Learned:
         """The same with texture and local appearance, from recordings of the round it is of."""

@@ -149,6 +149,7 @@ def test_the_summary(folder):
         "closed_frames": 1,
         "mean_evaluations": 321.0,
         "cuts": [],
+        "warnings": [],
         "mean_score": pytest.approx(0.9),
         "more": 0.1,
     }
