@@ -12,6 +12,12 @@ import numpy as np
 import pyrender
 from OpenGL.plugins import FormatHandler
 
+# Multisampled buffers hold depths of places beside the pixels' centres by NVIDIA's driver.
+STORAGE = pyrender.renderer.glRenderbufferStorageMultisample
+pyrender.renderer.glRenderbufferStorageMultisample = lambda target, _, *form: STORAGE(
+    target, 0, *form
+)
+
 # PyOpenGL 3.1.0, which pyrender pins, does not know the kind of `byref` of Python 3.12.
 FormatHandler.by_name("ctypesparameter").check.append("_ctypes.CArgObject")
 

@@ -71,9 +71,9 @@ class Stage:
 
         know_arguments()
         self._setup = setup
-        self._scene = pyrender.Scene(bg_color=[0, 0, 0, 0])
         self._nodes: list[Any] = []
         self._lamps: list[Any] = []
+        self._scene = scene_with(pyrender, self._lamps)
         matrix = setup["matrix"]
         lens = pyrender.IntrinsicsCamera(  # its pixel centres are at halves, OpenCV's at integers
             matrix[0, 0],
@@ -99,8 +99,8 @@ class Stage:
         # pyrender's own order is that of a set: where surfaces meet, pixels would depend on chance.
         self._renderer._renderer._sorted_mesh_nodes = lambda _scene: list(self._nodes)
         shaders = Path(__file__).with_name("shaders")
-        self._programs = self._renderer._renderer._program_cache
-        self._id_programs = pyrender.shader_program.ShaderProgramCache(str(shaders))
+        id_programs = pyrender.shader_program.ShaderProgramCache(str(shaders))
+        self._id_pass = IdPass(pyrender, self._renderer._renderer, id_programs)
 
     def draw(self, state: Arrays) -> dict[str, NDArray[Any]]:
         """Draw one frame; everything is given in the camera frame (OpenCV's), mm.
@@ -127,10 +127,8 @@ class Stage:
         colours = self._place(pyrender, state)
         flags = pyrender.RenderFlags
         rgba, _ = self._renderer.render(self._scene, flags.RGBA)
-        inner = self._renderer._renderer
-        inner._program_cache = self._id_programs
-        seen, depth = self._renderer.render(self._scene, flags.SEG, colours)
-        inner._program_cache = self._programs
+        with self._id_pass:
+            seen, depth = self._renderer.render(self._scene, flags.SEG, colours)
         ids = seen[..., 0].astype(np.uint16) | seen[..., 1].astype(np.uint16) << 8
         cover = np.ascontiguousarray(seen[..., 2])
         drawn = {"rgba": rgba, "ids": ids, "cover": cover, "depth": depth.astype(np.float32)}
@@ -178,6 +176,61 @@ class Stage:
         for node, light in zip(self._lamps, state["lights"], strict=True):
             node.light.intensity, node.light.color = float(light[3]), light[4:7]
             self._scene.set_pose(node, _shining(light[:3]))
+
+
+def scene_with(pyrender: Any, lamps: list[Any]) -> Any:
+    """An empty scene that is lit by these lamps in their order.
+
+    pyrender's own order is that of a set, and the last digit of a sum depends on its order.
+    """
+
+    class Lit(pyrender.Scene):  # type: ignore[misc]
+        @property
+        def light_nodes(self) -> list[Any]:
+            return lamps
+
+    return Lit(bg_color=[0, 0, 0, 0])
+
+
+class IdPass:
+    """A context in which a renderer draws with other programs, one sample for each pixel.
+
+    pyrender draws ids into its multisampled buffers with multisampling turned off. Ids and depth
+    then belong to pixel centres by Mesa's drivers; by NVIDIA's, depth is that of the samples,
+    which lie beside the centres: surfaces that meet hide each other in the wrong places.
+
+    Parameters
+    ----------
+    pyrender : module
+    inner : pyrender.renderer.Renderer
+    programs : pyrender.shader_program.ShaderProgramCache
+    """
+
+    _NAMES = "fb", "cb", "db", "fb_ms", "cb_ms", "db_ms", "fb_dims"
+
+    def __init__(self, pyrender: Any, inner: Any, programs: Any) -> None:
+        self._calls, self._inner = pyrender.renderer, inner
+        self._storage = self._calls.glRenderbufferStorageMultisample
+        none = {f"_main_{name}": None for name in self._NAMES}
+        self._others = {**none, "_main_fb_dims": (None, None), "_program_cache": programs}
+
+    def __enter__(self) -> None:
+        self._swap()
+        self._calls.glRenderbufferStorageMultisample = self._one_sample
+
+    def __exit__(self, *_: object) -> None:
+        self._calls.glRenderbufferStorageMultisample = self._storage
+        self._swap()
+
+    def _one_sample(self, target: Any, _samples: int, *form: Any) -> None:
+        self._storage(target, 0, *form)
+
+    def _swap(self) -> None:
+        """Exchange the renderer's framebuffers and programs for those kept here."""
+        inner = vars(self._inner)
+        kept = {name: inner[name] for name in self._others}
+        inner.update(self._others)
+        self._others = kept
 
 
 def _wound(faces: NDArray[Any], flip: bool) -> NDArray[Any]:

@@ -47,7 +47,11 @@ def drawn_by_pyrender(gl, tmp_path_factory):
     worker = Path(__file__).parents[1] / "pyrender_worker.py"
     done = subprocess.run(
         [sys.executable, str(worker), str(folder / "in.npz"), str(folder / "out.npz")],
-        env={**os.environ, "PYOPENGL_PLATFORM": "egl" if egl_loads() else "osmesa"},
+        env={
+            **os.environ,
+            "PYOPENGL_PLATFORM": "egl" if egl_loads() else "osmesa",
+            "PYGLET_HEADLESS": "1",  # without X11's libraries pyglet loads no other way
+        },
         capture_output=True,
         text=True,
         timeout=120,
