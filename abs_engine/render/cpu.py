@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from abs_engine.core.buffers import Buffers, Outlines, Sums
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Scene
+from abs_engine.core.scene import Candidates, ClassMaps, PixelTerm, Renderer, Scene
 from abs_engine.render import fused, layers, pixel_kernels
 from abs_engine.render.pixelsum import colour_error
 from abs_engine.render.vertex import motion_of, weights_of
@@ -228,3 +228,12 @@ def check_term(term: PixelTerm, window: Window) -> None:
             f"the pixel term is {shape[1]}x{shape[0]}, the window {width}x{height}",
             "sample it with the same window",
         )
+
+
+def for_threads(renderer: Renderer) -> Renderer:
+    """The renderer itself if several threads may draw with it at once, else the CPU rasteriser.
+
+    For what is drawn ahead of the fits, or of several frames at once: an OpenGL context belongs to
+    one thread.
+    """
+    return renderer if getattr(renderer, "concurrent", False) else CpuRenderer()

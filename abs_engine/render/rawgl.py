@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from ctypes import c_float, c_int, c_uint, c_void_p
+from ctypes import c_float, c_int, c_ubyte, c_uint, c_void_p
 from functools import lru_cache
 from typing import Any
 
@@ -12,15 +12,11 @@ _TEXTURE_2D_ARRAY, _DEPTH_COMPONENT32F = 0x8C1A, 0x8CAC
 _FRAMEBUFFER, _DEPTH_ATTACHMENT = 0x8D40, 0x8D00
 _COLOR, _DEPTH = 0x1800, 0x1801
 
-_GENERATED = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "VertexArray")
-KINDS = (*_GENERATED, "Program")
-_MESA_NAMES = 4096  # Mesa gives the lowest free name, so that a new one bounds nothing
+KINDS = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "VertexArray", "Program")
 
 _SIGNATURES: dict[str, tuple[Any, ...]] = {
-    **{f"glGen{kind}s": (c_int, c_void_p) for kind in _GENERATED},
-    **{f"glDelete{kind}s": (c_int, c_void_p) for kind in _GENERATED},
-    "glCreateProgram": (),
-    "glDeleteProgram": (c_uint,),
+    "glGenTextures": (c_int, c_void_p),
+    "glDeleteTextures": (c_int, c_void_p),
     **{f"glIs{kind}": (c_uint,) for kind in KINDS},
     "glBindTexture": (c_uint, c_uint),
     "glTexStorage3D": (c_uint, c_int, c_uint, c_int, c_int, c_int),
@@ -49,9 +45,7 @@ class RawGL:
 
     def __init__(self, load: Callable[[str], int]) -> None:
         self._call = {
-            name: ctypes.CFUNCTYPE(
-                c_uint if name.startswith(("glIs", "glCreate")) else None, *types
-            )(load(name))
+            name: ctypes.CFUNCTYPE(c_ubyte if name.startswith("glIs") else None, *types)(load(name))
             for name, types in _SIGNATURES.items()
         }
 
@@ -75,26 +69,12 @@ class RawGL:
         """Delete a texture made by `depth_array`."""
         self._call["glDeleteTextures"](1, ctypes.byref(c_uint(texture)))
 
-    def count_objects(self) -> dict[str, int]:
-        """Number of live GL objects of each kind; to find leaks."""
+    def count_objects(self, limit: int = 4096) -> dict[str, int]:
+        """Number of live GL objects of each kind with names below `limit`; to find leaks."""
         return {
-            kind: sum(
-                bool(self._call[f"glIs{kind}"](name))
-                for name in range(1, max(_MESA_NAMES, self._new_name(kind)))
-            )
+            kind: sum(bool(self._call[f"glIs{kind}"](name)) for name in range(1, limit))
             for kind in KINDS
         }
-
-    def _new_name(self, kind: str) -> int:
-        """A name that the driver would give next; NVIDIA's counts upwards and uses none again."""
-        if kind not in _GENERATED:
-            program = int(self._call["glCreateProgram"]())
-            self._call["glDeleteProgram"](program)
-            return program
-        name = c_uint(0)
-        self._call[f"glGen{kind}s"](1, ctypes.byref(name))
-        self._call[f"glDelete{kind}s"](1, ctypes.byref(name))
-        return int(name.value)
 
     def clear_float(self, attachment: int, value: float) -> None:
         """Clear a float attachment of the bound framebuffer, all layers."""

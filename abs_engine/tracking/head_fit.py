@@ -19,6 +19,7 @@ from abs_engine.face.shape.linear import LinearShape
 from abs_engine.face.shape.mouth import mouth_shape
 from abs_engine.face.shape.upper_face import upper_face_modes
 from abs_engine.io.assets import Speaker
+from abs_engine.render.cpu import for_threads
 from abs_engine.tracking.head_joint import fit_jointly
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_problem import HeadFrameSeen, HeadProblem, views_of
@@ -119,11 +120,12 @@ class AverageHead:
         """The head of a person whom several frames show; `renderer` carries their texture along."""
         sized, scale, pupils = self.speaker, self.scale, pupil_vertices(self.speaker)
         noise = self.correspondence.noise.beside(self.shape.posture[: len(self.expression.modes)])
+        drawn_with = for_threads(renderer)
         problem = HeadProblem(
             self.body, self.shape, noise, pupils, scale.pupils, scale.held, camera
         )
         with one_thread():
-            found = fit_jointly(problem, frames, renderer)
+            found = fit_jointly(problem, frames, drawn_with)
         moved, mean = np.tensordot(found.identity, self.people, 1), self.expression.mean
         neutral = np.asarray(sized.vertices + moved, np.float32)
         own = replace(self.expression, mean=np.asarray(mean + moved, mean.dtype))
@@ -133,7 +135,7 @@ class AverageHead:
             body, mean=own.mean.astype(np.float64), identity=body.identity[:0], pivot=shape.pivot
         )
         views = tuple(views_of(body, frames, found))
-        textured = TexturedHead(known, shape, noise.person(found.error), views, camera, renderer)
+        textured = TexturedHead(known, shape, noise.person(found.error), views, camera, drawn_with)
         return FittedHead(sized, neutral, own, shape, found.identity, scale, textured)
 
 

@@ -12,6 +12,7 @@ from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
+from abs_engine.core.threads import workers
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.head import MouthModel
 from abs_engine.tracking.blob_filter import LipFollower
@@ -59,8 +60,8 @@ class HeadMotion:
 
     @property
     def alone(self) -> bool:
-        """Whether it is followed without what was found in the frames before."""
-        return True
+        """Whether it may be followed in a thread of its own, ahead of the fits."""
+        return workers(self.renderer) > 1
 
     def follower(self) -> HeadFollower:
         """Follower of the head from the first frame on."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from abs_engine.core.arrays import Image
+from abs_engine.core.threads import workers
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
@@ -38,8 +39,8 @@ class LandmarkMotion:
 
     @property
     def alone(self) -> bool:
-        """Whether it is followed without what was found in the frames before."""
-        return True
+        """Whether it may be followed in a thread of its own, ahead of the fits."""
+        return workers(self.textured.renderer) > 1
 
     def follower(self) -> LandmarkFollower:
         """Follower of the head from the first frame on."""

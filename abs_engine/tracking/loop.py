@@ -12,7 +12,7 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
-from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
+from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
@@ -95,7 +95,8 @@ def track_shots(
         Each frame with what was found in it.
     """
     head, clock = setting.motion.follower(), setting.clock
-    apart, known = _followed_apart(setting), 0 if journal is None else journal.resumed
+    known = 0 if journal is None else journal.resumed
+    apart = bool(getattr(setting.motion, "alone", False))
 
     def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str]:
         with clock.part(FOLLOWING):
@@ -127,11 +128,6 @@ def track_shots(
 def _gap(setting: ClipSetting, seconds: float) -> float:
     """So many seconds in frames, at least one; 1 where they are not known."""
     return max(1.0, seconds * setting.rate) if np.isfinite(seconds) else 1.0
-
-
-def _followed_apart(setting: ClipSetting) -> bool:
-    """Whether the head may be followed in a thread of its own, ahead of the fits."""
-    return workers(setting.renderer) > 1 and getattr(setting.motion, "alone", False)
 
 
 def _with_terms(setting: ClipSetting, frame: HeadFrame) -> HeadFrame:

@@ -31,7 +31,7 @@ class ShiftedMotion:
 
     @property
     def alone(self) -> bool:
-        """Whether it is followed without what was found in the frames before."""
+        """Whether it may be followed in a thread of its own, ahead of the fits."""
         return bool(getattr(self.motion, "alone", False))
 
     def follower(self) -> ShiftedFollower:

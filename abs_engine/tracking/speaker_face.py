@@ -28,6 +28,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
 from abs_engine.learn.posture_space import PostureSpace
 from abs_engine.learn.settings import LEARNING
+from abs_engine.render.cpu import for_threads
 from abs_engine.tracking.head_fit import landmark_shape
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.head_texture import HeadBody, HeadView
@@ -189,7 +190,9 @@ class SpeakerFace:
         mean, modes = self.expression.mean, self.expression.modes
         body = HeadBody.of(sized, mean, modes[:0], modes, upper_face_modes(sized))
         body = replace(body, pivot=plain.pivot)
-        textured = TexturedHead(body, plain, self.noise, self._views, camera, renderer, self.shift)
+        textured = TexturedHead(
+            body, plain, self.noise, self._views, camera, for_threads(renderer), self.shift
+        )
         return FittedPerson(
             model, np.zeros(0), textured, shape, plain.deviation, self.classes, self.light,
             self.look, self.posture, self.steps, self.seen if len(self.seen) else None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from functools import cache
 
 import numpy as np
@@ -14,6 +15,7 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.frame_journal import FrameJournal, fingerprint
 from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.head_frame import HeadBinder
+from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.run import prepare
 
@@ -24,6 +26,22 @@ class OneThread(CpuRenderer):
     """A renderer that only one thread may draw with, as OpenGL's."""
 
     concurrent = False
+
+    def __init__(self):
+        super().__init__()
+        self._owner = threading.get_ident()
+
+    def draw(self, *given):
+        assert threading.get_ident() == self._owner
+        return super().draw(*given)
+
+    def outlines(self, *given):
+        assert threading.get_ident() == self._owner
+        return super().outlines(*given)
+
+    def measure(self, *given):
+        assert threading.get_ident() == self._owner
+        return super().measure(*given)
 
 
 @cache
@@ -44,12 +62,25 @@ def tracker(tmp_path_factory):
     return prepared(tmp_path_factory.mktemp("clip"), CpuRenderer())
 
 
-def test_results_are_the_same_with_and_without(tracker, tmp_path):
-    alone = prepared(tmp_path, OneThread())
-    for (_, ahead), (_, with_it) in zip(tracker.results(), alone.results(), strict=True):
-        assert ahead.found
-        np.testing.assert_array_equal(ahead.vector, with_it.vector)
-        assert ahead.aperture == with_it.aperture
+def alike(some, others):
+    for (_, one), (_, other) in zip(some, others, strict=True):
+        assert one.found
+        np.testing.assert_array_equal(one.vector, other.vector)
+        assert one.aperture == other.aperture
+
+
+def test_results_are_the_same_with_and_without(tracker, monkeypatch):
+    ahead = list(tracker.results())
+    monkeypatch.setattr(LandmarkMotion, "alone", False)
+    monkeypatch.setattr(HeadBinder, "ahead", lambda *_: pytest.fail("bound ahead"))
+    alike(ahead, tracker.results())
+
+
+def test_a_renderer_of_one_thread_draws_in_that_thread_alone(tracker, tmp_path):
+    """The head is followed ahead all the same, by the CPU rasteriser."""
+    tracked = prepared(tmp_path, OneThread())
+    assert tracked.setting.motion.alone
+    alike(tracker.results(), tracked.results())
 
 
 def test_without_landmarks_nothing_is_bound_ahead(tracker):
