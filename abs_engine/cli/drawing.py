@@ -41,7 +41,7 @@ def print_hints(renderer: OpenRenderer) -> None:
     from abs_engine.render.select import draws_by_software
 
     if draws_by_software(renderer):
-        note("hint: no GPU draws here; --renderer cpu is two to three times as fast")
+        note("hint: no GPU draws here; --renderer cpu takes a third less time")
 
 
 def note(line: str) -> None:
