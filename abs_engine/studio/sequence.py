@@ -217,18 +217,27 @@ def portrait(camera: Camera, speaker: Speaker, neutral: NDArray[np.float32]) -> 
 
 
 def wander(
-    times: FloatArray, base: Pose, rng: np.random.Generator
+    times: FloatArray, base: Pose, rng: np.random.Generator, reach: float = 1.0
 ) -> tuple[FloatArray, FloatArray]:
     """Small smooth head motion about `base`, a pose before a camera that the face looks into.
+
+    Parameters
+    ----------
+    times : (T,) float64
+        Seconds.
+    base : Pose
+    rng : Generator
+    reach : float
+        Factor of the motion.
 
     Returns
     -------
     rotations : (T, 3) float64
-        Rotation vectors; pitch, yaw and roll stay within 5, 8 and 4 degrees.
+        Rotation vectors; pitch, yaw and roll stay within `reach` times 5, 8 and 4 degrees.
     translations : (T, 3) float64, mm
-        Within 6, 4 and 8 mm of the base.
+        Within `reach` times 6, 4 and 8 mm of the base.
     """
-    angles, shifts = sway(times, rng)
+    angles, shifts = (reach * part for part in sway(times, rng))
     turned = [base.rotation @ Pose.from_vectors(row, np.zeros(3)).rotation for row in angles]
     vectors = [Pose(matrix, np.zeros(3)).rotation_vector for matrix in turned]
     return np.array(vectors), base.translation + shifts @ FACING.T

@@ -42,6 +42,8 @@ class Amount:
     printed : int
         How many of the sentences, at most, local appearance as printed is tracked on, too;
         0 leaves it out.
+    unassisted : int
+        How many sentences are tracked with nothing given; 0 leaves it out.
     """
 
     size: tuple[int, int]
@@ -55,10 +57,11 @@ class Amount:
     worn: int | None = None
     practised: int = 0
     printed: int = 10
+    unassisted: int = 6
 
 
 _STAGE = ("results", "timing", "figures")
-QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24)
+QUICK = Amount((320, 240), 1, 4, 4, (150, 300), sentences=2, frames=36, worn=24, unassisted=0)
 FULL = Amount((320, 240), 5, 8, 8, (150, 300, 600), practised=24)
 
 

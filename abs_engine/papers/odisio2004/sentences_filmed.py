@@ -23,6 +23,7 @@ from abs_engine.studio.sequence import Sequence, deform, expression, portrait, w
 from abs_engine.studio.speech import Utterance, articulate
 from abs_engine.studio.take import Take
 
+USUAL = Look()
 RATE = 25.0
 """Frames per second."""
 
@@ -74,7 +75,14 @@ def speak(speaker: Speaker, neutral: NDArray[np.floating], utterance: Utterance)
 
 
 def plan_sentence(
-    speaker: Speaker, person: str, sentence: Sentence, camera: Camera, seed: int, beads: int = 0
+    speaker: Speaker,
+    person: str,
+    sentence: Sentence,
+    camera: Camera,
+    seed: int,
+    beads: int = 0,
+    look: Look = USUAL,
+    reach: float = 1.0,
 ) -> ClipPlan:
     """A sentence before a camera: small head motion, blinks and brows; lamps, shading, noise.
 
@@ -90,6 +98,9 @@ def plan_sentence(
         Of the head's motion, the blinks and the noise.
     beads : int
         On the face, as `filmed.film_visemes` has them.
+    look : Look
+    reach : float
+        Factor of the head's motion; see `studio.sequence.wander`.
 
     Raises
     ------
@@ -101,12 +112,12 @@ def plan_sentence(
     weights = speak(speaker, neutral, utterance)
     times = np.arange(len(weights)) / RATE
     weights = weights + expression(times, speaker.unit_names, rng)
-    rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng)
+    rotations, shifts = wander(times, portrait(camera, speaker, neutral), rng, reach)
     nothing = np.zeros(len(times), np.bool_)
     act = Sequence(
         person, sentence.text, RATE, weights, rotations, shifts, ("",) * len(times), nothing
     )
-    plan = plan_of(speaker, act, camera, Look(), int(rng.integers(2**31)))
+    plan = plan_of(speaker, act, camera, look, int(rng.integers(2**31)))
     return with_beads(speaker, plan, beads) if beads else plan
 
 

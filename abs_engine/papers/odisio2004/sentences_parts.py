@@ -24,6 +24,7 @@ from abs_engine.papers.odisio2004.sequence_measure import by_articulation, pract
 from abs_engine.papers.odisio2004.teleconference import FIGURE as FIGURE_10
 from abs_engine.papers.odisio2004.teleconference import run_teleconference
 from abs_engine.papers.odisio2004.trees import CONSONANTS, VOWELS
+from abs_engine.papers.odisio2004.unassisted import unassisted
 from abs_engine.papers.odisio2004.visemes import Speech, film_speech
 from abs_engine.studio.french import PRACTICE, SENTENCES
 
@@ -142,4 +143,19 @@ def _teleconference(report: Report, speech: Speech) -> None:
     report.figures.append((FIGURE_10, "Figure 10: a sequence that a worn camera filmed."))
 
 
-PARTS = (sentences_part, teleconference_part)
+def unassisted_part(report: Report, speech: Speech) -> None:
+    """Sentences that are tracked with nothing given."""
+    if not report.amount.unassisted:
+        return
+    report.stage(f"unassisted-{report.amount.unassisted}", _unassisted)
+
+
+def _unassisted(report: Report) -> None:
+    bare = film_speech(
+        report.speaker, report.person, report.folder / FILMED / "bare",
+        beads=0, size=report.amount.size, seed=report.seed,
+    )  # fmt: skip
+    report.results["unassisted"] = unassisted(report, bare)
+
+
+PARTS = (sentences_part, teleconference_part, unassisted_part)

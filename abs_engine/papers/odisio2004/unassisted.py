@@ -1,0 +1,202 @@
+"""A speaker of whom nothing is given but measured points and pictures: an experiment of our own.
+
+In the paper's experiments here the true head carries the model, the training pictures come with
+their poses, sentences are filmed as the training was, and the first frame's pose is known. This
+one gives none of it, and tracks with ``abs-engine track --preset odisio2004``, as users do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from abs_engine.capture.viseme_pictures import VisemePicture
+from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.camera import Camera
+from abs_engine.dataset import Truth, load_truth
+from abs_engine.face.talking_file import load_talking, save_talking
+from abs_engine.io.assets import Speaker
+from abs_engine.io.files import png
+from abs_engine.io.naming import made_before
+from abs_engine.learn.bite import bite_plane_of
+from abs_engine.learn.measured.face import measured_face
+from abs_engine.learn.training import checksum
+from abs_engine.papers.odisio2004.filmed import SIZE
+from abs_engine.papers.odisio2004.gathered import Report
+from abs_engine.papers.odisio2004.sentences import in_spread_order
+from abs_engine.papers.odisio2004.sentences_filmed import cut, plan_sentence
+from abs_engine.papers.odisio2004.visemes import Speech
+from abs_engine.studio.french import SENTENCES, Sentence
+from abs_engine.studio.look import Light, Look
+from abs_engine.studio.make import Crew, Order, make
+from abs_engine.tracking.measured_looks import with_looks
+from abs_engine.tracking.options import TrackOptions
+from abs_engine.tracking.run import track_video
+from abs_engine.tracking.run_mesh import load_mesh
+
+GIVEN, MEASURED = "given", "measured"
+"""Faces: of the true head and the true poses of its pictures; of points, poses estimated."""
+SAME, OTHER = "as training", "otherwise"
+"""Tests: filmed as the training pictures were; with another camera and light, and more motion."""
+PRESET = "odisio2004"
+
+
+@dataclass(frozen=True, eq=False)
+class Filming:
+    """How the sentences of a test are filmed.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its calibration is given to the tracker, as in the paper.
+    look : Look
+    reach : float
+        How far the head moves, as a factor; see `studio.sequence.wander`.
+    """
+
+    camera: Camera
+    look: Look
+    reach: float
+
+
+FILMINGS: Mapping[str, Filming] = {
+    SAME: Filming(Camera.ideal(SIZE), Look(), 1.0),
+    OTHER: Filming(
+        Camera.ideal((480, 360), 620.0),
+        Look(
+            lights=(
+                Light((-0.7, -0.35, -1.0), 2.4, (0.86, 0.93, 1.0), "window"),
+                Light((0.8, -0.5, -0.5), 0.9, (1.0, 0.86, 0.7), "lamp"),
+            ),
+            ambient=0.2,
+        ),
+        1.7,
+    ),
+}
+
+
+def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
+    """A row for each face and test: how far the lips of tracked sentences are off.
+
+    Parameters
+    ----------
+    report : Report
+        The films and runs go into its folder.
+    bare : Speech
+        The corpus, its pictures without beads.
+
+    Returns
+    -------
+    list of dict
+        ``face``, ``test``, ``sentences``, ``frames``, ``found``, and in mm, in the frame of the
+        upper teeth, over the vertices of the lips: ``lips_mm``, ``lips_less_constant_mm``, without
+        what all frames of a sentence have in common, and ``motion_mm``, by how much they move.
+    """
+    folder = report.kept / "unassisted"
+    folder.mkdir(parents=True, exist_ok=True)
+    faces = {GIVEN: _given(report, bare, folder), MEASURED: _measured(report, bare, folder)}
+    sentences = in_spread_order(SENTENCES)[: report.amount.unassisted]
+    rows = []
+    for test, filming in FILMINGS.items():
+        films = [_film(report, folder, test, filming, sentence) for sentence in sentences]
+        for name, face in faces.items():
+            report.tell(f"sentences with nothing given: {name} head, filmed {test}")
+            scores = [_score(report, face, film, folder) for film in films]
+            rows.append({"face": name, "test": test, **_pooled(scores)})
+    return rows
+
+
+def _given(report: Report, bare: Speech, folder: Path) -> Path:
+    """File of the face of the true head, its appearance learned with the true poses."""
+    path = folder / f"{GIVEN}.face"
+    if not made_before(path):
+        face = bare.learn(range(len(bare.pictures)), report.renderer)
+        save_talking(path, face, report.person, checksum(report.speaker))
+    return path
+
+
+def _measured(report: Report, bare: Speech, folder: Path) -> Path:
+    """File of the face of the corpus' points, the poses of its pictures estimated."""
+    path = folder / f"{MEASURED}.face"
+    if made_before(path):
+        return path
+    table = []
+    for k, (viseme, picture) in enumerate(
+        zip(bare.pictures.visemes, bare.pictures.pictures, strict=True)
+    ):
+        own = folder / f"viseme_{k:03d}.png"
+        own.write_bytes(png(picture))
+        table.append(VisemePicture(own, viseme, None))
+    report.tell("a head of measured points")
+    made = measured_face(report.speaker, bare.built)
+    camera = bare.pictures.camera
+    looks = with_looks(made, bare.built, table, camera, report.renderer, report.tell)
+    save_talking(path, looks, "measured", checksum(report.speaker), made.neutral)
+    return path
+
+
+def _film(report: Report, folder: Path, test: str, filming: Filming, sentence: Sentence) -> Path:
+    """The data set of a filmed sentence."""
+    path = folder / f"{sentence.name} {test}"
+    if not made_before(path):
+        report.tell(f"filming {sentence.name}, {test}")
+        plan = plan_sentence(
+            report.speaker, report.person, sentence, filming.camera, report.seed,
+            look=filming.look, reach=filming.reach,
+        )  # fmt: skip
+        order = Order(report.command, report.seed, (), keep_frames=False)
+        make([cut(plan, report.amount.frames)], 1, path, report.speaker, order, Crew())
+    return path
+
+
+@dataclass(frozen=True, eq=False)
+class _Score:
+    """Frames of a sentence, those found, and sums of squares over these, mm^2."""
+
+    frames: int
+    found: int
+    squares: FloatArray
+
+
+def _score(report: Report, face: Path, film: Path, folder: Path) -> _Score:
+    """Track a filmed sentence with a face, and compare lips in the frame of the upper teeth."""
+    truth, run = load_truth(film), folder / f"{film.name} by {face.stem}"
+    if not made_before(run):
+        options = TrackOptions(preset=PRESET, model=str(face), camera=truth.camera)
+        track_video(truth.video, run, report.renderer, options)
+    lips = _lips(report.speaker)
+    own = load_talking(face).shape.frame.apply(load_mesh(run).points(lips))
+    true = _true_lips(report, truth, lips)
+    there = np.isfinite(own).all(axis=(1, 2))
+    away, moved = own[there] - true[there], true[there] - true[there].mean(axis=0)
+    kinds = away, away - away.mean(axis=0), moved
+    squares = np.array([float((one**2).sum(axis=2).mean(axis=1).sum()) for one in kinds])
+    return _Score(len(truth), int(there.sum()), squares)
+
+
+def _true_lips(report: Report, truth: Truth, lips: IntArray) -> FloatArray:
+    """Vertices of the lips as they were filmed, (T, N, 3), in the frame of the upper teeth."""
+    frame = bite_plane_of(report.speaker, report.speaker.named(report.person))
+    heads = np.stack([truth.vertices(t)[lips] for t in range(len(truth))])
+    return frame.apply(heads.astype(np.float64))
+
+
+def _lips(speaker: Speaker) -> IntArray:
+    ids = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
+    return np.unique(speaker.faces[np.isin(speaker.facet_class, ids)])
+
+
+def _pooled(scores: list[_Score]) -> dict[str, Any]:
+    found = sum(one.found for one in scores)
+    names = "lips_mm", "lips_less_constant_mm", "motion_mm"
+    squares = np.sum([one.squares for one in scores], axis=0) / max(found, 1)
+    return {
+        "sentences": len(scores),
+        "frames": sum(one.frames for one in scores),
+        "found": found,
+        **dict(zip(names, np.sqrt(squares).tolist(), strict=True)),
+    }
