@@ -1,0 +1,111 @@
+"""Sentences with nothing given: what is filmed, how lips are scored, what the report shows."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from abs_engine.io.assets import load_speaker
+from abs_engine.learn.bite import bite_plane_of
+from abs_engine.papers.odisio2004 import unassisted as room
+from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
+from abs_engine.papers.odisio2004.page import reproduction_page
+from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
+from abs_engine.papers.odisio2004.sentences_parts import FILMED, unassisted_part
+from abs_engine.papers.odisio2004.visemes import film_speech
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.studio.french import SENTENCES
+
+FRAMES = 4
+
+
+@pytest.fixture(scope="module")
+def speaker():
+    return load_speaker()
+
+
+def report(folder, speaker, amount=FULL):
+    return Report(folder, folder, CpuRenderer(), speaker, "clara", 0, False, print, amount)
+
+
+def test_the_other_test_has_another_camera_light_and_motion(speaker):
+    same, other = (
+        plan_sentence(
+            speaker, "clara", SENTENCES[0], filming.camera, 0,
+            look=filming.look, reach=filming.reach,
+        )
+        for filming in (room.FILMINGS[room.SAME], room.FILMINGS[room.OTHER])
+    )  # fmt: skip
+    np.testing.assert_array_equal(same.weights, other.weights)
+    turned, further = (
+        max(plan.pose(plan.views[0], k).angle_to(plan.pose(plan.views[0], 0)) for k in range(9))
+        for plan in (same, other)
+    )
+    assert further / turned == pytest.approx(1.7, rel=0.1)
+    assert same.views[0].camera.size != other.views[0].camera.size
+    assert not np.allclose(same.lights[0], other.lights[0])
+
+
+def test_lips_are_scored_in_the_frame_of_the_teeth_over_the_frames_found(
+    tmp_path, speaker, monkeypatch
+):
+    """A run off by 1 mm all along, whose second frame is lost, of lips that move by 3 mm."""
+    frame = bite_plane_of(speaker, speaker.named("clara"))
+    heads = np.repeat(speaker.named("clara")[None].astype(np.float64), FRAMES, axis=0)
+    heads[FRAMES // 2 :, :, 1] += 6.0
+
+    class Film(list):
+        camera, video = None, ""
+
+        def vertices(self, t):
+            return heads[t]
+
+    own = heads + np.array([1.0, 0.0, 0.0])
+    own[1] = np.nan
+    asked = []
+    monkeypatch.setattr(room, "load_truth", lambda _: Film(range(FRAMES)))
+    monkeypatch.setattr(room, "load_mesh", lambda _: SimpleNamespace(points=lambda k: own[:, k]))
+    monkeypatch.setattr(
+        room, "load_talking", lambda _: SimpleNamespace(shape=SimpleNamespace(frame=frame))
+    )
+    monkeypatch.setattr(room, "track_video", lambda *given: asked.append(given[3]))
+    scored = room._score(report(tmp_path, speaker), tmp_path / "a.face", tmp_path / "f", tmp_path)
+    row = room._pooled([scored, scored])
+    assert (row["sentences"], row["frames"], row["found"]) == (2, 2 * FRAMES, 2 * (FRAMES - 1))
+    assert row["lips_mm"] == pytest.approx(1.0, rel=1e-6)
+    assert row["lips_less_constant_mm"] == pytest.approx(0.0, abs=1e-9)
+    assert row["motion_mm"] == pytest.approx(np.sqrt(8.0), rel=1e-6)  # about its mean: -4, 2, 2
+    assert asked[0].preset == "odisio2004"
+
+
+def test_the_page_has_a_row_for_each_face_and_test():
+    row = {"face": "measured", "test": "otherwise", "frames": 612, "lips_mm": 1.2345}
+    text = reproduction_page({"unassisted": [row]}, [])
+    assert "<td>measured</td><td>otherwise</td><td>612</td><td>1.23</td>" in text.replace("\n", "")
+
+
+def test_the_quick_report_leaves_it_out(tmp_path, speaker):
+    own = report(tmp_path, speaker, QUICK)
+    unassisted_part(own, None)
+    assert "unassisted" not in own.results
+
+
+@pytest.mark.skipif(
+    not os.environ.get("ABS_ENGINE_SLOW"),
+    reason="four minutes of filming and tracking; ABS_ENGINE_SLOW=1 runs it",
+)
+def test_a_measured_face_follows_lips_about_as_well_as_the_true_head(tmp_path, speaker):
+    own = report(tmp_path, speaker, replace(FULL, unassisted=1, frames=36))
+    (tmp_path / FILMED).mkdir()
+    film_speech(speaker, "clara", tmp_path / FILMED / "bare", beads=0)
+    unassisted_part(own, None)
+    rows = {(row["face"], row["test"]): row for row in own.results["unassisted"]}
+    assert len(rows) == 4
+    for row in rows.values():
+        assert row["found"] == row["frames"] == 36
+        assert row["lips_less_constant_mm"] < 0.8 * row["motion_mm"]
+    assert (tmp_path / "unassisted" / "measured.face").is_file()
