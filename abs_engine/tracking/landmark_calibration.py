@@ -72,7 +72,7 @@ class PlacedHead:
         def placed(one: tuple[Image, Landmarks]) -> FrameLandmarks | None:
             return placed_fit(self.textured, shape, *one)
 
-        fits = in_threads(placed, seen, workers(self.renderer))
+        fits = in_threads(placed, seen, workers(self.textured.renderer))
         return [
             PlacedFrame(i if self.light is None else self.light.balanced(i, m), SeenFace(m, fit))
             for (i, m), fit in zip(seen, fits, strict=True)

@@ -12,7 +12,7 @@ from abs_engine.core.blocks import POSTURE
 from abs_engine.core.errors import OutOfPictureError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
-from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread
+from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
 from abs_engine.face.base import Face
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
@@ -97,13 +97,14 @@ def track_shots(
     head, clock = setting.motion.follower(), setting.clock
     known = 0 if journal is None else journal.resumed
     apart = bool(getattr(setting.motion, "alone", False))
+    bound = apart and workers(setting.renderer) > 1  # evidence may be drawn with it
 
     def seen(shot: Shot, memory: Memory) -> tuple[Shot, HeadFrame, str]:
         with clock.part(FOLLOWING):
             frame = head.step(shot.image, memory)
         with clock.part(EVIDENCE):
             hidden = _hidden(setting, frame)
-            fitted = apart and not hidden and shot.index >= known
+            fitted = bound and not hidden and shot.index >= known
             return shot, _with_terms(setting, frame) if fitted else frame, hidden
 
     read = clock.over(READING, shots)

@@ -9,11 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.face.talking_file import save_talking
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.bite import bite_plane_of
+from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004 import unassisted as room
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
+from abs_engine.papers.odisio2004.goals import NOT_MEASURED
 from abs_engine.papers.odisio2004.page import reproduction_page
+from abs_engine.papers.odisio2004.reproduce import FACE
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
 from abs_engine.papers.odisio2004.sentences_parts import FILMED, unassisted_part
 from abs_engine.papers.odisio2004.visemes import film_speech
@@ -21,6 +26,19 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.french import SENTENCES
 
 FRAMES = 4
+
+
+class Film(list):
+    """A filmed sentence of which only its length counts."""
+
+    camera, video = None, ""
+
+    def __init__(self, heads=None):
+        super().__init__(range(FRAMES))
+        self.heads = heads
+
+    def vertices(self, t):
+        return self.heads[t]
 
 
 @pytest.fixture(scope="module")
@@ -57,29 +75,36 @@ def test_lips_are_scored_in_the_frame_of_the_teeth_over_the_frames_found(
     frame = bite_plane_of(speaker, speaker.named("clara"))
     heads = np.repeat(speaker.named("clara")[None].astype(np.float64), FRAMES, axis=0)
     heads[FRAMES // 2 :, :, 1] += 6.0
-
-    class Film(list):
-        camera, video = None, ""
-
-        def vertices(self, t):
-            return heads[t]
-
     own = heads + np.array([1.0, 0.0, 0.0])
     own[1] = np.nan
     asked = []
-    monkeypatch.setattr(room, "load_truth", lambda _: Film(range(FRAMES)))
+    monkeypatch.setattr(room, "load_truth", lambda _: Film(heads))
     monkeypatch.setattr(room, "load_mesh", lambda _: SimpleNamespace(points=lambda k: own[:, k]))
     monkeypatch.setattr(
         room, "load_talking", lambda _: SimpleNamespace(shape=SimpleNamespace(frame=frame))
     )
     monkeypatch.setattr(room, "track_video", lambda *given: asked.append(given[3]))
-    scored = room._score(report(tmp_path, speaker), tmp_path / "a.face", tmp_path / "f", tmp_path)
+    scored = room._score(report(tmp_path, speaker), "a", tmp_path / "a.face", tmp_path / "f")
     row = room._pooled([scored, scored])
     assert (row["sentences"], row["frames"], row["found"]) == (2, 2 * FRAMES, 2 * (FRAMES - 1))
     assert row["lips_mm"] == pytest.approx(1.0, rel=1e-6)
     assert row["lips_less_constant_mm"] == pytest.approx(0.0, abs=1e-9)
     assert row["motion_mm"] == pytest.approx(np.sqrt(8.0), rel=1e-6)  # about its mean: -4, 2, 2
     assert asked[0].preset == "odisio2004"
+
+
+def test_what_is_not_found_has_no_error(tmp_path, speaker, monkeypatch):
+    def lost(*_):
+        raise FaceNotFoundError("no face is found", "film one")
+
+    monkeypatch.setattr(room, "load_truth", lambda _: Film())
+    monkeypatch.setattr(room, "track_video", lost)
+    own = report(tmp_path, speaker)
+    for face in (None, tmp_path / "a.face"):
+        row = room._pooled([room._score(own, "a", face, tmp_path / "f")])
+        assert (row["frames"], row["found"]) == (FRAMES, 0)
+        assert row["lips_mm"] is row["lips_less_constant_mm"] is row["motion_mm"] is None
+    assert NOT_MEASURED in reproduction_page({"unassisted": [row]}, [])
 
 
 def test_the_page_has_a_row_for_each_face_and_test():
@@ -101,7 +126,11 @@ def test_the_quick_report_leaves_it_out(tmp_path, speaker):
 def test_a_measured_face_follows_lips_about_as_well_as_the_true_head(tmp_path, speaker):
     own = report(tmp_path, speaker, replace(FULL, unassisted=1, frames=36))
     (tmp_path / FILMED).mkdir()
-    film_speech(speaker, "clara", tmp_path / FILMED / "bare", beads=0)
+    speech = film_speech(speaker, "clara", tmp_path / FILMED / "bare", beads=0)
+    save_talking(
+        tmp_path / FACE, speech.learn(range(len(speech.pictures)), own.renderer), "clara",
+        checksum(speaker),
+    )  # fmt: skip
     unassisted_part(own, None)
     rows = {(row["face"], row["test"]): row for row in own.results["unassisted"]}
     assert len(rows) == 4

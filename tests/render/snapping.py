@@ -1,4 +1,4 @@
-"""How far OpenGL's values may lie from the exact ones because drivers round vertices.
+"""Allowance for drivers that round vertices, where OpenGL is compared with the CPU rasteriser.
 
 OpenGL moves vertices to a grid of 2^-GL_SUBPIXEL_BITS pixel. llvmpipe interpolates from where
 they were, NVIDIA's driver from where they are then: a value inside a facet is that of a place at
@@ -22,7 +22,7 @@ from abs_engine.render.cpu import CpuRenderer
 
 @dataclass(frozen=True)
 class Allowed:
-    """How far values may lie from the exact ones; infinite where the facet may be another."""
+    """Largest distance of values from the exact ones; infinite where the facet may be another."""
 
     rgb: NDArray[np.float32]
     depth: NDArray[np.float32]
@@ -30,14 +30,14 @@ class Allowed:
 
 
 def half_step(gl: GLContext) -> float:
-    """The most by which a driver moves a vertex, in drawn pixels in each direction."""
-    return 0.5 / 2 ** int(gl.ctx.info["GL_SUBPIXEL_BITS"])
+    """The most by which values are moved, in drawn pixels in each direction; none by llvmpipe."""
+    return 0.5 / 2 ** int(gl.ctx.info["GL_SUBPIXEL_BITS"]) if gl.hardware else 0.0
 
 
 def allowed(
     gl: GLContext, scene: Scene, candidates: Candidates, camera: Camera, window: Window
 ) -> list[Allowed]:
-    """What the CPU rasteriser's values change by when the picture moves by half a step."""
+    """Change of the CPU rasteriser's values when the picture moves by half a step."""
     oracle, step = CpuRenderer(), half_step(gl) / window.scale
     exact = oracle.draw(scene, candidates, camera, window)
     moved = [

@@ -140,6 +140,9 @@ def test_the_two_paths_agree(gl, distortion):
             same &= np.isfinite(limit.depth)  # a vertex may be rounded the other way, by a step
             assert (np.abs(a.depth - b.depth) - 2 * limit.depth)[same].max() < 0.05
             assert (np.abs(a.rgb - b.rgb) - 2 * limit.rgb)[same].max() < 0.1
+        borders = (r.outlines(scene, many, camera, window) for r in (thin, instanced))
+        for one, other in zip(*borders, strict=True):
+            assert (one.facet_id != other.facet_id).sum() <= 4
         for term in terms_for(pairs[0][0]):
             one, other = (r.measure(scene, many, camera, window, term) for r in (thin, instanced))
             assert one.total == pytest.approx(other.total, rel=1e-3)

@@ -21,6 +21,12 @@ spec = importlib.util.spec_from_file_location("worker", sys.argv[1])
 worker = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(worker)
 corners = np.array([[-40, -40, 500], [40, -40, 500], [0, 60, 500]], np.float32)
+opened = worker.open_renderer
+def noted(*given):
+    made = opened(*given)
+    print("drawing", flush=True)
+    return made
+worker.open_renderer = noted
 stage = worker.Stage({
     "size": np.array([32, 24]), "matrix": np.array([[60.0, 0, 16], [0, 60, 12], [0, 0, 1]]),
     "near": 10.0, "far": 1000.0, "faces": np.array([[0, 2, 1]]), "uv": np.eye(3, 2),
@@ -59,7 +65,9 @@ def said():
         )
         if done.returncode == 0:
             return json.loads(done.stdout.splitlines()[-1])
-    if os.environ.get("CI") == "true":
+        if "drawing" in done.stdout:
+            break
+    if os.environ.get("CI") == "true" or "drawing" in done.stdout:
         pytest.fail(done.stderr)
     pytest.skip("pyrender does not draw here")
 

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import shapes
 from drawn import drawn
 from runs import write_kind
 
@@ -76,11 +77,18 @@ def test_results_are_the_same_with_and_without(tracker, monkeypatch):
     alike(ahead, tracker.results())
 
 
-def test_a_renderer_of_one_thread_draws_in_that_thread_alone(tracker, tmp_path):
-    """The head is followed ahead all the same, by the CPU rasteriser."""
-    tracked = prepared(tmp_path, OneThread())
+def test_a_renderer_of_one_thread_draws_in_that_thread_alone(tracker, tmp_path, monkeypatch):
+    """The head is followed ahead all the same, by the CPU rasteriser; what draws is not."""
+    usual = list(tracker.results())
+    tracked, terms = prepared(tmp_path, OneThread()), HeadBinder._terms
+
+    def drawing(self, *given):
+        shapes.draw_one(self.renderer, shapes.ball(0, 0), shapes.view(8)[0])
+        return terms(self, *given)
+
+    monkeypatch.setattr(HeadBinder, "_terms", drawing)
     assert tracked.setting.motion.alone
-    alike(tracker.results(), tracked.results())
+    alike(usual, tracked.results())
 
 
 def test_without_landmarks_nothing_is_bound_ahead(tracker):

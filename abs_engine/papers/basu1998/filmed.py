@@ -23,7 +23,8 @@ from abs_engine.studio.scenefile import parse_scene
 
 SIZE = (640, 480)
 YAWS = (-45, -22, 0, 22, 45)  # degrees from which the head is seen
-RATES = {"still": 12.5, "moving": 25.0}
+KINDS, FRONTS = ("still", "moving"), "fronts"
+RATES = {"still": 12.5, "moving": 25.0, FRONTS: 12.5}
 """Frames per second: few where each is fitted by itself, the usual where a head is followed."""
 SAID = "_ w i: m eI b eI k S O: t p U d I N z _ f O: j u: v @ r aI @ n @ b aU t dZ u: n _"
 """What is said in the test, in X-SAMPA; other words than those that are learned from."""
@@ -55,16 +56,19 @@ class Amount:
     test, colours, moving : int
         Frames for each camera: fitted with the pose known, learned colours from, and of a head
         that turns.
+    recorded : int
+        Frames of each person on whom lips of the recording are tested; 0 leaves that out.
     """
 
     people: tuple[str, ...]
     test: int
     colours: int
     moving: int
+    recorded: int = 0
 
 
 QUICK = Amount(("clara",), 8, 12, 20)
-FULL = Amount(("clara", "ravi", "kofi"), 50, 20, 75)
+FULL = Amount(("clara", "ravi", "kofi"), 50, 20, 75, recorded=50)
 
 
 def camera_name(yaw: int) -> str:
@@ -73,7 +77,7 @@ def camera_name(yaw: int) -> str:
 
 
 def scene_of(amount: Amount, seed: int, kind: str) -> str:
-    """The scene file of the heads that keep still, or of those that move."""
+    """The scene file of the heads that keep still, of those that move, or of `FRONTS`."""
     head = [
         'format = "abs_engine.scene"', "version = 1", f"seed = {seed}", f"rate = {RATES[kind]}",
         f"size = [{SIZE[0]}, {SIZE[1]}]", "labels = []",
@@ -92,7 +96,8 @@ def scene_of(amount: Amount, seed: int, kind: str) -> str:
             continue
         few = "{ amount = 0.3 }"
         clips.append(_clip(person, "colours", SAID_FOR_COLOURS, amount.colours, sides, few))
-        clips.append(_clip(person, "test", SAID, amount.test, names, few))
+        tests = [FRONT] if kind == FRONTS else names
+        clips.append(_clip(person, "test", SAID, amount.test, tests, few))
     return "\n\n".join(["\n".join(head), *map(_camera, YAWS), *lamps, *clips]) + "\n"
 
 
@@ -133,9 +138,29 @@ def film(
     dict
         Views by person, kind of clip and camera.
     """
+    return _filmed(amount, folder, seed, KINDS, filming)
+
+
+def film_fronts(
+    people: Sequence[str], frames: int, folder: Path, seed: int
+) -> dict[tuple[str, str, str], Truth]:
+    """So many frames of each person who speaks, from the front, and what colours need.
+
+    Parameters and results are as of `film`.
+    """
+    return _filmed(Amount(tuple(people), frames, 12, 0), folder, seed, (FRONTS,))
+
+
+def _filmed(
+    amount: Amount,
+    folder: Path,
+    seed: int,
+    kinds: Iterable[str],
+    filming: Callable[[int, int], None] | None = None,
+) -> dict[tuple[str, str, str], Truth]:
     folder.mkdir(parents=True, exist_ok=True)
     views = {}
-    for kind in RATES:
+    for kind in kinds:
         scene = parse_scene(scene_of(amount, seed, kind))
         crew = Crew(filming=filming, keep=True)
         if not made_before(folder / kind):

@@ -35,6 +35,7 @@ from abs_engine.papers.basu1998.filmed import (
     FULL,
     QUICK,
     YAWS,
+    Amount,
     camera_name,
     film,
     learn_colours,
@@ -54,6 +55,7 @@ from abs_engine.papers.basu1998.motion import (
 )
 from abs_engine.papers.basu1998.page import reproduction_page
 from abs_engine.papers.basu1998.real_clips import grid_agreement
+from abs_engine.papers.basu1998.recorded_training import recorded_training
 from abs_engine.papers.basu1998.remarks import REMARKS, WINDOWS
 from abs_engine.papers.basu1998.single_frames import AS_PRINTED
 from abs_engine.papers.basu1998.summary import FURTHER, LITERAL, WAYS, Fits, fitted, seconds
@@ -110,6 +112,7 @@ def reproduce(
         if person == amount.people[0]:
             fit_figures(report, lips, sides, fits.known, renderer)
     fitted(report, fits, len(amount.people) * len(YAWS) * amount.test)
+    report.results["recorded"] = _recorded(speaker, amount, folder, kept, renderer, seed, tell)
     tell("real clips")
     grid = None if quick else grid_agreement(renderer, tell, kept / "grid")
     report.results["grid"] = grid or {"closure_precision": None, "closure_recall": None}
@@ -153,6 +156,25 @@ def _fit_person(
     tell(f"training {person}'s lips further")
     fits.further.append(_further(speaker, lips, seen, sides[FRONT], renderer, seed, kept))
     return lips, sides
+
+
+def _recorded(
+    speaker: Speaker,
+    amount: Amount,
+    folder: Path,
+    kept: Path,
+    renderer: Renderer,
+    seed: int,
+    tell: Callable[[str], None],
+) -> dict[str, Any] | None:
+    """The paper's own training on other motion, of all people; None without the recording."""
+    if not amount.recorded:
+        return None
+    given = list(speaker.people), amount.recorded, folder / "filmed", kept, renderer, seed, tell
+    try:
+        return recorded_training(speaker, *given)
+    except InputFileError:
+        return None
 
 
 def _circumstances(

@@ -93,6 +93,9 @@ POSES = (
     Goal("pose.estimated", "lip error, pose estimated, moving head", "mm", 1.5),
     Goal("pose.estimated_worst", "the same, the worst person", "mm", 1.5),
 )
+RECORDED = Goal(
+    "recorded.all.mm", "lip error, learned from a recording, in other motion, frontal", "mm", None
+)
 FURTHER_LEFT = Goal(
     "further_training.left", "lip error after further training, of that before", "share", 0.75
 )
@@ -102,7 +105,7 @@ GRID = (
     Goal("grid.closures_missed", "GRID closures without a closed frame", "count", 0),
     Goal("grid.spikes", "GRID apertures, single-frame spikes", "count", 0),
 )
-GOALS = (VARIANCE, *RECONSTRUCTION, *POSES, ITERATIONS, CONVERGED, FURTHER_LEFT, *GRID)
+GOALS = (VARIANCE, *RECONSTRUCTION, RECORDED, *POSES, ITERATIONS, CONVERGED, FURTHER_LEFT, *GRID)
 
 
 def number(results: Results, key: str) -> float | None:

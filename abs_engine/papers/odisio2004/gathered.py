@@ -43,7 +43,7 @@ class Amount:
         How many of the sentences, at most, local appearance as printed is tracked on, too;
         0 leaves it out.
     unassisted : int
-        How many sentences are tracked with nothing given; 0 leaves it out.
+        How many of the sentences, at most, are tracked with less given; 0 leaves it out.
     """
 
     size: tuple[int, int]

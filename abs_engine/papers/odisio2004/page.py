@@ -74,7 +74,7 @@ work.</p>
 {_sentences(results)}
 {_each(results)}
 {_as_printed(results)}
-<h2>With nothing given</h2>
+<h2>With less given</h2>
 {_unassisted(results)}
 <h2>Figure 7: groups of phonemes</h2>
 {_trees(results)}
@@ -204,12 +204,12 @@ def _unassisted(results: Results) -> str:
     """A row for each face and test."""
     about = (
         "<p>An experiment of our own: sentences tracked with <code>abs-engine track --preset "
-        "odisio2004</code>, which finds the first pose itself, and the camera's calibration. The "
+        "odisio2004</code>, given the camera's calibration but no pose: the first is found. The "
         "given face is that of the true head, learned from pictures whose poses are known. The "
-        "measured one is made of the corpus' points, off by 0.3 mm; poses of its pictures are "
-        "estimated. Otherwise means: a larger picture, a longer lens, light from the other side, "
-        "the head turning 1.7 times as far. Errors are of the lips' vertices in the frame of the "
-        "upper teeth.</p>"
+        "measured one is made of the corpus' points, off by 0.3 mm, and the poses of its pictures "
+        "are estimated. Sentences filmed otherwise than the training pictures have a larger "
+        "picture, a longer lens, light from the other side, and a head that turns 1.7 times as "
+        "far. Errors are of the lips' vertices in the frame of the upper teeth.</p>"
     )
     found = results.get("unassisted")
     return about + _rows(found) if found else _rows(found)

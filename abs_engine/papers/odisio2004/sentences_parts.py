@@ -144,10 +144,10 @@ def _teleconference(report: Report, speech: Speech) -> None:
 
 
 def unassisted_part(report: Report, speech: Speech) -> None:
-    """Sentences that are tracked with nothing given."""
-    if not report.amount.unassisted:
-        return
-    report.stage(f"unassisted-{report.amount.unassisted}", _unassisted)
+    """Sentences that are tracked with less given."""
+    few = min(report.amount.sentences or len(SENTENCES), report.amount.unassisted)
+    if few:
+        report.stage(f"unassisted-{few}", _unassisted)
 
 
 def _unassisted(report: Report) -> None:

@@ -1,8 +1,8 @@
-"""A speaker of whom nothing is given but measured points and pictures: an experiment of our own.
+"""A speaker of whom measured points and pictures are all there is: an experiment of our own.
 
 In the paper's experiments here the true head carries the model, the training pictures come with
-their poses, sentences are filmed as the training was, and the first frame's pose is known. This
-one gives none of it, and tracks with ``abs-engine track --preset odisio2004``, as users do.
+their poses, sentences are filmed as the training was, and the first frame's pose is known. Here
+these are left out one by one, and ``abs-engine track --preset odisio2004`` tracks, as for users.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 from abs_engine.capture.viseme_pictures import VisemePicture
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera
+from abs_engine.core.errors import FaceNotFoundError, NothingSeenError
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.face.talking_file import load_talking, save_talking
 from abs_engine.io.assets import Speaker
@@ -27,6 +28,7 @@ from abs_engine.learn.measured.face import measured_face
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Report
+from abs_engine.papers.odisio2004.reproduce import FACE
 from abs_engine.papers.odisio2004.sentences import in_spread_order
 from abs_engine.papers.odisio2004.sentences_filmed import cut, plan_sentence
 from abs_engine.papers.odisio2004.visemes import Speech
@@ -47,7 +49,7 @@ PRESET = "odisio2004"
 
 @dataclass(frozen=True, eq=False)
 class Filming:
-    """How the sentences of a test are filmed.
+    """Camera, look and motion of a test's sentences.
 
     Parameters
     ----------
@@ -85,7 +87,7 @@ def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
     Parameters
     ----------
     report : Report
-        The films and runs go into its folder.
+        The films and runs go into what it keeps until it is finished.
     bare : Speech
         The corpus, its pictures without beads.
 
@@ -98,29 +100,20 @@ def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
     """
     folder = report.kept / "unassisted"
     folder.mkdir(parents=True, exist_ok=True)
-    faces = {GIVEN: _given(report, bare, folder), MEASURED: _measured(report, bare, folder)}
-    sentences = in_spread_order(SENTENCES)[: report.amount.unassisted]
-    rows = []
+    faces = {GIVEN: report.folder / FACE, MEASURED: _measured(report, bare, folder)}
+    few = min(report.amount.sentences or len(SENTENCES), report.amount.unassisted)
+    sentences, rows = in_spread_order(SENTENCES)[:few], []
     for test, filming in FILMINGS.items():
         films = [_film(report, folder, test, filming, sentence) for sentence in sentences]
         for name, face in faces.items():
-            report.tell(f"sentences with nothing given: {name} head, filmed {test}")
-            scores = [_score(report, face, film, folder) for film in films]
+            report.tell(f"sentences with less given: {name} head, filmed {test}")
+            scores = [_score(report, name, face, film) for film in films]
             rows.append({"face": name, "test": test, **_pooled(scores)})
     return rows
 
 
-def _given(report: Report, bare: Speech, folder: Path) -> Path:
-    """File of the face of the true head, its appearance learned with the true poses."""
-    path = folder / f"{GIVEN}.face"
-    if not made_before(path):
-        face = bare.learn(range(len(bare.pictures)), report.renderer)
-        save_talking(path, face, report.person, checksum(report.speaker))
-    return path
-
-
-def _measured(report: Report, bare: Speech, folder: Path) -> Path:
-    """File of the face of the corpus' points, the poses of its pictures estimated."""
+def _measured(report: Report, bare: Speech, folder: Path) -> Path | None:
+    """File of the face of the corpus' points; None where a picture's pose is not found."""
     path = folder / f"{MEASURED}.face"
     if made_before(path):
         return path
@@ -134,7 +127,11 @@ def _measured(report: Report, bare: Speech, folder: Path) -> Path:
     report.tell("a head of measured points")
     made = measured_face(report.speaker, bare.built)
     camera = bare.pictures.camera
-    looks = with_looks(made, bare.built, table, camera, report.renderer, report.tell)
+    try:
+        looks = with_looks(made, bare.built, table, camera, report.renderer, report.tell)
+    except (FaceNotFoundError, NothingSeenError) as error:
+        report.tell(f"no measured head: {error}")
+        return None
     save_talking(path, looks, "measured", checksum(report.speaker), made.neutral)
     return path
 
@@ -162,16 +159,24 @@ class _Score:
     squares: FloatArray
 
 
-def _score(report: Report, face: Path, film: Path, folder: Path) -> _Score:
+def _score(report: Report, name: str, face: Path | None, film: Path) -> _Score:
     """Track a filmed sentence with a face, and compare lips in the frame of the upper teeth."""
-    truth, run = load_truth(film), folder / f"{film.name} by {face.stem}"
+    truth, run = load_truth(film), film.with_name(f"{film.name} by {name}")
+    missed = _Score(len(truth), 0, np.zeros(3))
+    if face is None:
+        return missed
     if not made_before(run):
         options = TrackOptions(preset=PRESET, model=str(face), camera=truth.camera)
-        track_video(truth.video, run, report.renderer, options)
+        try:
+            track_video(truth.video, run, report.renderer, options)
+        except FaceNotFoundError:
+            return missed
     lips = _lips(report.speaker)
     own = load_talking(face).shape.frame.apply(load_mesh(run).points(lips))
     true = _true_lips(report, truth, lips)
     there = np.isfinite(own).all(axis=(1, 2))
+    if not there.any():
+        return missed
     away, moved = own[there] - true[there], true[there] - true[there].mean(axis=0)
     kinds = away, away - away.mean(axis=0), moved
     squares = np.array([float((one**2).sum(axis=2).mean(axis=1).sum()) for one in kinds])
@@ -193,10 +198,11 @@ def _lips(speaker: Speaker) -> IntArray:
 def _pooled(scores: list[_Score]) -> dict[str, Any]:
     found = sum(one.found for one in scores)
     names = "lips_mm", "lips_less_constant_mm", "motion_mm"
-    squares = np.sum([one.squares for one in scores], axis=0) / max(found, 1)
+    squares = np.sum([one.squares for one in scores], axis=0)
+    values = np.sqrt(squares / found).tolist() if found else [None] * len(names)
     return {
         "sentences": len(scores),
         "frames": sum(one.frames for one in scores),
         "found": found,
-        **dict(zip(names, np.sqrt(squares).tolist(), strict=True)),
+        **dict(zip(names, values, strict=True)),
     }

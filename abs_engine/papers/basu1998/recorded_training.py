@@ -1,0 +1,149 @@
+"""The paper's own training (section 3), five seconds of a recording, on motion that is not in it.
+
+Each person's lips are learned from 150 frames of a recorded face, and found in pictures of the same
+person who speaks. Beside the error stands how much of it other things than the picture make.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from abs_engine.capture.dot_annotations import LIPS16
+from abs_engine.core.arrays import FloatArray
+from abs_engine.core.scene import Renderer
+from abs_engine.dataset.view import Truth
+from abs_engine.face.shape.lip_dots import lips17
+from abs_engine.face.shape.minimum_norm_deformation import reach
+from abs_engine.io.assets import Speaker
+from abs_engine.papers.basu1998.collected import BEST
+from abs_engine.papers.basu1998.experiment import (
+    TrainedLips,
+    learn_lips,
+    lip_error,
+    pose_known,
+    poses_of,
+    rms_of,
+)
+from abs_engine.papers.basu1998.filmed import (
+    FRONT,
+    YAWS,
+    camera_name,
+    film_fronts,
+    learn_colours,
+)
+from abs_engine.papers.basu1998.motion import recorded_motion, recording_path
+from abs_engine.papers.basu1998.single_frames import fit_frames
+from abs_engine.tracking.external_poses import GivenMotion
+
+PARTS = ("interpolation_mm", "modes_mm", "picture_mm", "mm")
+"""Errors, mm RMS of the lips' nodes, each of which has the ones before in it:
+
+of the shell that exact dots reach (eq. 2); of the nearest shape in the ten modes; of what is found
+in the picture where the prior says next to nothing; and with the prior, as everywhere else.
+"""
+WEAK = 100.0
+"""Factor of the prior's variances where it says next to nothing."""
+
+
+def recorded_training(
+    speaker: Speaker,
+    people: Sequence[str],
+    frames: int,
+    folder: Path,
+    kept: Path,
+    renderer: Renderer,
+    seed: int,
+    tell: Callable[[str], None],
+) -> dict[str, Any]:
+    """Errors by `PARTS` of each person, seen from the front, the pose known.
+
+    Parameters
+    ----------
+    speaker : Speaker
+    people : sequence of str
+    frames : int
+        Of each test.
+    folder : Path
+        Gets the films, or has them.
+    kept : Path
+        Gets the fits, frame by frame, and has those of an interrupted run.
+    renderer : Renderer
+    seed : int
+    tell : callable
+        Called with what is begun.
+
+    Returns
+    -------
+    dict
+        ``people``, of each the errors, ``all``, their RMS, and ``motion``, what was learned from.
+
+    Raises
+    ------
+    InputFileError
+        If the recording is not at hand.
+    """
+    path = recording_path()
+    tell("filming fronts")
+    views = film_fronts(people, frames, folder, seed)
+    found, source = {}, ""
+    for person in people:
+        tell(f"{person}'s lips, learned from the recording")
+        motion = recorded_motion(speaker, person, path)
+        source = motion.source
+        seen = [views[person, "colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
+        lips = learn_lips(speaker, person, learn_colours(seen), seed, motion)
+        test = views[person, "test", FRONT]
+        found[person] = errors(speaker, lips, test, renderer, kept / f"recorded-{person}")
+    each = np.array([list(row.values()) for row in found.values()])
+    pooled = np.sqrt((each**2).mean(axis=0)).tolist()
+    return {"motion": source, "people": found, "all": dict(zip(PARTS, pooled, strict=True))}
+
+
+def errors(
+    speaker: Speaker, lips: TrainedLips, view: Truth, renderer: Renderer, kept: Path | None = None
+) -> dict[str, float]:
+    """Errors of a person's lips in a view, by `PARTS`; `kept` is as of `pose_known`."""
+    heads = [view.vertices(frame) for frame in range(len(view))]
+    truth = np.stack([lips.model.shell.nodes(head) for head in heads])
+    reached = _reached(speaker, lips, np.stack(heads).astype(np.float64))
+    physics = lips.training.physics
+    nearest = physics.shape(physics.coefficients(reached))
+    usual = list(pose_known(lips, {FRONT: view}, renderer, BEST, kept=kept))
+    found = rms_of(usual), _by_picture(lips, view, truth, renderer, kept)
+    values = _rms(reached, truth), _rms(nearest, truth), found[1], found[0]
+    return dict(zip(PARTS, values, strict=True))
+
+
+def _reached(speaker: Speaker, lips: TrainedLips, heads: FloatArray) -> FloatArray:
+    """Nodes (T, N, 3) of the shell that the dots of heads (T, V, 3) reach, without noise."""
+    laid, shell = lips.training.correspondence, lips.training.shell
+    dots = heads[:, lips17(speaker)[: len(LIPS16)]]
+    rows = laid.points.rows(len(shell))
+    return laid.rest + reach(shell.elastic_at(laid.rest), rows, laid.goals(dots))
+
+
+def _by_picture(
+    lips: TrainedLips, view: Truth, truth: FloatArray, renderer: Renderer, kept: Path | None
+) -> float:
+    """Error of what is found in the pictures with a prior that says next to nothing."""
+    physics = lips.model.physics
+    wide = replace(physics, motion_variances=WEAK * physics.expected)
+    free = replace(lips, model=replace(lips.model, physics=wide))
+    setting = replace(free.setting(view.camera, renderer), seen=None)
+    journal = None if kept is None else kept / "picture.journal"
+    motion = GivenMotion(poses_of(view))
+    fits = fit_frames(
+        setting, view.pictures(), motion, lips.starts, BEST, judged=False, kept=journal
+    )
+    return float(np.sqrt(np.mean([lip_error(f.nodes, truth[f.frame]) ** 2 for f in fits])))
+
+
+def _rms(shapes: FloatArray, truth: FloatArray) -> float:
+    """RMS over frames of the lips' error, mm, of nodes (T, N, 3)."""
+    pairs = zip(shapes, truth, strict=True)
+    return float(np.sqrt(np.mean([lip_error(own, true) ** 2 for own, true in pairs])))
