@@ -1,0 +1,88 @@
+"""Lips learned from five seconds, in other motion: the split of their error, and its report."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lip_clips import CAMERA, FRONT, HEADS, SPEAKER, lips, picture
+
+from abs_engine.papers.basu1998 import filmed
+from abs_engine.papers.basu1998.experiment import lip_error
+from abs_engine.papers.basu1998.page import reproduction_page
+from abs_engine.papers.basu1998.recorded_training import PARTS, _reached, errors
+from abs_engine.papers.basu1998.reproduce import _recorded
+from abs_engine.render.cpu import CpuRenderer
+from abs_engine.studio.scenefile import parse_scene
+
+WHICH = (10, 18)
+"""Frames of rounded speech, which the lips never saw."""
+
+
+class View:
+    """Frames that a camera saw, with their truth."""
+
+    camera = CAMERA
+
+    def __len__(self):
+        return len(WHICH)
+
+    def vertices(self, frame):
+        return HEADS[WHICH[frame]]
+
+    def pose(self, _frame):
+        return FRONT
+
+    def pictures(self):
+        return (picture(k, FRONT) for k in WHICH)
+
+
+@pytest.fixture(scope="module")
+def split():
+    return errors(SPEAKER, lips(), View(), CpuRenderer())
+
+
+def test_each_part_has_the_ones_before_in_it(split):
+    assert tuple(split) == PARTS
+    assert 0 < split["interpolation_mm"] < split["modes_mm"] < split["picture_mm"]
+    assert split["modes_mm"] < split["mm"] < 5
+
+
+def test_what_the_modes_lack_is_the_motion_that_they_never_saw(split):
+    """The nearest shape in more modes lies nearer, and exact dots leave what is between them."""
+    own, heads = lips(), HEADS[list(WHICH)].astype(np.float64)
+    truth = np.stack([own.model.shell.nodes(head) for head in heads])
+    reached = _reached(SPEAKER, own, heads)
+    between = [lip_error(nodes, true) ** 2 for nodes, true in zip(reached, truth, strict=True)]
+    assert split["interpolation_mm"] == pytest.approx(np.sqrt(np.mean(between)))
+    physics = own.training.physics
+    few = replace(physics, modes=physics.modes[:4], variances=physics.variances[:4])
+    nearest = few.shape(few.coefficients(reached))
+    fewer = [lip_error(nodes, true) ** 2 for nodes, true in zip(nearest, truth, strict=True)]
+    assert np.sqrt(np.mean(fewer)) > split["modes_mm"]
+
+
+def test_fronts_are_filmed_of_everybody_from_the_front():
+    amount = filmed.Amount(("mei", "walter"), 50, 12, 0)
+    scene = parse_scene(filmed.scene_of(amount, 3, filmed.FRONTS))
+    tests = [clip for clip in scene.clip if clip.name.endswith("-test")]
+    assert [clip.speaker for clip in tests] == ["mei", "walter"]
+    assert {clip.cameras for clip in tests} == {(filmed.FRONT,)}
+    assert {clip.frames for clip in tests} == {50}
+
+
+def test_the_page_has_a_row_for_each_person_and_all():
+    of = dict(zip(PARTS, (0.281, 0.432, 2.171, 1.901), strict=True))
+    given = {"motion": "a recording", "people": {"mei": of}, "all": of}
+    text = reproduction_page({"recorded": given}, [], [])
+    assert text.count("0.28 mm") == text.count("0.43 mm") == text.count("2.17 mm") == 2
+    assert "left out by --quick" in reproduction_page({"recorded": None}, [], [])
+
+
+def test_it_is_left_out_by_quick_and_without_the_recording(tmp_path, monkeypatch):
+    monkeypatch.setenv("ABS_ENGINE_DATA", str(tmp_path))
+    for amount in (filmed.QUICK, filmed.FULL):
+        given = amount, tmp_path / "report", tmp_path, CpuRenderer(), 0, print
+        assert _recorded(SPEAKER, *given) is None
+    assert not (tmp_path / "report").exists()
