@@ -203,13 +203,14 @@ def _as_printed(results: Results) -> str:
 def _unassisted(results: Results) -> str:
     """A row for each face and test."""
     about = (
-        "<p>An experiment of our own: sentences tracked with <code>abs-engine track --preset "
-        "odisio2004</code>, given the camera's calibration but no pose: the first is found. The "
-        "given face is that of the true head, learned from pictures whose poses are known. The "
-        "measured one is made of the corpus' points, off by 0.3 mm, and the poses of its pictures "
-        "are estimated. Sentences filmed otherwise than the training pictures have a larger "
-        "picture, a longer lens, light from the other side, and a head that turns 1.7 times as "
-        "far. Errors are of the lips' vertices in the frame of the upper teeth.</p>"
+        "<p>An experiment of our own: sentences of the bare face, whose first pose is estimated by "
+        "landmarks; the rest of the search is that of the sentences above. The given face is that "
+        "of the true head, learned from pictures whose poses are known. The measured one is made "
+        "of the corpus' points, off by 0.3 mm, and the poses of its pictures are estimated. "
+        "Sentences filmed otherwise than the training pictures have a larger picture, a longer "
+        "lens, light from the other side, and a head that turns 1.7 times as far; the camera's "
+        "calibration is given. Pictures are compressed. Errors are of the lips' vertices in the "
+        "frame of the upper teeth.</p>"
     )
     found = results.get("unassisted")
     return about + _rows(found) if found else _rows(found)

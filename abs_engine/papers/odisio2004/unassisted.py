@@ -2,13 +2,14 @@
 
 In the paper's experiments here the true head carries the model, the training pictures come with
 their poses, sentences are filmed as the training was, and the first frame's pose is known. Here
-these are left out one by one, and ``abs-engine track --preset odisio2004`` tracks, as for users.
+the last is estimated by landmarks, and the others are left out one by one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ import numpy as np
 from abs_engine.capture.viseme_pictures import VisemePicture
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError, NothingSeenError
+from abs_engine.core.errors import FaceNotFoundError, NothingSeenError, OutOfPictureError
 from abs_engine.dataset import Truth, load_truth
-from abs_engine.face.talking_file import load_talking, save_talking
+from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
 from abs_engine.io.assets import Speaker
 from abs_engine.io.files import png
 from abs_engine.io.naming import made_before
@@ -31,20 +32,23 @@ from abs_engine.papers.odisio2004.gathered import Report
 from abs_engine.papers.odisio2004.reproduce import FACE
 from abs_engine.papers.odisio2004.sentences import in_spread_order
 from abs_engine.papers.odisio2004.sentences_filmed import cut, plan_sentence
+from abs_engine.papers.odisio2004.sentences_work import settings_of
+from abs_engine.papers.odisio2004.sequence import track
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.studio.french import SENTENCES, Sentence
 from abs_engine.studio.look import Light, Look
 from abs_engine.studio.make import Crew, Order, make
+from abs_engine.tracking.heads import correspondence_of
+from abs_engine.tracking.landmark_correspondence import Correspondence
 from abs_engine.tracking.measured_looks import with_looks
-from abs_engine.tracking.options import TrackOptions
-from abs_engine.tracking.run import track_video
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.viseme_poses import pose_by_landmarks
 
 GIVEN, MEASURED = "given", "measured"
 """Faces: of the true head and the true poses of its pictures; of points, poses estimated."""
 SAME, OTHER = "as training", "otherwise"
 """Tests: filmed as the training pictures were; with another camera and light, and more motion."""
-PRESET = "odisio2004"
+ASKED = ("tex_lin", "la_lin")
+"""Appearance models."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,33 +86,36 @@ FILMINGS: Mapping[str, Filming] = {
 
 
 def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
-    """A row for each face and test: how far the lips of tracked sentences are off.
+    """A row for each face, test and model: how far the lips of tracked sentences are off.
 
     Parameters
     ----------
     report : Report
-        The films and runs go into what it keeps until it is finished.
+        The films and what is found go into what it keeps until it is finished.
     bare : Speech
         The corpus, its pictures without beads.
 
     Returns
     -------
     list of dict
-        ``face``, ``test``, ``sentences``, ``frames``, ``found``, and in mm, in the frame of the
-        upper teeth, over the vertices of the lips: ``lips_mm``, ``lips_less_constant_mm``, without
-        what all frames of a sentence have in common, and ``motion_mm``, by how much they move.
+        ``face``, ``test``, ``model``, ``sentences``, ``frames``, ``found``, those of sentences that
+        were tracked, and in mm, in the frame of the upper teeth, over the vertices of the lips:
+        ``lips_mm``, ``lips_less_constant_mm``, without what all frames of a sentence have in
+        common, and ``motion_mm``, by how much they move.
     """
     folder = report.kept / "unassisted"
     folder.mkdir(parents=True, exist_ok=True)
     faces = {GIVEN: report.folder / FACE, MEASURED: _measured(report, bare, folder)}
     few = min(report.amount.sentences or len(SENTENCES), report.amount.unassisted)
     sentences, rows = in_spread_order(SENTENCES)[:few], []
+    places = correspondence_of(report.speaker, report.renderer)
     for test, filming in FILMINGS.items():
         films = [_film(report, folder, test, filming, sentence) for sentence in sentences]
-        for name, face in faces.items():
-            report.tell(f"sentences with less given: {name} head, filmed {test}")
-            scores = [_score(report, name, face, film) for film in films]
-            rows.append({"face": name, "test": test, **_pooled(scores)})
+        for name, model in product(faces, ASKED):
+            report.tell(f"sentences with less given: {name} head, {model}, filmed {test}")
+            tracker = _Tracker(report, bare, faces[name], model, places)
+            scores = [tracker.score(film, folder / f"{film.name} {name} {model}") for film in films]
+            rows.append({"face": name, "test": test, "model": model, **_pooled(scores)})
     return rows
 
 
@@ -159,28 +166,49 @@ class _Score:
     squares: FloatArray
 
 
-def _score(report: Report, name: str, face: Path | None, film: Path) -> _Score:
-    """Track a filmed sentence with a face, and compare lips in the frame of the upper teeth."""
-    truth, run = load_truth(film), film.with_name(f"{film.name} by {name}")
-    missed = _Score(len(truth), 0, np.zeros(3))
-    if face is None:
-        return missed
-    if not made_before(run):
-        options = TrackOptions(preset=PRESET, model=str(face), camera=truth.camera)
+@dataclass(frozen=True, eq=False)
+class _Tracker:
+    """A face, if it could be made, and one of its appearance models."""
+
+    report: Report
+    bare: Speech
+    face: Path | None
+    model: str
+    places: Correspondence
+
+    def score(self, film: Path, kept: Path) -> _Score:
+        """Errors of a filmed sentence; nothing is found where the first frame shows no face."""
+        truth = load_truth(film)
+        talker = None if self.face is None else load_talking(self.face)
         try:
-            track_video(truth.video, run, report.renderer, options)
-        except FaceNotFoundError:
-            return missed
-    lips = _lips(report.speaker)
-    own = load_talking(face).shape.frame.apply(load_mesh(run).points(lips))
-    true = _true_lips(report, truth, lips)
-    there = np.isfinite(own).all(axis=(1, 2))
-    if not there.any():
-        return missed
-    away, moved = own[there] - true[there], true[there] - true[there].mean(axis=0)
-    kinds = away, away - away.mean(axis=0), moved
-    squares = np.array([float((one**2).sum(axis=2).mean(axis=1).sum()) for one in kinds])
-    return _Score(len(truth), int(there.sum()), squares)
+            found = None if talker is None else self._tracked(talker, truth, film, kept)
+        except (FaceNotFoundError, OutOfPictureError) as error:
+            self.report.tell(f"{film.name}: {error}")
+            found = None
+        if found is None:
+            return _Score(len(truth), 0, np.zeros(3))
+        true = _true_lips(self.report, truth, _lips(self.report.speaker))
+        away, moved = found - true, true - true.mean(axis=0)
+        kinds = away, away - away.mean(axis=0), moved
+        squares = np.array([float((one**2).sum(axis=2).mean(axis=1).sum()) for one in kinds])
+        return _Score(len(truth), len(truth), squares)
+
+    def _tracked(
+        self, talker: StoredTalker, truth: Truth, film: Path, kept: Path
+    ) -> FloatArray | None:
+        """Vertices of the lips (T, N, 3), in the frame of the upper teeth."""
+        if talker.face is None:
+            return None
+        report, shape, camera = self.report, talker.shape, truth.camera
+        first, head = next(iter(truth.pictures())), shape.scene.vertices(shape.neutral)
+        pose = pose_by_landmarks(first, head, report.speaker, self.places, camera, film)
+        found = track(
+            talker.face, self.model, truth.pictures(), camera, pose, shape.neutral,
+            report.renderer, settings_of(self.model), self.bare.built.alpha, kept=kept,
+        )  # fmt: skip
+        lips = _lips(report.speaker)
+        heads = np.stack([shape.scene.vertices(row)[lips] for row in found.alpha])
+        return shape.frame.apply(heads.astype(np.float64))
 
 
 def _true_lips(report: Report, truth: Truth, lips: IntArray) -> FloatArray:
