@@ -13,7 +13,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.registry import RENDERERS, Registry, nearest
 
 STDOUT = Path("-")
-DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. Without a GPU, cpu is faster"
+DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. cpu is the fastest for track"
 PATH = click.Path(path_type=Path)
 
 

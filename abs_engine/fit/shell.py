@@ -50,6 +50,8 @@ class ShellSetting:
     seen : (K, P) float64, optional
         Shapes that were learned from, in standard deviations of the modes: what is probable is near
         one of them, see `MixturePrior`. By default the prior is eq. 10's one Gaussian.
+    prior_width : float
+        Factor of the prior's standard deviations, but for the pose.
     """
 
     model: LipModel
@@ -60,6 +62,7 @@ class ShellSetting:
     pose_deviation: FloatArray | None = None
     score: Integral = "exact"
     seen: FloatArray | None = None
+    prior_width: float = 1.0
 
     @cached_property
     def border(self) -> FloatArray:
@@ -147,7 +150,7 @@ def _prior(setting: ShellSetting) -> GaussianPrior | MixturePrior:
     """Over all 6 + P parameters (eq. 10)."""
     free = setting.pose_deviation
     pose = np.ones(len(POSE_NAMES)) if free is None else free
-    deviation = joined(pose, np.ones(setting.model.n_modes))
+    deviation = joined(pose, np.full(setting.model.n_modes, setting.prior_width))
     gaussian = GaussianPrior(np.zeros(len(deviation)), deviation)
     return (
         gaussian if setting.seen is None else MixturePrior(gaussian, setting.seen, SHELL_FIT.width)

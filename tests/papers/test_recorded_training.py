@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from lip_clips import CAMERA, FRONT, HEADS, SPEAKER, lips, picture
 
+from abs_engine.fit.shell import problem_of
 from abs_engine.papers.basu1998 import filmed
 from abs_engine.papers.basu1998.experiment import lip_error
 from abs_engine.papers.basu1998.page import reproduction_page
-from abs_engine.papers.basu1998.recorded_training import PARTS, _reached, errors
+from abs_engine.papers.basu1998.recorded_training import PARTS, WEAK, _reached, errors
 from abs_engine.papers.basu1998.reproduce import _recorded
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.scenefile import parse_scene
@@ -43,10 +44,24 @@ def split():
     return errors(SPEAKER, lips(), View(), CpuRenderer())
 
 
-def test_each_part_has_the_ones_before_in_it(split):
+def test_the_picture_adds_to_what_dots_and_modes_leave(split):
     assert tuple(split) == PARTS
-    assert 0 < split["interpolation_mm"] < split["modes_mm"] < split["picture_mm"]
-    assert split["modes_mm"] < split["mm"] < 5
+    assert 0 < split["interpolation_mm"] < split["modes_mm"]
+    assert split["modes_mm"] < min(split["picture_mm"], split["mm"])
+    assert max(split.values()) < 5
+
+
+def test_a_weak_prior_says_next_to_nothing_of_the_same_shapes():
+    own = lips()
+    usual = replace(own.setting(CAMERA, CpuRenderer()), seen=None)
+    weak = replace(usual, prior_width=WEAK)
+    costs = [
+        problem_of(setting, FRONT, {}).priors[0].negative_log(np.r_[np.zeros(6), own.starts[1]])
+        for setting in (usual, weak)
+    ]
+    assert costs[0] > 1
+    assert costs[1] == pytest.approx(costs[0] / WEAK**2)
+    assert usual.scene is weak.scene  # the starts draw the same
 
 
 def test_what_the_modes_lack_is_the_motion_that_they_never_saw(split):
@@ -77,7 +92,7 @@ def test_the_page_has_a_row_for_each_person_and_all():
     given = {"motion": "a recording", "people": {"mei": of}, "all": of}
     text = reproduction_page({"recorded": given}, [], [])
     assert text.count("0.28 mm") == text.count("0.43 mm") == text.count("2.17 mm") == 2
-    assert "left out by --quick" in reproduction_page({"recorded": None}, [], [])
+    assert "--quick leaves it out" in reproduction_page({"recorded": None}, [], [])
 
 
 def test_it_is_left_out_by_quick_and_without_the_recording(tmp_path, monkeypatch):

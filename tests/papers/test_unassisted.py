@@ -1,4 +1,4 @@
-"""Sentences with nothing given: what is filmed, how lips are scored, what the report shows."""
+"""Sentences with less given: what is filmed, how lips are scored, what the report shows."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_lips_are_scored_in_the_frame_of_the_teeth(tmp_path, speaker, monkeypatc
     asked = tracked(monkeypatch, speaker, heads)
     row = scored(speaker, tmp_path, tmp_path / "a.face")
     assert asked == [("looks", "la_lin", "estimated")]
-    assert (row["sentences"], row["frames"], row["found"]) == (2, 2 * FRAMES, 2 * FRAMES)
+    assert (row["sentences"], row["frames"], row["found"]) == (2, 2 * FRAMES, 2)
     assert row["lips_mm"] == pytest.approx(1.0, rel=1e-6)
     assert row["lips_less_constant_mm"] == pytest.approx(0.0, abs=1e-6)
     assert row["motion_mm"] == pytest.approx(3.0, rel=1e-6)  # about its mean
@@ -163,7 +163,7 @@ def test_a_measured_face_follows_lips_about_as_well_as_the_true_head(tmp_path, s
     rows = {(row["face"], row["test"], row["model"]): row for row in own.results["unassisted"]}
     assert len(rows) == 8
     for row in rows.values():
-        assert row["found"] == row["frames"] == 36
+        assert (row["found"], row["frames"]) == (1, 36)
         if row["model"] == "la_lin":
             assert row["lips_mm"] < 0.6 * row["motion_mm"]
-    assert (tmp_path / "unassisted" / "measured.face").is_file()
+    assert list(tmp_path.glob("unassisted-*/measured.face"))

@@ -144,11 +144,23 @@ def film(
 def film_fronts(
     people: Sequence[str], frames: int, folder: Path, seed: int
 ) -> dict[tuple[str, str, str], Truth]:
-    """So many frames of each person who speaks, from the front, and what colours need.
+    """Film each person speaking, from the front, and the clips that colours are learned from.
 
-    Parameters and results are as of `film`.
+    Parameters
+    ----------
+    people : sequence of str
+    frames : int
+        Of each person's test.
+    folder : Path
+        Made if need be.
+    seed : int
+
+    Returns
+    -------
+    dict
+        Views as of `film`.
     """
-    return _filmed(Amount(tuple(people), frames, 12, 0), folder, seed, (FRONTS,))
+    return _filmed(Amount(tuple(people), frames, FULL.colours, 0), folder, seed, (FRONTS,))
 
 
 def _filmed(

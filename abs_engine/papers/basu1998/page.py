@@ -39,10 +39,10 @@ DRIVERS = {
     "simplex_one_sample": "the same, one sample for each facet (eq. 8)",
 }
 SPLIT = {
-    "interpolation_mm": "between exact dots",
-    "modes_mm": "nearest shape in ten modes",
-    "picture_mm": "found in the picture, prior weak",
-    "mm": "found in the picture",
+    "interpolation_mm": "shell between exact dots",
+    "modes_mm": "nearest to it in ten modes",
+    "picture_mm": "found in the picture, weak prior",
+    "mm": "found in the picture, usual prior",
 }
 FURTHER = {
     "before_mm": "five seconds of dots",
@@ -278,12 +278,14 @@ def _recorded(results: Results) -> str:
     """A row for each person, a column for each of `SPLIT`."""
     given: Any = results.get("recorded")
     if not isinstance(given, Mapping):
-        return f"<p>{MISSING.capitalize()}: left out by --quick, or without the recording.</p>"
+        return f"<p>{MISSING.capitalize()}: --quick leaves it out, and it needs the recording.</p>"
     what = (
         f"<p>As in the paper, each person's lips are learned from five seconds: {given['motion']}. "
         "They are then found in pictures of the same person who speaks, from the front, the pose "
-        "known. Errors are in mm, RMS, of the lips' nodes; each column has the ones before in it. "
-        "Where the prior's variances are 100 times as large, it says next to nothing.</p>"
+        "known. Errors are in mm, RMS, of the lips' nodes. The second column includes the first: "
+        "its shape is the nearest, in the ten modes, to the one that exact dots give. The last two "
+        "add what the picture leaves open: once with a prior so wide (ten times the usual standard "
+        "deviations) that it says next to nothing, once with the prior used everywhere else.</p>"
     )
     rows = [
         (name, *(told(number(of, key), "mm") for key in SPLIT))

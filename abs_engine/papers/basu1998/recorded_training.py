@@ -36,23 +36,25 @@ from abs_engine.papers.basu1998.filmed import (
     film_fronts,
     learn_colours,
 )
-from abs_engine.papers.basu1998.motion import recorded_motion, recording_path
+from abs_engine.papers.basu1998.motion import recorded_motion
 from abs_engine.papers.basu1998.single_frames import fit_frames
 from abs_engine.tracking.external_poses import GivenMotion
 
 PARTS = ("interpolation_mm", "modes_mm", "picture_mm", "mm")
-"""Errors, mm RMS of the lips' nodes, each of which has the ones before in it:
+"""Errors, mm RMS of the lips' nodes.
 
-of the shell that exact dots reach (eq. 2); of the nearest shape in the ten modes; of what is found
-in the picture where the prior says next to nothing; and with the prior, as everywhere else.
+Of the shell that exact dots reach (eq. 2); of the nearest shape to it in the ten modes; of what is
+found in the picture with a prior that says next to nothing; of the same with the usual prior. The
+first is part of the second, and both are limits of the last two.
 """
-WEAK = 100.0
-"""Factor of the prior's variances where it says next to nothing."""
+WEAK = 10.0
+"""Factor of the prior's standard deviations where it says next to nothing."""
 
 
 def recorded_training(
     speaker: Speaker,
     people: Sequence[str],
+    recording: Path,
     frames: int,
     folder: Path,
     kept: Path,
@@ -66,6 +68,7 @@ def recorded_training(
     ----------
     speaker : Speaker
     people : sequence of str
+    recording : Path
     frames : int
         Of each test.
     folder : Path
@@ -81,19 +84,13 @@ def recorded_training(
     -------
     dict
         ``people``, of each the errors, ``all``, their RMS, and ``motion``, what was learned from.
-
-    Raises
-    ------
-    InputFileError
-        If the recording is not at hand.
     """
-    path = recording_path()
     tell("filming fronts")
     views = film_fronts(people, frames, folder, seed)
     found, source = {}, ""
     for person in people:
         tell(f"{person}'s lips, learned from the recording")
-        motion = recorded_motion(speaker, person, path)
+        motion = recorded_motion(speaker, person, recording)
         source = motion.source
         seen = [views[person, "colours", camera_name(y)] for y in (YAWS[0], 0, YAWS[-1])]
         lips = learn_lips(speaker, person, learn_colours(seen), seed, motion)
@@ -131,10 +128,7 @@ def _by_picture(
     lips: TrainedLips, view: Truth, truth: FloatArray, renderer: Renderer, kept: Path | None
 ) -> float:
     """Error of what is found in the pictures with a prior that says next to nothing."""
-    physics = lips.model.physics
-    wide = replace(physics, motion_variances=WEAK * physics.expected)
-    free = replace(lips, model=replace(lips.model, physics=wide))
-    setting = replace(free.setting(view.camera, renderer), seen=None)
+    setting = replace(lips.setting(view.camera, renderer), seen=None, prior_width=WEAK)
     journal = None if kept is None else kept / "picture.journal"
     motion = GivenMotion(poses_of(view))
     fits = fit_frames(

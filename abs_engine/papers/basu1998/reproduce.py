@@ -170,11 +170,12 @@ def _recorded(
     """The paper's own training on other motion, of all people; None without the recording."""
     if not amount.recorded:
         return None
-    given = list(speaker.people), amount.recorded, folder / "filmed", kept, renderer, seed, tell
     try:
-        return recorded_training(speaker, *given)
+        path = recording_path()
     except InputFileError:
         return None
+    given = amount.recorded, folder / "filmed", kept, renderer, seed, tell
+    return recorded_training(speaker, list(speaker.people), path, *given)
 
 
 def _circumstances(

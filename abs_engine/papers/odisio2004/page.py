@@ -203,14 +203,18 @@ def _as_printed(results: Results) -> str:
 def _unassisted(results: Results) -> str:
     """A row for each face and test."""
     about = (
-        "<p>An experiment of our own: sentences of the bare face, whose first pose is estimated by "
-        "landmarks; the rest of the search is that of the sentences above. The given face is that "
-        "of the true head, learned from pictures whose poses are known. The measured one is made "
-        "of the corpus' points, off by 0.3 mm, and the poses of its pictures are estimated. "
-        "Sentences filmed otherwise than the training pictures have a larger picture, a longer "
-        "lens, light from the other side, and a head that turns 1.7 times as far; the camera's "
-        "calibration is given. Pictures are compressed. Errors are of the lips' vertices in the "
-        "frame of the upper teeth.</p>"
+        "<p>An experiment of our own. Sentences of the bare face are tracked without its first "
+        "pose, which landmarks estimate; otherwise the search is that of the sentences above. The "
+        "given face is the true head's, learned from pictures whose poses are known. The measured "
+        "face is made of the corpus' points, which are 0.3 mm off, and the poses of its pictures "
+        "are estimated. &ldquo;As training&rdquo; has the training pictures' camera, light and "
+        "motion; &ldquo;otherwise&rdquo; has a larger picture, a wider lens nearer to the face, "
+        "light from the other side, and a head that moves 1.7 times as far. The camera's "
+        "calibration is given, and films are compressed. Errors are in mm, RMS, of all vertices of "
+        "the lips, in the frame of the upper teeth, so they do not compare with the table above; "
+        "&ldquo;less constant&rdquo; leaves out what all frames of a sentence have in common, and "
+        "&ldquo;motion&rdquo; is how far the lips move about their mean. A sentence is found or "
+        "lost as a whole; errors are of found ones alone.</p>"
     )
     found = results.get("unassisted")
     return about + _rows(found) if found else _rows(found)

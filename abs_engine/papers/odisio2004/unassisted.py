@@ -1,8 +1,8 @@
-"""A speaker of whom measured points and pictures are all there is: an experiment of our own.
+"""A speaker known by measured points and pictures alone: an experiment of our own.
 
-In the paper's experiments here the true head carries the model, the training pictures come with
-their poses, sentences are filmed as the training was, and the first frame's pose is known. Here
-the last is estimated by landmarks, and the others are left out one by one.
+The paper's experiments here are given the true head, the poses of the training pictures, sentences
+filmed as these were, and the first pose. Here the first pose is always estimated; a face of
+measured points takes the place of the true head and poses, and other filming that of the usual.
 """
 
 from __future__ import annotations
@@ -18,7 +18,14 @@ import numpy as np
 from abs_engine.capture.viseme_pictures import VisemePicture
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError, NothingSeenError, OutOfPictureError
+from abs_engine.core.errors import (
+    FaceNotFoundError,
+    NothingSeenError,
+    OutOfPictureError,
+    ParameterError,
+    TooFewPointsError,
+)
+from abs_engine.core.provenance import code_digest
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
 from abs_engine.io.assets import Speaker
@@ -98,12 +105,13 @@ def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``face``, ``test``, ``model``, ``sentences``, ``frames``, ``found``, those of sentences that
-        were tracked, and in mm, in the frame of the upper teeth, over the vertices of the lips:
-        ``lips_mm``, ``lips_less_constant_mm``, without what all frames of a sentence have in
+        ``face``, ``test``, ``model``, ``sentences``, ``frames``, and ``found``, sentences that were
+        not lost: one is lost as a whole, where its first frame shows no face or the head leaves the
+        picture. Of those found, in mm, in the frame of the upper teeth, over the vertices of the
+        lips: ``lips_mm``, ``lips_less_constant_mm``, without what all frames of a sentence have in
         common, and ``motion_mm``, by how much they move.
     """
-    folder = report.kept / "unassisted"
+    folder = report.kept / f"unassisted-{code_digest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
     faces = {GIVEN: report.folder / FACE, MEASURED: _measured(report, bare, folder)}
     few = min(report.amount.sentences or len(SENTENCES), report.amount.unassisted)
@@ -132,11 +140,11 @@ def _measured(report: Report, bare: Speech, folder: Path) -> Path | None:
         own.write_bytes(png(picture))
         table.append(VisemePicture(own, viseme, None))
     report.tell("a head of measured points")
-    made = measured_face(report.speaker, bare.built)
     camera = bare.pictures.camera
     try:
+        made = measured_face(report.speaker, bare.built)
         looks = with_looks(made, bare.built, table, camera, report.renderer, report.tell)
-    except (FaceNotFoundError, NothingSeenError) as error:
+    except (FaceNotFoundError, NothingSeenError, ParameterError, TooFewPointsError) as error:
         report.tell(f"no measured head: {error}")
         return None
     save_talking(path, looks, "measured", checksum(report.speaker), made.neutral)
@@ -225,12 +233,13 @@ def _lips(speaker: Speaker) -> IntArray:
 
 def _pooled(scores: list[_Score]) -> dict[str, Any]:
     found = sum(one.found for one in scores)
+    kept = sum(one.found > 0 for one in scores)
     names = "lips_mm", "lips_less_constant_mm", "motion_mm"
     squares = np.sum([one.squares for one in scores], axis=0)
     values = np.sqrt(squares / found).tolist() if found else [None] * len(names)
     return {
         "sentences": len(scores),
         "frames": sum(one.frames for one in scores),
-        "found": found,
+        "found": kept,
         **dict(zip(names, values, strict=True)),
     }
