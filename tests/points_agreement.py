@@ -184,7 +184,8 @@ def track(folder: Path, names: list[str]) -> None:
     for name in names or ["true", "275", "275-estimated", "30", "bare"]:
         path = folder / f"{name}.face"
         preset = None if name == "bare" else "odisio2004"
-        options = TrackOptions(preset=preset, model=str(path), camera=truth.camera)
+        terms = None if name == "bare" else ("texture",)
+        options = TrackOptions(preset=preset, model=str(path), camera=truth.camera, terms=terms)
         run = folder / f"run-{name}"
         with open_renderer("cpu") as renderer:
             track_video(truth.video, run, renderer, options)

@@ -60,9 +60,9 @@ PRESET = Preset(
     "Shape and appearance models of talking faces: seven articulatory parameters and pose, "
     "epsilon(p) of one appearance model and A(a), Nelder-Mead from the frame before",
     model="talking",
-    terms=("texture",),
+    terms=("local",),
     driver="simplex",
     start=BLOBS,
     prepare=prepare,
 )
-"""Odisio and Bailly, section 4; with ``--terms local`` its local appearance."""
+"""Odisio and Bailly, section 4: local appearance, which is off least there, too, or the texture."""
