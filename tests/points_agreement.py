@@ -103,8 +103,7 @@ def scored(shape: FaceShape, alpha: np.ndarray, spoken: SpokenCorpus, speaker: S
 
 def reds(speaker: Speaker) -> np.ndarray:
     """Vertices of the lips."""
-    ids = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
-    return np.unique(speaker.faces[np.isin(speaker.facet_class, ids)])
+    return speaker.vertices_of("upper_lip", "lower_lip")
 
 
 def shapes(people: list[str]) -> None:

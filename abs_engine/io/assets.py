@@ -91,6 +91,11 @@ class Speaker:
         """Id of a facet class by its name."""
         return self.class_names.index(name)
 
+    def vertices_of(self, *classes: str) -> NDArray[np.int32]:
+        """Vertices (N,) of the facets of some classes, ascending."""
+        ids = [self.class_id(name) for name in classes]
+        return np.asarray(np.unique(self.faces[np.isin(self.facet_class, ids)]), np.int32)
+
     def identity_weights(self, **weights: float) -> NDArray[np.float32]:
         """Identity weights (K,) from target names without their folder, '-' written as '_'."""
         short = {n.split("/")[-1].replace("-", "_"): i for i, n in enumerate(self.identity_names)}

@@ -26,7 +26,7 @@ def upper_teeth_of(speaker: Speaker, neutral: NDArray[np.floating]) -> FloatArra
     The lowest vertex of the hindmost quarter of the teeth on either side, and the edge of the front
     teeth: the lowest vertex within 5 mm of the middle, moved into it.
     """
-    own = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("upper_teeth")])
+    own = speaker.vertices_of("upper_teeth")
     place = neutral[own].astype(np.float64)
     x, y, z = place.T
     behind = z < z.min() + (z.max() - z.min()) / 4

@@ -91,7 +91,7 @@ def _contour(speaker: Speaker) -> dict[str, IntArray]:
     outer, inner = marks[:12], marks[12:]
     out = {"corner": np.array([outer[0], outer[6], inner[0], inner[4]])}
     for lip, (borders, edges) in _LIPS.items():
-        own = np.unique(speaker.faces[speaker.facet_class == speaker.class_id(f"{lip}_lip")])
+        own = speaker.vertices_of(f"{lip}_lip")
         inside = np.concatenate([inner[edges], out["corner"][2:]])
         halfway = _halfway(speaker, outer[borders], inside, own)
         out[lip] = np.concatenate([outer[borders], inner[edges], halfway])
@@ -114,7 +114,7 @@ def _halfway(
 
 def _teeth(speaker: Speaker) -> IntArray:
     """Points of the edge of the lower front teeth, the highest near each place across."""
-    own = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("lower_teeth")])
+    own = speaker.vertices_of("lower_teeth")
     x, y, z = speaker.vertices[own].astype(np.float64).T
     front = z > (z.min() + z.max()) / 2
     return np.array(
@@ -134,7 +134,7 @@ def _around(speaker: Speaker) -> dict[str, IntArray]:
     middle = ring.mean(axis=0)
     out = (edge - middle) * [1.0, 1.0, 0.0]
     goal = edge + _AWAY * out / np.linalg.norm(out, axis=1, keepdims=True)
-    skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
+    skin = speaker.vertices_of("skin")
     skin = skin[place[skin, 2] > ring[:, 2].min() - 3 * _AWAY]
     away = np.linalg.norm(place[skin][:, None, :2] - goal[:, :2], axis=2)
     found = np.unique(skin[away.argmin(axis=0)]).astype(np.int64)
@@ -149,13 +149,11 @@ def _around(speaker: Speaker) -> dict[str, IntArray]:
 def _spread(speaker: Speaker, before: IntArray, count: int) -> IntArray:
     """Beads, each as far as possible from all before it; nothing is drawn by chance."""
     place = speaker.vertices.astype(np.float64)
-    skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
+    skin = speaker.vertices_of("skin")
     forward = vertex_normals(place, speaker.faces)[:, 2] > 0
     lowest = place[speaker.points["face"], 1].min()
     throat = skin[forward[skin] & (place[skin, 1] < lowest)]
-    lips = np.unique(
-        speaker.faces[np.isin(speaker.facet_class, [speaker.class_id(c) for c in _RED])]
-    )
+    lips = speaker.vertices_of(*_RED)
     face = np.setdiff1d(speaker.points["face"], lips)
     pool = np.union1d(face[place[face, 1] < LEARNING.highest_bead], throat)
     if len(pool) < count:

@@ -110,8 +110,7 @@ def train(
     laid = correspond(speaker, shell, believed.dots[used], person)
     both = np.concatenate([used, tested])
     goals = laid.goals(believed.dots[both])
-    rows = laid.points.rows(len(shell))
-    moved = reach(shell.elastic_at(laid.rest), rows, goals)  # Eq. 2
+    moved = reached(shell, laid, goals)
     sample = goals[:n_train][whole[used]]
     if len(sample) < LEARNING.frames_a_mode * n_modes:
         sample = goals[:n_train]
@@ -125,6 +124,11 @@ def train(
         np.flatnonzero(believed.jumped.any(axis=1)), used[~whole[used]],
         both[observations.doubtful(LIPS16)[both]], moved[:n_train], moved[n_train:],
     )  # fmt: skip
+
+
+def reached(shell: LipShell, laid: Correspondence, goals: FloatArray) -> FloatArray:
+    """Displacements (T, N, 3), mm, of a shell whose dots reach their goals (T, 48), mm (eq. 2)."""
+    return reach(shell.elastic_at(laid.rest), laid.points.rows(len(shell)), goals)
 
 
 def _learned(
@@ -145,8 +149,7 @@ def _noise_variances(
     learned: LearnedPhysics, shell: LipShell, laid: Correspondence, noise: float
 ) -> FloatArray:
     """Variance (P,), mm^2, that errors of the dots by `noise` mm put into the modes."""
-    rows = laid.points.rows(len(shell))
-    answer = reach(shell.elastic_at(laid.rest), rows, np.eye(rows.shape[0]))
+    answer = reached(shell, laid, np.eye(3 * len(LIPS16)))
     felt = learned.matrix.T @ answer.reshape(len(answer), -1).T  # (P, n): of a dot's error
     return np.asarray(noise**2 * (felt**2).sum(axis=1))
 

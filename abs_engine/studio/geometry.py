@@ -15,8 +15,7 @@ Floats = NDArray[np.float32]
 
 def inner_shade(speaker: Speaker) -> Floats:
     """Factor (V,) by which vertices inside the mouth are darkened, as the lights cast no shadow."""
-    inside = [speaker.class_id(n) for n in ("inner_mouth", "upper_teeth", "lower_teeth", "tongue")]
-    chosen = np.unique(speaker.faces[np.isin(speaker.facet_class, inside)])
+    chosen = speaker.vertices_of("inner_mouth", "upper_teeth", "lower_teeth", "tongue")
     front = speaker.vertices[speaker.landmarks["inner_lip_8"], 2].max()
     depth = np.clip(front - speaker.vertices[chosen, 2], 0, None)
     out = np.ones(len(speaker.vertices), np.float32)

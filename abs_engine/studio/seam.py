@@ -35,9 +35,7 @@ def lip_strips(speaker: Speaker) -> dict[int, IntArray]:
     """
     if "landmark_68" not in speaker.points:
         return {}
-    reds = [
-        np.unique(speaker.faces[speaker.facet_class == speaker.class_id(name)]) for name in _LIPS
-    ]
+    reds = [speaker.vertices_of(name) for name in _LIPS]
     strips = {}
     for mark in speaker.points["landmark_68"][LIPS_OF_68].tolist():
         own = np.unique(np.concatenate([[mark], *(red for red in reds if mark in red)]))

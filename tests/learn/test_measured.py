@@ -51,8 +51,7 @@ def heads_of(face: MeasuredFace, built: Build) -> np.ndarray:
 
 
 def vertices_of(spoken: SpokenCorpus, *classes: str) -> np.ndarray:
-    ids = [spoken.speaker.class_id(name) for name in classes]
-    return np.unique(spoken.speaker.faces[np.isin(spoken.speaker.facet_class, ids)])
+    return spoken.speaker.vertices_of(*classes)
 
 
 def test_the_face_is_that_of_the_head_that_was_measured(spoken, built, face):

@@ -12,7 +12,7 @@ from abs_engine.fit.shell import problem_of
 from abs_engine.papers.basu1998 import filmed
 from abs_engine.papers.basu1998.experiment import lip_error
 from abs_engine.papers.basu1998.page import reproduction_page
-from abs_engine.papers.basu1998.recorded_training import PARTS, WEAK, _reached, errors
+from abs_engine.papers.basu1998.recorded_training import PARTS, WEAK, _by_dots, errors
 from abs_engine.papers.basu1998.reproduce import _recorded
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.scenefile import parse_scene
@@ -68,7 +68,7 @@ def test_what_the_modes_lack_is_the_motion_that_they_never_saw(split):
     """The nearest shape in more modes lies nearer, and exact dots leave what is between them."""
     own, heads = lips(), HEADS[list(WHICH)].astype(np.float64)
     truth = np.stack([own.model.shell.nodes(head) for head in heads])
-    reached = _reached(SPEAKER, own, heads)
+    reached = _by_dots(SPEAKER, own, heads)
     between = [lip_error(nodes, true) ** 2 for nodes, true in zip(reached, truth, strict=True)]
     assert split["interpolation_mm"] == pytest.approx(np.sqrt(np.mean(between)))
     physics = own.training.physics

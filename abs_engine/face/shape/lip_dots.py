@@ -33,7 +33,7 @@ def lips17(speaker: Speaker) -> NDArray[np.int32]:
     forward = vertex_normals(place.astype(np.float64), speaker.faces)[:, 2] > _FACING
     chosen: list[int] = []
     for name, across, depth in _LIPS16:
-        own = np.unique(speaker.faces[speaker.facet_class == speaker.class_id(name)])
+        own = speaker.vertices_of(name)
         upper = name == "upper_lip"
         edge = ring[(ring[:, 1] > middle) == upper]
         edge = edge[edge[:, 0].argsort()]

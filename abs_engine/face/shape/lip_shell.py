@@ -164,7 +164,7 @@ def _evenly(line: FloatArray, count: int) -> FloatArray:
 
 def _front(speaker: Speaker, vertices: FloatArray, points: FloatArray) -> FloatArray:
     """Points (N, 3) moved along z to the depth of the skin in front of them."""
-    skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
+    skin = speaker.vertices_of("skin")
     near = skin[np.linalg.norm(vertices[skin] - points.mean(axis=0), axis=1) < 95]
     flat = np.linalg.norm(vertices[near, None, :2] - points[None, :, :2], axis=2)
     around = np.maximum(4.0, flat.min(axis=0) + 1.0)  # beside the chin there is none in front

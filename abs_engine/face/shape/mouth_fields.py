@@ -24,8 +24,7 @@ def mouth_fields(speaker: Speaker) -> NDArray[np.float32]:
     near = np.flatnonzero(away < SHAPE.mouth_far * SHAPE.mouth_reach)
     fields = smooth_modes(vertices[near], SHAPE.smooth_scales[1:])
     fields *= np.exp(-0.5 * (away[near] / SHAPE.mouth_reach) ** 2)[:, None]
-    ids = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
-    lips = np.isin(near, np.unique(speaker.faces[np.isin(speaker.facet_class, ids)]))
+    lips = np.isin(near, speaker.vertices_of("upper_lip", "lower_lip"))
     flat = fields[:, lips].reshape(len(fields), -1)
     values, vectors = np.linalg.eigh(flat @ flat.T)
     kept = vectors[:, np.argsort(-values)[: len(PERSON_TARGETS)]].T

@@ -98,5 +98,4 @@ def _teeth(built: Build) -> tuple[str, ...]:
 
 def _vertices(speaker: Speaker, classes: tuple[str, ...]) -> NDArray[np.int64]:
     """Vertices (K,) of facets of some classes."""
-    ids = [speaker.class_id(name) for name in classes]
-    return np.unique(speaker.faces[np.isin(speaker.facet_class, ids)]).astype(np.int64)
+    return speaker.vertices_of(*classes).astype(np.int64)

@@ -130,6 +130,7 @@ def pose_known(
     score: Integral = "exact",
     step: int = 1,
     kept: Path | None = None,
+    prior_width: float = 1.0,
 ) -> Iterator[FrameError]:
     """Fit frames of every view, each by itself, with the pose known.
 
@@ -148,15 +149,18 @@ def pose_known(
         Every so many frames.
     kept : Path, optional
         Folder that gets a journal of each view's fits, and has those of an interrupted run.
+    prior_width : float
+        As of `ShellSetting`; a wider prior is one Gaussian.
 
     Yields
     ------
     FrameError
     """
+    starts = lips.starts[:1] if driver == AS_PRINTED else lips.starts
     for camera, view in views.items():
-        setting, starts = replace(lips.setting(view.camera, renderer), score=score), lips.starts
-        if driver == AS_PRINTED:
-            setting, starts = replace(setting, seen=None), starts[:1]
+        usual = lips.setting(view.camera, renderer)
+        seen = None if driver == AS_PRINTED or prior_width != 1 else usual.seen
+        setting = replace(usual, score=score, seen=seen, prior_width=prior_width)
         motion = GivenMotion(poses_of(view)[::step])
         pictures, journal = islice(view.pictures(), None, None, step), _journal(kept, camera)
         for fit in fit_frames(setting, pictures, motion, starts, driver, rule, False, journal):

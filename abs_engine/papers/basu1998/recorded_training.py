@@ -7,7 +7,6 @@ person who speaks. Beside the error stands how much of it other things than the 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +17,14 @@ from abs_engine.core.arrays import FloatArray
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset.view import Truth
 from abs_engine.face.shape.lip_dots import lips17
-from abs_engine.face.shape.minimum_norm_deformation import reach
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.training import reached
 from abs_engine.papers.basu1998.collected import BEST
 from abs_engine.papers.basu1998.experiment import (
     TrainedLips,
     learn_lips,
     lip_error,
     pose_known,
-    poses_of,
     rms_of,
 )
 from abs_engine.papers.basu1998.filmed import (
@@ -37,8 +35,6 @@ from abs_engine.papers.basu1998.filmed import (
     learn_colours,
 )
 from abs_engine.papers.basu1998.motion import recorded_motion
-from abs_engine.papers.basu1998.single_frames import fit_frames
-from abs_engine.tracking.external_poses import GivenMotion
 
 PARTS = ("interpolation_mm", "modes_mm", "picture_mm", "mm")
 """Errors, mm RMS of the lips' nodes.
@@ -107,34 +103,20 @@ def errors(
     """Errors of a person's lips in a view, by `PARTS`; `kept` is as of `pose_known`."""
     heads = [view.vertices(frame) for frame in range(len(view))]
     truth = np.stack([lips.model.shell.nodes(head) for head in heads])
-    reached = _reached(speaker, lips, np.stack(heads).astype(np.float64))
+    by_dots = _by_dots(speaker, lips, np.stack(heads).astype(np.float64))
     physics = lips.training.physics
-    nearest = physics.shape(physics.coefficients(reached))
-    usual = list(pose_known(lips, {FRONT: view}, renderer, BEST, kept=kept))
-    found = rms_of(usual), _by_picture(lips, view, truth, renderer, kept)
-    values = _rms(reached, truth), _rms(nearest, truth), found[1], found[0]
-    return dict(zip(PARTS, values, strict=True))
-
-
-def _reached(speaker: Speaker, lips: TrainedLips, heads: FloatArray) -> FloatArray:
-    """Nodes (T, N, 3) of the shell that the dots of heads (T, V, 3) reach, without noise."""
-    laid, shell = lips.training.correspondence, lips.training.shell
-    dots = heads[:, lips17(speaker)[: len(LIPS16)]]
-    rows = laid.points.rows(len(shell))
-    return laid.rest + reach(shell.elastic_at(laid.rest), rows, laid.goals(dots))
-
-
-def _by_picture(
-    lips: TrainedLips, view: Truth, truth: FloatArray, renderer: Renderer, kept: Path | None
-) -> float:
-    """Error of what is found in the pictures with a prior that says next to nothing."""
-    setting = replace(lips.setting(view.camera, renderer), seen=None, prior_width=WEAK)
-    journal = None if kept is None else kept / "picture.journal"
-    motion = GivenMotion(poses_of(view))
-    fits = fit_frames(
-        setting, view.pictures(), motion, lips.starts, BEST, judged=False, kept=journal
+    nearest = physics.shape(physics.coefficients(by_dots))
+    found = (
+        rms_of(list(pose_known(lips, {FRONT: view}, renderer, BEST, kept=own, prior_width=width)))
+        for width, own in ((WEAK, None if kept is None else kept / "weak"), (1.0, kept))
     )
-    return float(np.sqrt(np.mean([lip_error(f.nodes, truth[f.frame]) ** 2 for f in fits])))
+    return dict(zip(PARTS, (_rms(by_dots, truth), _rms(nearest, truth), *found), strict=True))
+
+
+def _by_dots(speaker: Speaker, lips: TrainedLips, heads: FloatArray) -> FloatArray:
+    """Nodes (T, N, 3) of the shell that the dots of heads (T, V, 3) reach, without noise."""
+    laid, dots = lips.training.correspondence, heads[:, lips17(speaker)[: len(LIPS16)]]
+    return laid.rest + reached(lips.training.shell, laid, laid.goals(dots))
 
 
 def _rms(shapes: FloatArray, truth: FloatArray) -> float:

@@ -147,15 +147,15 @@ def unassisted_part(report: Report, speech: Speech) -> None:
     """Sentences that are tracked with less given."""
     few = min(report.amount.sentences or len(SENTENCES), report.amount.unassisted)
     if few:
-        report.stage(f"unassisted-{few}", _unassisted)
+        report.stage(f"unassisted-{few}", lambda own: _unassisted(own, few))
 
 
-def _unassisted(report: Report) -> None:
+def _unassisted(report: Report, few: int) -> None:
     bare = film_speech(
         report.speaker, report.person, report.folder / FILMED / "bare",
         beads=0, size=report.amount.size, seed=report.seed,
     )  # fmt: skip
-    report.results["unassisted"] = unassisted(report, bare)
+    report.results["unassisted"] = unassisted(report, bare, few)
 
 
 PARTS = (sentences_part, teleconference_part, unassisted_part)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from abs_engine.capture.viseme_pictures import VisemePicture
-from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
     FaceNotFoundError,
@@ -28,7 +28,6 @@ from abs_engine.core.errors import (
 from abs_engine.core.provenance import code_digest
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
-from abs_engine.io.assets import Speaker
 from abs_engine.io.files import png
 from abs_engine.io.naming import made_before
 from abs_engine.learn.bite import bite_plane_of
@@ -54,6 +53,7 @@ GIVEN, MEASURED = "given", "measured"
 """Faces: of the true head and the true poses of its pictures; of points, poses estimated."""
 SAME, OTHER = "as training", "otherwise"
 """Tests: filmed as the training pictures were; with another camera and light, and more motion."""
+LIPS = ("upper_lip", "lower_lip")
 ASKED = ("tex_lin", "la_lin")
 """Appearance models."""
 
@@ -92,7 +92,7 @@ FILMINGS: Mapping[str, Filming] = {
 }
 
 
-def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
+def unassisted(report: Report, bare: Speech, count: int) -> list[dict[str, Any]]:
     """A row for each face, test and model: how far the lips of tracked sentences are off.
 
     Parameters
@@ -101,6 +101,8 @@ def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
         The films and what is found go into what it keeps until it is finished.
     bare : Speech
         The corpus, its pictures without beads.
+    count : int
+        Sentences.
 
     Returns
     -------
@@ -114,8 +116,7 @@ def unassisted(report: Report, bare: Speech) -> list[dict[str, Any]]:
     folder = report.kept / f"unassisted-{code_digest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
     faces = {GIVEN: report.folder / FACE, MEASURED: _measured(report, bare, folder)}
-    few = min(report.amount.sentences or len(SENTENCES), report.amount.unassisted)
-    sentences, rows = in_spread_order(SENTENCES)[:few], []
+    sentences, rows = in_spread_order(SENTENCES)[:count], []
     places = correspondence_of(report.speaker, report.renderer)
     for test, filming in FILMINGS.items():
         films = [_film(report, folder, test, filming, sentence) for sentence in sentences]
@@ -195,7 +196,7 @@ class _Tracker:
             found = None
         if found is None:
             return _Score(len(truth), 0, np.zeros(3))
-        true = _true_lips(self.report, truth, _lips(self.report.speaker))
+        true = _true_lips(self.report, truth)
         away, moved = found - true, true - true.mean(axis=0)
         kinds = away, away - away.mean(axis=0), moved
         squares = np.array([float((one**2).sum(axis=2).mean(axis=1).sum()) for one in kinds])
@@ -214,21 +215,17 @@ class _Tracker:
             talker.face, self.model, truth.pictures(), camera, pose, shape.neutral,
             report.renderer, settings_of(self.model), self.bare.built.alpha, kept=kept,
         )  # fmt: skip
-        lips = _lips(report.speaker)
+        lips = report.speaker.vertices_of(*LIPS)
         heads = np.stack([shape.scene.vertices(row)[lips] for row in found.alpha])
         return shape.frame.apply(heads.astype(np.float64))
 
 
-def _true_lips(report: Report, truth: Truth, lips: IntArray) -> FloatArray:
+def _true_lips(report: Report, truth: Truth) -> FloatArray:
     """Vertices of the lips as they were filmed, (T, N, 3), in the frame of the upper teeth."""
-    frame = bite_plane_of(report.speaker, report.speaker.named(report.person))
+    speaker, lips = report.speaker, report.speaker.vertices_of(*LIPS)
+    frame = bite_plane_of(speaker, speaker.named(report.person))
     heads = np.stack([truth.vertices(t)[lips] for t in range(len(truth))])
     return frame.apply(heads.astype(np.float64))
-
-
-def _lips(speaker: Speaker) -> IntArray:
-    ids = [speaker.class_id(name) for name in ("upper_lip", "lower_lip")]
-    return np.unique(speaker.faces[np.isin(speaker.facet_class, ids)])
 
 
 def _pooled(scores: list[_Score]) -> dict[str, Any]:

@@ -132,7 +132,7 @@ def _spread(speaker: Speaker, rest: Floats, count: int) -> NDArray[np.int32]:
     """
     if not count:
         return np.zeros(0, np.int32)
-    skin = np.unique(speaker.faces[speaker.facet_class == speaker.class_id("skin")])
+    skin = speaker.vertices_of("skin")
     x, y, z = speaker.vertices[skin].T
     face = (np.abs(x) < 62) & (y > -62) & (y < 80) & (z > 45) & (speaker.uv[skin, 1] < 0.7)
     lids = (np.abs(np.abs(x) - 30) < 18) & (np.abs(y - 38) < 13)
