@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
-from functools import cache, lru_cache, update_wrapper
+from functools import lru_cache, update_wrapper
 from typing import Any, TypeVar
 
 import cv2
@@ -200,14 +200,29 @@ class _Counted:
 
 
 def _quiet() -> Callable[[], Any]:
-    blas, usual = _controller().limit(limits=1), cv2.getNumThreads()
+    blas, usual = _in_passing(_blas_of_one_thread), cv2.getNumThreads()
     cv2.setNumThreads(1)
 
     def end() -> None:
-        blas.restore_original_limits()
+        _in_passing(blas.restore_original_limits)
         cv2.setNumThreads(1 if _alone else usual)
 
     return end
+
+
+def _blas_of_one_thread() -> Any:
+    """Each BLAS that is loaded by now keeps to one thread; the result restores what was usual."""
+    return ThreadpoolController().limit(limits=1)
+
+
+def _in_passing(what: Callable[[], Item]) -> Item:
+    """Result of a call made by a thread that ends with it.
+
+    In threadpoolctl the first thread that changes how many OpenBLAS may use is the only one that
+    can, as long as it lives: others change nothing, without an error. So none of ours stays it.
+    """
+    with ThreadPoolExecutor(1, "limits") as pool:
+        return pool.submit(what).result()
 
 
 def _often() -> Callable[[], Any]:
@@ -235,8 +250,3 @@ def closed_after(items: Iterable[Item]) -> Iterator[Iterable[Item]]:
     finally:
         if isinstance(items, Generator):
             items.close()
-
-
-@cache
-def _controller() -> ThreadpoolController:
-    return ThreadpoolController()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
-import numpy as np
 import pytest
-from threadpoolctl import threadpool_info
+from threadpoolctl import ThreadpoolController, threadpool_info
 
 from abs_engine.core.clock import Clock
 from abs_engine.core.threads import Behind, ahead, begin, closed_after, in_threads, kept, one_thread
@@ -155,12 +155,27 @@ def test_the_first_items_error_is_raised_and_no_more_are_begun():
     assert len(begun) <= 2
 
 
+@pytest.fixture
+def _two_of_blas():
+    """Two threads of each BLAS, as of a user with two cores; tests usually have one."""
+
+    def in_passing(what):
+        with ThreadPoolExecutor(1) as pool:
+            return pool.submit(what).result()
+
+    limits = in_passing(lambda: ThreadpoolController().limit(limits=2))
+    assert set(threads()) == {2}
+    yield
+    in_passing(limits.restore_original_limits)
+
+
+def threads():
+    """How many threads each BLAS that is loaded may use."""
+    return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+
+@pytest.mark.usefixtures("_two_of_blas")
 def test_one_thread_of_blas_until_the_last_lets_it_go():
-    np.ones((2, 2)) @ np.ones((2, 2))
-
-    def threads():
-        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
-
     before, of_opencv = threads(), cv2.getNumThreads()
     outer, inner = one_thread(), one_thread()
     outer.__enter__()
@@ -172,6 +187,24 @@ def test_one_thread_of_blas_until_the_last_lets_it_go():
     inner.__exit__(None, None, None)
     assert threads() == before
     assert cv2.getNumThreads() == of_opencv
+
+
+@pytest.mark.usefixtures("_two_of_blas")
+def test_one_thread_of_blas_also_after_another_thread_that_still_lives_had_asked_for_it():
+    before = threads()
+    with ThreadPoolExecutor(1) as other:
+        context = one_thread()
+        other.submit(context.__enter__).result()
+        assert set(threads()) == {1}
+        other.submit(context.__exit__, None, None, None).result()
+        assert threads() == before
+        with one_thread():
+            assert set(threads()) == {1}
+            inner = one_thread()
+            other.submit(inner.__enter__).result()
+        assert set(threads()) == {1}  # the other one's
+        other.submit(inner.__exit__, None, None, None).result()
+        assert threads() == before
 
 
 def test_time_is_counted_where_it_is_spent():
