@@ -1,19 +1,22 @@
 """How apertures tracked in strangers' clips agree with an independent landmark detector's.
 
-Run it by hand: `python tests/people_agreement.py RUNS [RUNS2 ...]`, where RUNS holds one run of
-`abs-engine track` for each clip of `people` in the data folder (`ABS_ENGINE_DATA`, by default
-../shared/data), named as the clip. A detector is no truth: look at the pictures, too. Constants
-were chosen on p01 to p08; p09 to p16 are for reporting.
+Run it by hand: `python tests/people_agreement.py RUNS [RUNS2 ...] [--curves FILE]`, where RUNS
+holds one run of `abs-engine track` for each clip of `people` in the data folder (`ABS_ENGINE_DATA`,
+by default ../shared/data), named as the clip; or for each clip of FILE, which
+`detector_curves.py` made. A detector is no truth: look at the pictures, too. Constants were chosen
+on p01 to p08; p09 to p16 are for reporting.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -57,9 +60,8 @@ class Row:
     warned: bool
 
 
-def row_of(clip: str, runs: Path) -> Row:
-    """The figures of one clip."""
-    told = json.loads((DATA / "mediapipe.json").read_text())["clips"][clip]
+def row_of(clip: str, told: Mapping[str, Any], runs: Path) -> Row:
+    """The figures of one clip beside the detector's curves."""
     aperture, width = (np.array(told[k], float) for k in ("aperture", "width"))
     nan = float("nan")
     if not (runs / clip / "results.npz").is_file():
@@ -87,20 +89,26 @@ def _correlation(ours: np.ndarray, theirs: np.ndarray) -> float:
     return float(np.corrcoef(ours[seen], theirs[seen])[0, 1]) if seen.sum() > 2 else float("nan")
 
 
-def lines(runs: Path) -> Iterator[str]:
-    """A line for each clip, then the groups'."""
-    rows = [row_of(clip, runs) for clip in GROUPS]
+def lines(curves: Mapping[str, Any], runs: Path) -> Iterator[str]:
+    """A line for each clip, then the groups' of `people`."""
+    rows = [row_of(clip, told, runs) for clip, told in curves.items()]
+    wide = max(map(len, curves))
     yield (
-        "clip  skin       lips   frames  found  aperture r  width r  landmarks r  off mm  held  "
-        "score"
+        f"{'clip':{wide}}  skin       lips   frames  found  aperture r  width r  landmarks r  "
+        "off mm  held  score"
     )
     for r in rows:
-        skin, lips = GROUPS[r.clip]
+        skin, lips = GROUPS.get(r.clip, ("", ""))
         yield (
-            f"{r.clip}   {skin:9}  {lips:5}  {r.frames:5}  {r.found:5}  {r.aperture:10.3f}  "
+            f"{r.clip:{wide}}  {skin:9}  {lips:5}  {r.frames:5}  {r.found:5}  {r.aperture:10.3f}  "
             f"{r.width:7.2f}  {r.landmarks:11.3f}  {r.off_mm:6.2f}  {r.held:4}  {r.score:5.2f}"
             f"{'  warned' if r.warned else ''}"
         )
+    if set(curves) == set(GROUPS):
+        yield from _groups(rows)
+
+
+def _groups(rows: list[Row]) -> Iterator[str]:
     for name, half in (("p01 to p08", rows[:8]), ("p09 to p16", rows[8:])):
         good = sum(r.aperture >= 0.9 for r in half)
         yield f"{name}: 0.9 or more in {good} of {len(half)}, least {min_of(half):.2f}"
@@ -121,5 +129,10 @@ def min_of(rows: list[Row]) -> float:
 
 
 if __name__ == "__main__":
-    for folder in sys.argv[1:]:
-        sys.stdout.write("\n".join([folder, *lines(Path(folder))]) + "\n")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path)
+    parser.add_argument("--curves", type=Path, default=DATA / "mediapipe.json")
+    given = parser.parse_args()
+    by_detector = json.loads(given.curves.read_text())["clips"]
+    for folder in given.runs:
+        sys.stdout.write("\n".join([str(folder), *lines(by_detector, folder)]) + "\n")
