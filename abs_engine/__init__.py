@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from abs_engine.core.compile_cache import find_cache
+
 if TYPE_CHECKING:
     from abs_engine.capture.corpus_file import read_corpus
     from abs_engine.core.buffers import Buffers
@@ -191,6 +193,9 @@ __all__ = [
     "track_video",
     "write_report",
 ]  # fmt: skip
+
+
+find_cache()  # before anything imports numba
 
 
 def __getattr__(name: str) -> Any:

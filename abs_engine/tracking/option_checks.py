@@ -36,7 +36,7 @@ def check_options(options: TrackOptions, info: VideoInfo) -> None:
         )
     check_choices(options)
     if options.smooth is not None:
-        Smoothing.named(options.smooth).check(info.rate, np.zeros(0))
+        Smoothing.named(options.smooth).check(info.rate, np.asarray(info.times))
     if options.mouth is None:
         return
     if options.poses is not None:

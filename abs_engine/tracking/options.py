@@ -191,7 +191,8 @@ class ClipTracker:
     scale : Scale
         What millimetres rest on.
     remarks : str
-        What is said of several faces, of cuts, or of a box in which no face was seen; else empty.
+        What is said of the video, of several faces, of cuts, or of a box in which no face was seen;
+        else empty.
     facts : dict
         What else `run.json` says of how it was prepared, JSON values.
     memory : Memory

@@ -22,6 +22,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.io.head_points import POINTS
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
+from abs_engine.tracking.footage import footage_lines
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
@@ -87,7 +88,8 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
         "model": chosen.model, "model_file": file, "terms": list(leaves.kinds), "driver": driver,
         "preset": chosen.preset,
     }  # fmt: skip
-    return replace(made, facts={**facts, **made.facts})
+    remarks = "\n".join([*footage_lines(clip.info), *made.remarks.splitlines()])
+    return replace(made, facts={**facts, **made.facts}, remarks=remarks)
 
 
 def _silent(_stage: str) -> None:
@@ -208,6 +210,7 @@ def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:
         "video_sha256": digest(tracker.video),
         "size": list(tracker.info.size),
         "rate": tracker.info.rate,
+        "sound": tracker.info.sound,
         "person": options.person,
         "mouth": None if options.mouth is None else list(options.mouth),
         "camera": "given" if options.camera is not None else "ideal",

@@ -23,7 +23,8 @@ BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
 _ORDER, _DEGREE = 2, 2
 _SIZES = ("width", "aperture", "protrusion", *LIPS, "jaw_opening")
 _NEVER_BELOW_0 = ("width", "aperture", "opening_area", "lip_area")
-_EVEN = 0.01  # of a frame's duration
+_EVEN = 1.1e-3  # seconds: files with whole milliseconds round both a frame's time and the first
+_MOST_UNEVEN = 0.2  # of a frame's duration
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Smoothing:
                 f"{self} keeps only waves longer than the clip's {len(times) / rate:.1f} s",
                 "give a higher cutoff, or leave out --smooth",
             )
-        if len(times) > 1 and np.abs(np.diff(times) * rate - 1).max() > _EVEN:
+        if len(times) > 1 and not _even(times, rate):
             raise ParameterError(
                 "the frames are not evenly spaced in time, as the filters need",
                 "leave out --smooth, or convert the video to a constant rate",
@@ -150,3 +151,9 @@ class Smoothing:
             table = csv.writer(file)
             table.writerow(["index", "time", *found])
             table.writerows(map(cells, rows))
+
+
+def _even(times: FloatArray, rate: float) -> bool:
+    """Whether frames are shown at one rate, but for the rounding of their times (T,), s."""
+    line = np.linspace(times[0], times[-1], len(times))
+    return bool(np.abs(times - line).max() <= min(_EVEN, _MOST_UNEVEN / rate))

@@ -83,6 +83,15 @@ def test_what_the_frames_do_not_allow_is_refused():
     Smoothing.named("butterworth:12").check(RATE, TIME)
 
 
+@pytest.mark.parametrize("rate", [24.0, 30000 / 1001, 30.0, 60.0])
+def test_times_in_whole_milliseconds_are_even(rate):
+    times = np.round(np.arange(200) / rate, 3)
+    Smoothing.named("savitzky-golay:5").check(rate, times)
+    for uneven in (np.delete(times, 50), np.r_[times[:50], times[50:] + 0.3 / rate]):
+        with pytest.raises(ParameterError, match="not evenly spaced"):
+            Smoothing.named("savitzky-golay:5").check(rate, uneven)
+
+
 def test_a_clip_that_is_shorter_than_the_filter_is_refused():
     with pytest.raises(ParameterError, match="needs 101 frames in a row, and there are 75"):
         Smoothing.named("savitzky-golay:101").check(25.0, np.arange(75) / 25.0)

@@ -9,10 +9,10 @@ from typing import Any
 
 import av
 import av.error
-import numpy as np
 
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video.ending import Ending, broken_off
+from abs_engine.io.video.shown import pixel_aspect, shown, shown_size
 from abs_engine.io.video.source import open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
@@ -26,19 +26,25 @@ class VideoInfo:
     Parameters
     ----------
     size : tuple of int
-        Width and height in pixels, as shown: a phone's rotation is applied.
+        Width and height in square pixels, as shown: a phone's rotation is applied.
     rate : float
         Frames per second, on average.
     frames : int
         Number of coded frames.
     times : tuple of float
         When each frame is shown, seconds from the first; empty where the file does not say.
+    interlaced : bool
+        Whether a frame holds two fields, taken one after the other.
+    sound : float
+        When the sound begins, seconds from the first frame; 0 without sound.
     """
 
     size: tuple[int, int]
     rate: float
     frames: int
     times: tuple[float, ...] = ()
+    interlaced: bool = False
+    sound: float = 0.0
 
 
 def probe(path: Path) -> VideoInfo:
@@ -56,12 +62,13 @@ def probe(path: Path) -> VideoInfo:
         stream = picture_stream(container)
         times, count = _survey(path, container, stream)
         guessed = float(stream.average_rate or stream.guessed_rate or 0)
-    height, width = _size(first)
-    return VideoInfo((width, height), _rate(times, guessed), count, times)
+        height, width = shown_size(first, pixel_aspect(stream))
+        size, sound = (width, height), _sound(container, stream)
+    return VideoInfo(size, _rate(times, guessed), count, times, first.interlaced_frame, sound)
 
 
 def read_frames(path: Path) -> Iterator[Frame]:
-    """Frames in order, upright, (H, W, 3) uint8 RGB.
+    """Frames in order, upright, in square pixels, (H, W, 3) uint8 RGB.
 
     Raises
     ------
@@ -72,14 +79,15 @@ def read_frames(path: Path) -> Iterator[Frame]:
         after how many frames.
     """
     size = None
+    with open_video(path) as container:
+        aspect = pixel_aspect(picture_stream(container))
     for count, frame in enumerate(_decoded(path)):
-        size = size or _size(frame)
-        if _size(frame) != size:
+        size = size or shown_size(frame, aspect)
+        if shown_size(frame, aspect) != size:
             raise VideoError(
                 f"{path} changes its size after {count} frames", "export it at one size"
             )
-        turned = np.rot90(frame.to_ndarray(format="rgb24"), _quarter_turns(frame))
-        yield np.ascontiguousarray(turned, np.uint8)
+        yield shown(frame, aspect)
 
 
 def _decoded(path: Path) -> Iterator[av.VideoFrame]:
@@ -150,7 +158,7 @@ def _survey(
                 before, last = last, []
             if len(last) <= _LONGEST_TAIL:
                 last.append(packet)
-            if packet.size:
+            if packet.size and not packet.is_discard:  # an edit list's, which nobody is shown
                 stamps.append(packet.pts)
         tail = before + last if len(before + last) <= _LONGEST_TAIL else []
         for packet in tail:
@@ -173,12 +181,10 @@ def _rate(times: tuple[float, ...], stated: float) -> float:
     return stated if stated and abs(stated / measured - 1) < 0.02 else measured
 
 
-def _quarter_turns(frame: av.VideoFrame) -> int:
-    """Counter-clockwise, as the file's display matrix has it."""
-    return round(frame.rotation / 90) % 4
-
-
-def _size(frame: av.VideoFrame) -> tuple[int, int]:
-    """Height and width of the frame as shown."""
-    size = frame.height, frame.width
-    return size if _quarter_turns(frame) % 2 == 0 else size[::-1]
+def _sound(container: av.container.InputContainer, pictures: av.VideoStream) -> float:
+    """Beginning of the sound, seconds after the pictures'; 0 where the file does not say."""
+    begins = [
+        None if s.start_time is None or s.time_base is None else float(s.start_time * s.time_base)
+        for s in (pictures, *container.streams.audio[:1])
+    ]
+    return 0.0 if len(begins) < 2 or None in begins else begins[1] - begins[0]  # type: ignore[operator]

@@ -1,0 +1,61 @@
+"""Compiled loops find a folder that may be written to."""
+
+from __future__ import annotations
+
+import os
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from abs_engine.core import compile_cache
+
+VARIABLE = "NUMBA_CACHE_DIR"
+
+
+@pytest.fixture
+def writable(monkeypatch, tmp_path):
+    """Folders that may be written to; numba is not imported."""
+    allowed = set()
+    monkeypatch.setattr(compile_cache, "_writable", lambda folder: folder in allowed)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv(VARIABLE, "")  # so that it is put back
+    monkeypatch.delenv(VARIABLE)
+    monkeypatch.setitem(sys.modules, "numba", SimpleNamespace(config=SimpleNamespace(CACHE_DIR="")))
+    return allowed
+
+
+def test_what_numba_would_find_is_left_alone(writable, tmp_path):
+    writable.add(tmp_path / "cache" / "numba")
+    compile_cache.find_cache()
+    assert VARIABLE not in os.environ
+
+
+def test_a_folder_of_ones_own_is_made_where_there_is_none(writable, tmp_path):
+    compile_cache.find_cache()
+    folder = tmp_path / f"abs_engine-{os.getuid()}"
+    assert os.environ[VARIABLE] == str(folder) == sys.modules["numba"].config.CACHE_DIR
+    assert folder.stat().st_mode & 0o777 == 0o700
+    compile_cache.find_cache()
+    assert os.environ[VARIABLE] == str(folder)
+
+
+@pytest.mark.parametrize("whose", ["open to others", "a link"])
+def test_a_folder_that_others_may_write_to_is_not_used(writable, tmp_path, whose):
+    folder = tmp_path / f"abs_engine-{os.getuid()}"
+    if whose == "a link":
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        folder.symlink_to(tmp_path / "elsewhere")
+    else:
+        folder.mkdir()
+        folder.chmod(0o777)
+    compile_cache.find_cache()
+    assert os.environ[VARIABLE] != str(folder)
+    assert os.stat(os.environ[VARIABLE]).st_mode & 0o077 == 0
+
+
+def test_a_folder_may_be_written_to_if_it_can_be_made(tmp_path):
+    (tmp_path / "file").touch()
+    assert compile_cache._writable(tmp_path / "new" / "numba")
+    assert not compile_cache._writable(tmp_path / "file" / "numba")

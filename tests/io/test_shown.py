@@ -1,0 +1,110 @@
+"""Pictures are read as they are shown: square pixels, edit lists, fields, sound beside them."""
+
+from __future__ import annotations
+
+import struct
+from fractions import Fraction
+from types import SimpleNamespace
+
+import av
+import cv2
+import numpy as np
+import pytest
+from runs import drift, write_kind
+
+from abs_engine.io.video import VideoInfo, probe, read_frames
+from abs_engine.io.video.shown import shown_size
+from abs_engine.tracking.footage import footage_lines
+
+SIZE = (96, 80)
+
+
+def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0):
+    """A video with pixels of an aspect, x264's options, and a sound from 0 s on."""
+    with av.open(str(path), "w") as container:
+        pitch = container.add_stream("aac", rate=48000, layout="mono") if sound else None
+        stream = container.add_stream("libx264", rate=25)
+        stream.height, stream.width = pictures[0].shape[:2]
+        stream.pix_fmt, stream.options = "yuv420p", options or {}
+        stream.codec_context.time_base = Fraction(1, 1000)
+        if aspect is not None:
+            stream.codec_context.sample_aspect_ratio = aspect
+        packets = []
+        for k in range(round((sound or 0) * 48000) // 1024):
+            silence = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), "fltp", "mono")
+            silence.sample_rate, silence.pts = 48000, 1024 * k
+            silence.time_base = Fraction(1, 48000)
+            packets += pitch.encode(silence)
+        for k, picture in enumerate(pictures):
+            frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+            frame.pts, frame.time_base = round(1000 * begins) + 40 * k, Fraction(1, 1000)
+            packets += stream.encode(frame)
+        packets += stream.encode() + (pitch.encode() if pitch else [])
+        for packet in sorted(packets, key=lambda p: float((p.dts or 0) * p.time_base)):
+            container.mux(packet)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("aspect", "size"),
+    [
+        (None, (96, 80)), (Fraction(1), (96, 80)), (Fraction(4, 3), (128, 80)),
+        (Fraction(2, 3), (96, 120)), (Fraction(389, 388), (96, 80)), (Fraction(9), (96, 80)),
+    ],
+)  # fmt: skip
+def test_pixels_are_square(tmp_path, aspect, size):
+    coded = [cv2.GaussianBlur(p, (0, 0), 3) for p in drift(3)]
+    path = write(tmp_path / "v.mp4", coded, aspect)
+    assert probe(path).size == size
+    for frame, picture in zip(read_frames(path), coded, strict=True):
+        assert frame.shape == (size[1], size[0], 3)
+        assert np.abs(cv2.resize(frame, SIZE).astype(float) - picture).mean() < 4
+
+
+def test_pixels_are_stretched_before_the_picture_is_turned():
+    frame = SimpleNamespace(height=80, width=96, rotation=90)
+    assert shown_size(frame, 4 / 3) == (128, 80)
+    assert shown_size(frame, 2 / 3) == (96, 120)
+
+
+def test_frames_that_an_edit_list_leaves_out_are_not_counted(tmp_path):
+    stamps = [70 * k for k in range(10)] + [700 + 30 * k for k in range(20)]
+    path = write_kind(tmp_path / "v.mp4", "libx264", drift(30), stamps=stamps)
+    held = bytearray(path.read_bytes())
+    at = held.find(b"elst") + 12
+    duration, begins = struct.unpack(">Ii", held[at : at + 8])
+    with av.open(str(path)) as container:
+        skipped = round(0.7 / container.streams.video[0].time_base)
+    held[at : at + 8] = struct.pack(">Ii", round(duration * 0.6 / 1.3), begins + skipped)
+    path.write_bytes(held)
+    info = probe(path)
+    assert info.frames == len(info.times) == sum(1 for _ in read_frames(path)) == 20
+    np.testing.assert_allclose(info.times, 0.03 * np.arange(20), atol=1e-3)
+
+
+def test_interlaced_video_is_named(tmp_path):
+    fields = {"flags": "+ilme+ildct", "x264-params": "tff=1"}
+    info = probe(write(tmp_path / "v.mp4", drift(4), options=fields))
+    assert info.interlaced
+    assert "deinterlace it first" in footage_lines(info)[0]
+    assert not probe(write(tmp_path / "w.mp4", drift(4))).interlaced
+
+
+@pytest.mark.parametrize("kind", ["mp4", "mkv"])
+def test_sound_that_begins_before_the_pictures_is_named(tmp_path, kind):
+    info = probe(write(tmp_path / f"v.{kind}", drift(5), sound=1.0, begins=0.5))
+    assert info.times[0] == 0
+    assert info.sound == pytest.approx(-0.5, abs=0.03)
+    (line,) = footage_lines(info)
+    assert line.startswith("the sound begins 0.")
+    assert "s before the first picture" in line
+    assert "add 0." in line
+    together = probe(write(tmp_path / f"w.{kind}", drift(5), sound=1.0))
+    assert abs(together.sound) < 0.04
+    assert footage_lines(together) == []
+
+
+def test_sound_that_begins_later_is_named():
+    (line,) = footage_lines(VideoInfo(SIZE, 25.0, 5, sound=0.25))
+    assert "0.250 s after the first picture" in line
+    assert "subtract 0.250 s" in line
