@@ -21,6 +21,7 @@ from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
 from abs_engine.tracking.option_checks import check_options
+from abs_engine.tracking.option_kinds import check_kinds
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
@@ -213,6 +214,7 @@ def track(
     >>> run = abs_engine.track("a.mpg")  # doctest: +SKIP
     >>> run.aperture.max()  # doctest: +SKIP
     """
+    check_kinds({**options, "video": video, "output": output})
     chosen = _options(options, camera, terms)
     path = Path(video)
     check_options(chosen, probe(path))

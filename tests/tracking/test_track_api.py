@@ -66,6 +66,15 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
+        ({"face": "1"}, "face is '1'; give a whole number"),
+        ({"face": 1.0}, "face is 1.0; give a whole number"),
+        ({"pupil_distance": "60"}, "pupil_distance is '60'; give a number"),
+        ({"mouth": (1, 2, 3)}, "give four numbers"),
+        ({"mouth": 5}, "give four numbers"),
+        ({"worn": "yes"}, "give True or False"),
+        ({"preset": 3}, "give a text"),
+        ({"poses": b"x"}, "give a path"),
+        ({"output": 7}, "output is 7; give a path"),
         ({"modell": "head"}, "there is no option 'modell'; did you mean 'model'?"),
         ({"terms": "color"}, "there is no term 'color'; did you mean 'colour'?"),
         ({"renderer": "cppu"}, "there is no renderer 'cppu'; did you mean 'cpu'?"),
@@ -76,6 +85,12 @@ def test_what_cannot_be_is_said(video, options, said):
     with pytest.raises(ParameterError) as caught:
         abs_engine.track(str(video), **{"renderer": "cpu", **options})
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("video", [None, 5, b"head.mp4"])
+def test_what_is_no_path_of_a_video(video):
+    with pytest.raises(ParameterError, match=r"^video is .*; give a path$"):
+        abs_engine.track(video, renderer="cpu")
 
 
 def test_a_video_that_is_not_there():
