@@ -24,19 +24,21 @@ def curves(clip: Path) -> dict[str, list[float | None]]:
         mediapipe.solutions.face_mesh.FaceMesh(refine_landmarks=True) as mesh,
         av.open(str(clip)) as container,
     ):
+        aspect = float(container.streams.video[0].sample_aspect_ratio or 1)
         for frame in container.decode(video=0):
-            faces = mesh.process(frame.to_ndarray(format="rgb24")).multi_face_landmarks
+            square = frame.reformat(width=round(frame.width * aspect), format="rgb24")
+            picture = np.rot90(square.to_ndarray(), round(frame.rotation / 90) % 4)
+            faces = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks
             for name, pair in (("aperture", MIDDLES), ("width", CORNERS)):
-                found[name].append(_share(faces[0].landmark, pair, frame) if faces else None)
+                found[name].append(_share(faces[0].landmark, pair, picture) if faces else None)
     return found
 
 
-def _share(points, pair, frame) -> float:
+def _share(points, pair, picture) -> float:
     """Distance of a pair of points over that of the eyes' outer corners."""
+    height, width = picture.shape[:2]
     apart = [
-        np.hypot(
-            (points[a].x - points[b].x) * frame.width, (points[a].y - points[b].y) * frame.height
-        )
+        np.hypot((points[a].x - points[b].x) * width, (points[a].y - points[b].y) * height)
         for a, b in (pair, EYES)
     ]
     return float(apart[0] / apart[1])

@@ -91,7 +91,8 @@ def _correlation(ours: np.ndarray, theirs: np.ndarray) -> float:
 
 def lines(curves: Mapping[str, Any], runs: Path) -> Iterator[str]:
     """A line for each clip, then the groups' of `people`."""
-    rows = [row_of(clip, told, runs) for clip, told in curves.items()]
+    of_people = set(curves) == set(GROUPS)
+    rows = [row_of(clip, curves[clip], runs) for clip in (GROUPS if of_people else curves)]
     wide = max(map(len, curves))
     yield (
         f"{'clip':{wide}}  skin       lips   frames  found  aperture r  width r  landmarks r  "
@@ -104,7 +105,7 @@ def lines(curves: Mapping[str, Any], runs: Path) -> Iterator[str]:
             f"{r.width:7.2f}  {r.landmarks:11.3f}  {r.off_mm:6.2f}  {r.held:4}  {r.score:5.2f}"
             f"{'  warned' if r.warned else ''}"
         )
-    if set(curves) == set(GROUPS):
+    if of_people:
         yield from _groups(rows)
 
 

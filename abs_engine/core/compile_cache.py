@@ -14,14 +14,21 @@ _VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def find_cache() -> None:
-    """Have numba use a temporary folder of the user's own, if there is no usual one to write to."""
+    """Have numba use a temporary folder of the user's own, if there is no usual one to write to.
+
+    Without that either, numba complains where it compiles.
+    """
     package = Path(__file__).parent
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
+    # not Path.expanduser, which fails for a user without a home
+    cache = Path(os.path.expanduser(os.environ.get("XDG_CACHE_HOME") or "~/.cache"))
     given = os.environ.get(_VARIABLE)
     usual = [package / "__pycache__", cache / "numba", *([Path(given)] if given else [])]
     if any(_writable(folder) for folder in usual):
         return
-    os.environ[_VARIABLE] = _temporary()
+    try:
+        os.environ[_VARIABLE] = _temporary()
+    except OSError:
+        return
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = os.environ[_VARIABLE]
 

@@ -12,7 +12,7 @@ from functools import lru_cache, update_wrapper
 from typing import Any, TypeVar
 
 import cv2
-from threadpoolctl import ThreadpoolController
+import threadpoolctl
 
 Item = TypeVar("Item")
 DEPTH = 4
@@ -186,9 +186,9 @@ class _Counted:
     def used(self) -> Iterator[None]:
         """Use it for as long as the context lasts."""
         with self._lock:
-            self._count += 1
             if self._end is None:
                 self._end = self._begin()
+            self._count += 1
         try:
             yield
         finally:
@@ -200,29 +200,39 @@ class _Counted:
 
 
 def _quiet() -> Callable[[], Any]:
-    blas, usual = _in_passing(_blas_of_one_thread), cv2.getNumThreads()
+    blas, usual = _changed(_one_thread_of_blas), cv2.getNumThreads()
     cv2.setNumThreads(1)
 
     def end() -> None:
-        _in_passing(blas.restore_original_limits)
+        _changed(blas.restore_original_limits)
         cv2.setNumThreads(1 if _alone else usual)
 
     return end
 
 
-def _blas_of_one_thread() -> Any:
+def _one_thread_of_blas() -> Any:
     """Each BLAS that is loaded by now keeps to one thread; the result restores what was usual."""
-    return ThreadpoolController().limit(limits=1)
+    return threadpoolctl.ThreadpoolController().limit(limits=1)
 
 
-def _in_passing(what: Callable[[], Item]) -> Item:
-    """Result of a call made by a thread that ends with it.
+def _changed(change: Callable[[], Item]) -> Item:
+    """Result of a call that changes how many threads BLAS may use.
 
-    In threadpoolctl the first thread that changes how many OpenBLAS may use is the only one that
-    can, as long as it lives: others change nothing, without an error. So none of ours stays it.
+    In threadpoolctl 3.8 the first thread that changes it for OpenBLAS is the only one that can,
+    until it ends or gives that up: others change nothing, without an error. So whoever it is gives
+    it up before, and this thread after the change.
     """
-    with ThreadPoolExecutor(1, "limits") as pool:
-        return pool.submit(what).result()
+    controller = getattr(threadpoolctl, "OpenBLASController", None)
+    give_up = getattr(controller, "clear_controlling_thread", _nothing)
+    give_up(force=True)
+    try:
+        return change()
+    finally:
+        give_up(force=True)
+
+
+def _nothing(**_: object) -> None:
+    """Do nothing: before 3.8 any thread can."""
 
 
 def _often() -> Callable[[], Any]:

@@ -214,7 +214,8 @@ def track(
     >>> run = abs_engine.track("a.mpg")  # doctest: +SKIP
     >>> run.aperture.max()  # doctest: +SKIP
     """
-    check_kinds({**options, "video": video, "output": output})
+    paths = {"video": video, "output": output, "camera": camera}
+    check_kinds({**options, **paths, "terms": terms})
     chosen = _options(options, camera, terms)
     path = Path(video)
     check_options(chosen, probe(path))
@@ -266,6 +267,8 @@ def _options(
 @contextmanager
 def _opened(renderer: str | Renderer) -> Iterator[Renderer]:
     if not isinstance(renderer, str):
+        if not hasattr(renderer, "draw"):
+            raise ParameterError(f"renderer is {renderer!r}", "give a name, or an open renderer")
         yield renderer
         return
     with open_renderer(renderer) as opened:

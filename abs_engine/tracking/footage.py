@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abs_engine.io.video import VideoInfo
 
-_HEARD = 0.04  # seconds between sound and pictures from which on it is said
+_HEARD = 0.04  # seconds; a shorter gap between sound and pictures is not mentioned
 
 
 def footage_lines(info: VideoInfo) -> list[str]:
@@ -12,8 +12,8 @@ def footage_lines(info: VideoInfo) -> list[str]:
     lines = []
     if info.interlaced:
         lines.append(
-            "the video is interlaced: fast motion leaves combs in its frames, and openings are "
-            "less exact; deinterlace it first"
+            "the video is marked as interlaced: fast motion may leave combs in its frames, and "
+            "openings are then less exact; deinterlace it first"
         )
     if abs(info.sound) >= _HEARD:
         when, sign = ("before", "add") if info.sound < 0 else ("after", "subtract")

@@ -27,12 +27,12 @@ DEFAULTS = TrackOptions()
 def check_options(options: TrackOptions, info: VideoInfo) -> None:
     """Raise `ParameterError` for a mouth outside of the picture or another picture's camera.
 
-    And for a mouth beside poses, which say where it is.
+    And for a mouth beside poses, which say where it is, and a filter that the frames do not allow.
     """
     if options.camera is not None and options.camera.size != info.size:
         raise ParameterError(
             "the camera has {}x{} pixels, the video {}x{}".format(*options.camera.size, *info.size),
-            "give the camera.json of this video",
+            "give the camera.json of this video, as it is shown: upright, with square pixels",
         )
     check_choices(options)
     if options.smooth is not None:

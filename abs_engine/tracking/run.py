@@ -127,7 +127,7 @@ def track_video(
     stage : callable, optional
         Called with what the preparation begins, in a few words.
     remark : callable, optional
-        Called before the first frame with a line about several faces.
+        Called before the first frame with lines about the video, several faces or cuts.
     recorded : callable, optional
         Given what was prepared and recorded, once it is written.
     beside : mapping of str to str

@@ -23,8 +23,8 @@ BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
 _ORDER, _DEGREE = 2, 2
 _SIZES = ("width", "aperture", "protrusion", *LIPS, "jaw_opening")
 _NEVER_BELOW_0 = ("width", "aperture", "opening_area", "lip_area")
-_EVEN = 1.1e-3  # seconds: files with whole milliseconds round both a frame's time and the first
-_MOST_UNEVEN = 0.2  # of a frame's duration
+_EVEN, _MOST_UNEVEN = 0.01, 0.25  # of a frame's duration
+_ROUNDED = 1.1e-3  # seconds: files with whole milliseconds round the times of two frames
 
 
 @dataclass(frozen=True)
@@ -154,6 +154,8 @@ class Smoothing:
 
 
 def _even(times: FloatArray, rate: float) -> bool:
-    """Whether frames are shown at one rate, but for the rounding of their times (T,), s."""
-    line = np.linspace(times[0], times[-1], len(times))
-    return bool(np.abs(times - line).max() <= min(_EVEN, _MOST_UNEVEN / rate))
+    """Whether frames are shown at a rate, but for the rounding of their times (T,), s."""
+    slack = max(_EVEN / rate, min(_ROUNDED, _MOST_UNEVEN / rate))
+    apart = np.abs(np.diff(times) - 1 / rate).max()
+    whole = abs(times[-1] - times[0] - (len(times) - 1) / rate)
+    return bool(apart <= slack and whole <= slack + _EVEN * (len(times) - 1) / rate)

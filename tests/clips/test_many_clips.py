@@ -301,7 +301,8 @@ def test_runs_are_known_where_they_were_moved_to_but_not_as_those_of_another_cli
     before = contents(moved / "runs" / "head")
     assert main([*words, "--workers", "1"]) == 2
     assert "1 of 2 clips done" in capsys.readouterr().out
-    write_kind(moved / "head.mp4", "libx264", [lit("mei", seen_at([0, 0, 0], [0, 0, 700]))])
+    pictures = [lit("mei", seen_at([0, 0, 0], [0, 0, 700]))] * 5
+    write_kind(moved / "head.mp4", "libx264", pictures)
     assert main([*words, "--workers", "1"]) == 2
     said = capsys.readouterr().out.splitlines()
     assert "head exists already, of other input" in said[0]

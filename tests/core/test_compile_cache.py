@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from abs_engine.core import compile_cache
 
-VARIABLE = "NUMBA_CACHE_DIR"
+VARIABLE, PYCACHE = "NUMBA_CACHE_DIR", "__pycache__"
 
 
 @pytest.fixture
@@ -27,7 +28,32 @@ def writable(monkeypatch, tmp_path):
 
 
 def test_what_numba_would_find_is_left_alone(writable, tmp_path):
-    writable.add(tmp_path / "cache" / "numba")
+    for folder in (tmp_path / "cache" / "numba", Path(compile_cache.__file__).parent / PYCACHE):
+        writable.clear()
+        writable.add(folder)
+        compile_cache.find_cache()
+        assert VARIABLE not in os.environ
+
+
+def test_what_a_user_has_chosen_is_left_alone(writable, tmp_path, monkeypatch):
+    writable.add(tmp_path / "own")
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "own"))
+    compile_cache.find_cache()
+    assert os.environ[VARIABLE] == str(tmp_path / "own")
+
+
+def test_a_user_without_a_home_is_no_error(writable, tmp_path, monkeypatch):
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)
+    compile_cache.find_cache()
+    assert os.environ[VARIABLE] == str(tmp_path / f"abs_engine-{os.getuid()}")
+
+
+def test_without_any_folder_the_package_can_still_be_imported(writable, monkeypatch):
+    def fails():
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr("tempfile.gettempdir", fails)
     compile_cache.find_cache()
     assert VARIABLE not in os.environ
 

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import pytest
-from threadpoolctl import ThreadpoolController, threadpool_info
+from threadpoolctl import ThreadpoolController, threadpool_info, threadpool_limits
 
 from abs_engine.core.clock import Clock
 from abs_engine.core.threads import Behind, ahead, begin, closed_after, in_threads, kept, one_thread
@@ -205,6 +205,15 @@ def test_one_thread_of_blas_also_after_another_thread_that_still_lives_had_asked
         assert set(threads()) == {1}  # the other one's
         other.submit(inner.__exit__, None, None, None).result()
         assert threads() == before
+
+
+@pytest.mark.usefixtures("_two_of_blas")
+def test_one_thread_of_blas_also_within_limits_of_a_users_own():
+    with threadpool_limits(3):
+        with one_thread():
+            assert set(threads()) == {1}
+        assert set(threads()) == {3}
+    assert set(threads()) == {2}
 
 
 def test_time_is_counted_where_it_is_spent():

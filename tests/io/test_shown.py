@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from runs import drift, write_kind
 
-from abs_engine.io.video import VideoInfo, probe, read_frames
-from abs_engine.io.video.shown import shown_size
+from abs_engine.io.video import probe, read_frames
+from abs_engine.io.video.shown import shown, shown_size
 from abs_engine.tracking.footage import footage_lines
 
 SIZE = (96, 80)
 
 
-def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0):
+def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0, heard=0.0):
     """A video with pixels of an aspect, x264's options, and a sound from 0 s on."""
     with av.open(str(path), "w") as container:
         pitch = container.add_stream("aac", rate=48000, layout="mono") if sound else None
@@ -32,7 +32,7 @@ def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0):
         packets = []
         for k in range(round((sound or 0) * 48000) // 1024):
             silence = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), "fltp", "mono")
-            silence.sample_rate, silence.pts = 48000, 1024 * k
+            silence.sample_rate, silence.pts = 48000, 1024 * k + round(48000 * heard)
             silence.time_base = Fraction(1, 48000)
             packets += pitch.encode(silence)
         for k, picture in enumerate(pictures):
@@ -61,10 +61,17 @@ def test_pixels_are_square(tmp_path, aspect, size):
         assert np.abs(cv2.resize(frame, SIZE).astype(float) - picture).mean() < 4
 
 
-def test_pixels_are_stretched_before_the_picture_is_turned():
-    frame = SimpleNamespace(height=80, width=96, rotation=90)
-    assert shown_size(frame, 4 / 3) == (128, 80)
-    assert shown_size(frame, 2 / 3) == (96, 120)
+@pytest.mark.parametrize(("aspect", "size"), [(4 / 3, (128, 80)), (2 / 3, (96, 120))])
+def test_pixels_are_stretched_before_the_picture_is_turned(aspect, size):
+    coded = cv2.GaussianBlur(drift(1)[0], (0, 0), 2)
+    frame = SimpleNamespace(height=80, width=96, rotation=90, to_ndarray=lambda format: coded)
+    assert shown_size(frame, aspect) == size
+    np.testing.assert_array_equal(shown(frame, aspect), np.rot90(cv2.resize(coded, size)))
+
+
+def test_stretched_pictures_have_even_sides():
+    frame = SimpleNamespace(height=480, width=720, rotation=0)
+    assert shown_size(frame, 32 / 27) == (480, 854)
 
 
 def test_frames_that_an_edit_list_leaves_out_are_not_counted(tmp_path):
@@ -104,7 +111,10 @@ def test_sound_that_begins_before_the_pictures_is_named(tmp_path, kind):
     assert footage_lines(together) == []
 
 
-def test_sound_that_begins_later_is_named():
-    (line,) = footage_lines(VideoInfo(SIZE, 25.0, 5, sound=0.25))
-    assert "0.250 s after the first picture" in line
-    assert "subtract 0.250 s" in line
+@pytest.mark.parametrize("kind", ["mp4", "mkv", "ts"])
+def test_sound_that_begins_later_is_named(tmp_path, kind):
+    info = probe(write(tmp_path / f"v.{kind}", drift(40), sound=1.0, heard=0.5))
+    assert info.sound == pytest.approx(0.5, abs=0.03)
+    (line,) = footage_lines(info)
+    assert "s after the first picture" in line
+    assert "subtract 0." in line

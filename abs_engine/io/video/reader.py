@@ -30,13 +30,14 @@ class VideoInfo:
     rate : float
         Frames per second, on average.
     frames : int
-        Number of coded frames.
+        Number of frames that are shown.
     times : tuple of float
         When each frame is shown, seconds from the first; empty where the file does not say.
     interlaced : bool
-        Whether a frame holds two fields, taken one after the other.
+        Whether the first frame is marked as two fields, taken one after the other.
     sound : float
-        When the sound begins, seconds from the first frame; 0 without sound.
+        When the sound begins, seconds from the first frame; 0 without sound, or where the file does
+        not say.
     """
 
     size: tuple[int, int]
@@ -57,14 +58,15 @@ def probe(path: Path) -> VideoInfo:
     VideoError
         If it is not a video, holds no frame, or breaks off.
     """
-    first = _first_frame(path)
+    first, aspect = _first_frame(path)
+    height, width = shown_size(first, aspect)
     with open_video(path) as container:
         stream = picture_stream(container)
-        times, count = _survey(path, container, stream)
+        begins, times, count = _survey(path, container, stream)
         guessed = float(stream.average_rate or stream.guessed_rate or 0)
-        height, width = shown_size(first, pixel_aspect(stream))
-        size, sound = (width, height), _sound(container, stream)
-    return VideoInfo(size, _rate(times, guessed), count, times, first.interlaced_frame, sound)
+        sound = _sound(container, begins)
+    rate = _rate(times, guessed)
+    return VideoInfo((width, height), rate, count, times, first.interlaced_frame, sound)
 
 
 def read_frames(path: Path) -> Iterator[Frame]:
@@ -79,9 +81,7 @@ def read_frames(path: Path) -> Iterator[Frame]:
         after how many frames.
     """
     size = None
-    with open_video(path) as container:
-        aspect = pixel_aspect(picture_stream(container))
-    for count, frame in enumerate(_decoded(path)):
+    for count, (frame, aspect) in enumerate(_decoded(path)):
         size = size or shown_size(frame, aspect)
         if shown_size(frame, aspect) != size:
             raise VideoError(
@@ -90,18 +90,18 @@ def read_frames(path: Path) -> Iterator[Frame]:
         yield shown(frame, aspect)
 
 
-def _decoded(path: Path) -> Iterator[av.VideoFrame]:
-    """All frames; complains at the end if it was none."""
+def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
+    """All frames, and the aspect of their pixels; complains at the end if it was none."""
     count = 0
     with open_video(path) as container:
         stream = picture_stream(container)
-        ending = Ending(path, container, stream)
+        aspect, ending = pixel_aspect(stream), Ending(path, container, stream)
         try:
             for packet in container.demux():
                 ending.packet(packet)
                 for frame in _frames_of(packet, stream, count == 0):
                     ending.frame(frame)
-                    yield frame
+                    yield frame, aspect
                     count += 1
         except av.error.FFmpegError as error:
             raise broken_off(path, count, f" ({error.strerror})") from error
@@ -127,7 +127,7 @@ def _frames_of(
         raise
 
 
-def _first_frame(path: Path) -> av.VideoFrame:
+def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
     frames = _decoded(path)
     try:
         return next(frames)
@@ -139,11 +139,11 @@ def _first_frame(path: Path) -> av.VideoFrame:
 
 def _survey(
     path: Path, container: av.container.InputContainer, stream: av.VideoStream
-) -> tuple[tuple[float, ...], int]:
-    """Times and number of the coded frames; complains if the file breaks off.
+) -> tuple[float | None, tuple[float, ...], int]:
+    """Time of the first frame that is shown, all times from it on, and their number.
 
-    Only the last two groups of pictures are decoded: the first frames of a group may lean on the
-    group before.
+    Complains if the file breaks off. Only the last two groups of pictures are decoded: the first
+    frames of a group may lean on the group before.
     """
     ending = Ending(path, container, stream)
     stamps: list[int | None] = []
@@ -167,10 +167,11 @@ def _survey(
     except av.error.FFmpegError as error:
         raise broken_off(path, len(stamps), f" ({error.strerror})") from error
     ending.check(len(stamps))
-    known = sorted(stamp for stamp in stamps if stamp is not None)
-    if len(known) < len(stamps) or len(set(known)) < len(known) or stream.time_base is None:
-        return (), len(stamps)
-    return tuple(float((stamp - known[0]) * stream.time_base) for stamp in known), len(stamps)
+    known, unit = sorted(stamp for stamp in stamps if stamp is not None), stream.time_base
+    if len(known) < len(stamps) or len(set(known)) < len(known) or unit is None:
+        return None, (), len(stamps)
+    times = tuple(float((stamp - known[0]) * unit) for stamp in known)
+    return (float(known[0] * unit) if known else None), times, len(stamps)
 
 
 def _rate(times: tuple[float, ...], stated: float) -> float:
@@ -181,10 +182,9 @@ def _rate(times: tuple[float, ...], stated: float) -> float:
     return stated if stated and abs(stated / measured - 1) < 0.02 else measured
 
 
-def _sound(container: av.container.InputContainer, pictures: av.VideoStream) -> float:
-    """Beginning of the sound, seconds after the pictures'; 0 where the file does not say."""
-    begins = [
-        None if s.start_time is None or s.time_base is None else float(s.start_time * s.time_base)
-        for s in (pictures, *container.streams.audio[:1])
-    ]
-    return 0.0 if len(begins) < 2 or None in begins else begins[1] - begins[0]  # type: ignore[operator]
+def _sound(container: av.container.InputContainer, begins: float | None) -> float:
+    """Beginning of the sound, seconds after `begins`; 0 where the file does not say."""
+    for stream in container.streams.audio[:1]:
+        if begins is not None and stream.start_time is not None and stream.time_base is not None:
+            return float(stream.start_time * stream.time_base) - begins
+    return 0.0

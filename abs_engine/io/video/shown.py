@@ -20,7 +20,7 @@ def pixel_aspect(stream: av.VideoStream) -> float:
 
 
 def shown_size(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
-    """Height and width of a frame as shown; its longer side of a pixel is what is stretched."""
+    """Height and width of a frame as shown: stretched along the longer side of its pixels."""
     height, width = _stretched(frame, aspect)
     return (height, width) if _quarter_turns(frame) % 2 == 0 else (width, height)
 
@@ -35,8 +35,10 @@ def shown(frame: av.VideoFrame, aspect: float) -> Frame:
 
 
 def _stretched(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
-    """Height and width with square pixels, before the frame is turned."""
-    return round(frame.height * max(1.0, 1 / aspect)), round(frame.width * max(1.0, aspect))
+    """Height and width with square pixels, before the frame is turned; even if it is stretched."""
+    if aspect > 1:
+        return frame.height, 2 * round(frame.width * aspect / 2)
+    return (2 * round(frame.height / aspect / 2) if aspect < 1 else frame.height), frame.width
 
 
 def _quarter_turns(frame: av.VideoFrame) -> int:
