@@ -12,7 +12,7 @@ from functools import lru_cache, update_wrapper
 from typing import Any, TypeVar
 
 import cv2
-import threadpoolctl
+from threadpoolctl import OpenBLASController, ThreadpoolController
 
 Item = TypeVar("Item")
 DEPTH = 4
@@ -212,27 +212,21 @@ def _quiet() -> Callable[[], Any]:
 
 def _one_thread_of_blas() -> Any:
     """Each BLAS that is loaded by now keeps to one thread; the result restores what was usual."""
-    return threadpoolctl.ThreadpoolController().limit(limits=1)
+    return ThreadpoolController().limit(limits=1)
 
 
 def _changed(change: Callable[[], Item]) -> Item:
     """Result of a call that changes how many threads BLAS may use.
 
-    In threadpoolctl 3.8 the first thread that changes it for OpenBLAS is the only one that can,
+    In threadpoolctl the first thread that changes it for OpenBLAS is the only one that can,
     until it ends or gives that up: others change nothing, without an error. So whoever it is gives
     it up before, and this thread after the change.
     """
-    controller = getattr(threadpoolctl, "OpenBLASController", None)
-    give_up = getattr(controller, "clear_controlling_thread", _nothing)
-    give_up(force=True)
+    OpenBLASController.clear_controlling_thread(force=True)
     try:
         return change()
     finally:
-        give_up(force=True)
-
-
-def _nothing(**_: object) -> None:
-    """Do nothing: before 3.8 any thread can."""
+        OpenBLASController.clear_controlling_thread(force=True)
 
 
 def _often() -> Callable[[], Any]:

@@ -214,8 +214,7 @@ def track(
     >>> run = abs_engine.track("a.mpg")  # doctest: +SKIP
     >>> run.aperture.max()  # doctest: +SKIP
     """
-    paths = {"video": video, "output": output, "camera": camera}
-    check_kinds({**options, **paths, "terms": terms})
+    check_kinds(options | {"video": video, "output": output, "camera": camera, "terms": terms})
     chosen = _options(options, camera, terms)
     path = Path(video)
     check_options(chosen, probe(path))

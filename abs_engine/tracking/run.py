@@ -10,8 +10,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from abs_engine.core.camera import Camera
 from abs_engine.core.provenance import code_digest
 from abs_engine.core.registry import PLUGINS
@@ -168,8 +166,6 @@ def track_video(
             settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
             recorder = Recorder(tracker.setting, made.partial)
             smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
-            if smoothing is not None:
-                smoothing.check(tracker.setting.rate, np.asarray(tracker.setting.times))
             made.empty()
             with FrameJournal(frames, fingerprint((tracker.setting, tracker.memory))) as journal:
                 facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
