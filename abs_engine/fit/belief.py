@@ -8,7 +8,7 @@ of unknown heads, and is added.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
@@ -68,8 +68,8 @@ class Belief:
     lips : (N, 3) float64, mm, head frame
     rotation : (3,) float64, radians, about the camera's axes
     translation : (3,) float64, mm
-    closed : float
-        Probability that the lips are closed.
+    gap : float, mm
+        Between the inner lips' middles, as it was found; negative where they press.
     """
 
     aperture: float
@@ -78,7 +78,25 @@ class Belief:
     lips: FloatArray
     rotation: FloatArray
     translation: FloatArray
-    closed: float
+    gap: float
+
+    @property
+    def closed(self) -> float:
+        """Probability that the lips are closed."""
+        return NormalDist(self.gap, max(self.aperture, 1e-9)).cdf(CLOSED_APERTURE)
+
+    def against(self, disagreement: float) -> Belief:
+        """Belief where another measure of the aperture disagrees.
+
+        Two measures that lie farther apart than their standard deviations allow cannot both be as
+        good as they are taken to be: these grow until they fit (the Birge ratio).
+
+        Parameters
+        ----------
+        disagreement : float, joint standard deviations
+            NaN where there is no other measure.
+        """
+        return replace(self, aperture=self.aperture * max(1.0, disagreement))
 
 
 def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
@@ -114,7 +132,7 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
         lips=_each(POINTS, spread),
         rotation=turn,
         translation=shift,
-        closed=NormalDist(height, max(float(aperture), 1e-9)).cdf(CLOSED_APERTURE),
+        gap=height,
     )
 
 

@@ -23,6 +23,7 @@ from abs_engine.optimise.base import Solution
 from abs_engine.optimise.drivers import SIMPLEX
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Motion
 from abs_engine.tracking.mouth_landmarks import Landmarked, MouthLandmarks
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NO_FACE, NO_POSE = "face not found", "no pose given"
 UNLIKE, UNEXPLAINED = "no lips where the face is", "the picture is not explained"
@@ -74,6 +75,8 @@ class FrameResult:
         How far the middle of the lips lies in front of the head frame's origin.
     belief : Belief or None
         How sure all of it is; None where the evidence cannot say.
+    disagreement : float, joint standard deviations
+        Of `aperture` and `landmark_aperture`, see `run_warnings.disagreement`.
     cut : bool
         Whether the frame begins another shot; False where cuts are not looked for.
     """
@@ -97,7 +100,13 @@ class FrameResult:
     highest: Solution | None = None
     protrusion: float = float("nan")
     belief: Belief | None = None
+    disagreement: float = float("nan")
     cut: bool = False
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the landmarks contradict the aperture."""
+        return self.disagreement > FRAME_LOOP.contradicted
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,8 +22,9 @@ from abs_engine.tracking.measures import OF_FRAME, of_frame
 
 BELIEVED = ("width", "aperture", "protrusion")
 LANDMARK_MEASURES = ("landmark_distance", "landmark_aperture")
+MARKS = ("covered", "cut", "contradicted")
 MEASURES = ("width", "aperture", "value", "score", "evaluations")
-OWN = ("index", "found", "covered", "cut", "protrusion", *MEASURES, *LANDMARK_MEASURES)
+OWN = ("index", "found", *MARKS, "protrusion", *MEASURES, *LANDMARK_MEASURES)
 """Numbers that a row takes from `FrameResult`, under their names there."""
 BELIEFS = (
     *(f"{name}_sd" for name in (*BELIEVED, "lip_points", "rotation", "translation")),
@@ -33,7 +34,7 @@ BELIEFS = (
 POINTS = len(range(68)[LIPS_OF_68])
 _TYPES = {
     **dict.fromkeys(("index", "evaluations"), np.int64),
-    **dict.fromkeys(("found", "covered", "cut"), np.bool_),
+    **dict.fromkeys(("found", *MARKS), np.bool_),
 }
 
 

@@ -29,6 +29,7 @@ from abs_engine.tracking.clip_setting import (
 )
 from abs_engine.tracking.frame_journal import FrameJournal
 from abs_engine.tracking.frame_state import HeadFrame, Memory, Shot
+from abs_engine.tracking.run_warnings import disagreement
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NOTHING = Memory()
@@ -257,13 +258,15 @@ def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> Frame
     if marks is not None:
         told = problem.blocks.part(marks.told, POSTURE)
         by_landmarks = face.measures(told)[2]
+    belief = belief_of(told_by, face, x)
+    off = disagreement(aperture, belief.aperture if belief else float("nan"), by_landmarks)
     return FrameResult(
         index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
         work.explained(value), found.best.n_evaluations, found.best.status,
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
         terms=value.terms, highest=found.best,
         protrusion=face.protrusion(problem.blocks.part(x, POSTURE)),
-        belief=belief_of(told_by, face, x),
+        belief=belief and belief.against(off), disagreement=off,
     )  # fmt: skip
 
 

@@ -26,9 +26,7 @@ from abs_engine.tracking.contours import (
     cut,
     write_text,
 )  # fmt: skip
-from abs_engine.tracking.frame_rows import believed
 from abs_engine.tracking.run_table import closed_frames
-from abs_engine.tracking.run_warnings import contradicted
 
 OVERLAY = "overlay"  # what it is called among what frames cost
 LEAST_HEIGHT = 640  # of the drawn frame
@@ -124,7 +122,7 @@ class Painter:
             mark = "   closed" if closed_frames(result.aperture) else ""
             sure = "" if result.belief is None else f" (sd {result.belief.aperture:.1f})"
             write_text(picture, f"aperture {result.aperture:.1f}{sure} mm{mark}", (10, 44))
-            if _contradicted(result):
+            if result.contradicted:
                 write_text(picture, "landmarks say otherwise", (10, 66), LOST)
         else:
             cv2.rectangle(picture, (2, 2), (self._frame[0] - 3, self._frame[1] - 3), LOST, 3)
@@ -166,12 +164,3 @@ class Painter:
             strip, f"aperture, last {STRIP_SECONDS:.0f} s, 0 to {STRIP_MM:.0f} mm", (8, 20), WHITE
         )
         return strip
-
-
-def _contradicted(result: FrameResult) -> bool:
-    """Whether landmarks contradict a frame's aperture."""
-    own, sure, by = (
-        np.array([x], np.float64)
-        for x in (result.aperture, believed(result, "aperture_sd"), result.landmark_aperture)
-    )
-    return bool(contradicted(own, sure, by)[0])

@@ -37,7 +37,6 @@ from abs_engine.tracking.measures import NAMES, closures, velocities
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import cells, closed_frames, closure_table, table_of
-from abs_engine.tracking.run_warnings import contradicted
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -124,7 +123,7 @@ class Recorder:
             and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
             `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
             `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
-            `tracking.run_warnings`; `cut` (T,); `landmark_distance` and
+            `FrameResult`; `cut` (T,); `landmark_distance` and
             `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
             `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
             `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames` (C, 2),
@@ -154,7 +153,6 @@ class Recorder:
             **{name: rows[name] for name in ("rotation", "translation", "lip_points")},
             "lip_vertex": setting.face.body.lips,
             "closed": closed_frames(aperture),
-            "contradicted": contradicted(aperture, rows["aperture_sd"], rows["landmark_aperture"]),
             **{name: rows[name] for name in ("status", "term_names", "term_values", "value_unit")},
             **{name: rows[name] for name in BELIEFS},
             **{name: measured[name] for name in NAMES},

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NO_COLOUR = (
@@ -16,21 +16,18 @@ NO_COLOUR = (
 )
 
 
-def contradicted(
-    aperture: FloatArray, deviation: FloatArray, by_landmarks: FloatArray
-) -> NDArray[np.bool_]:
-    """Mask (T,) of the frames in which an aperture and that of the landmarks disagree.
+def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:
+    """Distance of an aperture from that of the landmarks, in their joint standard deviations.
 
     Parameters
     ----------
-    aperture, deviation, by_landmarks : (T,) float64, mm
-        As reported, its standard deviation, and by the landmarks alone; NaN where not known.
+    aperture, deviation, by_landmarks : float, mm
+        As found, its standard deviation, and by the landmarks alone; NaN where not known.
     """
-    own = np.where(np.isfinite(deviation), deviation, FRAME_LOOP.landmark_unsure)
-    spread = np.sqrt(
-        own**2 + FRAME_LOOP.landmark_unsure**2 + (FRAME_LOOP.landmark_share * by_landmarks) ** 2
-    )
-    return np.asarray(np.abs(aperture - by_landmarks) > FRAME_LOOP.contradicted * spread)
+    unsure = FRAME_LOOP.landmark_unsure
+    own = unsure if math.isnan(deviation) else deviation
+    spread = math.hypot(own, unsure, FRAME_LOOP.landmark_share * by_landmarks)
+    return abs(aperture - by_landmarks) / spread
 
 
 def doubts(
@@ -45,7 +42,7 @@ def doubts(
     Parameters
     ----------
     against : (T,) bool
-        Frames that landmarks contradict, see `contradicted`.
+        Frames that landmarks contradict, see `FrameResult.contradicted`.
     held : (T,) bool
         Frames that were held to the landmarks.
     separability : mapping of str to float

@@ -78,6 +78,17 @@ def test_closed_lips_are_probably_closed():
         assert (found.closed > 0.5) == closed
 
 
+def test_another_measure_that_disagrees_leaves_less_belief():
+    made, _ = told(400.0 * np.eye(N))
+    found = belief_of(made, FACE, np.r_[np.zeros(6), MODEL.prototypes[0]])
+    for agrees in (0.0, 1.0, np.nan):
+        assert found.against(agrees).aperture == found.aperture
+    doubted = found.against(3.0)
+    assert doubted.aperture == pytest.approx(3 * found.aperture)
+    assert 0.5 < doubted.closed < found.closed
+    assert doubted.width == found.width
+
+
 def test_evidence_without_curvature_gives_none():
     class Mute:
         def negative_log(self, candidates):

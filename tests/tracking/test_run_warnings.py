@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from runs import lost_result
 
-from abs_engine.tracking.run_warnings import contradicted, doubts
+from abs_engine.tracking.run_warnings import disagreement, doubts
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
 TALK = 6 + 5 * np.sin(np.arange(40) / 3)
 NONE = np.zeros(40, bool)
 SURE = np.full(40, 0.5)
+
+
+def contradicted(aperture, deviation, by_landmarks):
+    """Mask (T,) of the frames in which landmarks contradict an aperture."""
+    rows = zip(aperture, deviation, by_landmarks, strict=True)
+    results = [replace(lost_result(0), disagreement=disagreement(*row)) for row in rows]
+    return np.array([result.contradicted for result in results])
 
 
 def test_a_sound_run_has_no_doubts():
