@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,6 +31,17 @@ from abs_engine.evaluate.metrics import (
 )
 
 Run = Mapping[str, NDArray[Any]]
+
+
+class Tracked(Protocol):
+    """A run that holds its arrays."""
+
+    @property
+    def arrays(self) -> Run:
+        """Arrays of a run by their names."""
+        ...
+
+
 SPIKE = 3.0
 """Millimetres by which an aperture must stand out from both neighbours to be a spike."""
 
@@ -76,12 +87,12 @@ def report(
     return scores
 
 
-def score(run: Run, truth: Truth, closures: Closures | None = None) -> dict[str, Any]:
+def score(run: Run | Tracked, truth: Truth, closures: Closures | None = None) -> dict[str, Any]:
     """Numbers of a run against the truth.
 
     Parameters
     ----------
-    run : mapping of str to array
+    run : mapping of str to array, or what holds one as `arrays`
         `lip_points` (T, N, 3), mm, head frame; `lip_vertex` (N,), their vertex indices in the
         truth's mesh; `rotation` (T, 3), rotation vectors, and `translation` (T, 3), mm, head
         to camera; `aperture` and `width` (T,), mm, defined as `Truth.aperture` and `Truth.width`.
@@ -107,6 +118,7 @@ def score(run: Run, truth: Truth, closures: Closures | None = None) -> dict[str,
     ParameterError
         If it is of other frames or of another mesh than the truth.
     """
+    run = run if isinstance(run, Mapping) else run.arrays
     check_run(run, len(truth), len(truth.neutral))
     found, vertex = run["lip_points"], run["lip_vertex"]
     true = truth.points(vertex)

@@ -9,7 +9,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.export.exporter import Loss, TrackedRun, rms
-from abs_engine.tracking.measures import closures
+from abs_engine.tracking.measures import closures, cuts
 from abs_engine.tracking.run_table import closed_frames
 from abs_engine.tracking.smoothing import Smoothing
 
@@ -24,10 +24,11 @@ def smoothed(run: TrackedRun, smoothing: Smoothing) -> tuple[TrackedRun, Loss]:
     """
     time = np.asarray(run.arrays["time"], np.float64)
     smoothing.check(run.rate, time)
-    mesh = replace(run.mesh, weights=smoothing(run.mesh.weights, run.rate))
+    cut = cuts(run.arrays)
+    mesh = replace(run.mesh, weights=smoothing(run.mesh.weights, run.rate, cut))
     measured = smoothing.measures(run.arrays)
     rotation, translation = _poses(run, smoothing)
-    found = closures(measured["aperture"], time)
+    found = closures(measured["aperture"], time, cut)
     arrays = {
         **run.arrays, **measured, "rotation": rotation, "translation": translation,
         "closed": closed_frames(measured["aperture"]),
@@ -47,9 +48,10 @@ def _poses(run: TrackedRun, smoothing: Smoothing) -> tuple[FloatArray, FloatArra
     turned = np.full((len(run), 3), np.nan)
     for frame in run.frames:
         turned[frame] = Pose(FACING.T @ run.pose(frame).rotation, np.zeros(3)).rotation_vector
-    turned = smoothing(turned, run.rate)
+    cut = cuts(run.arrays)
+    turned = smoothing(turned, run.rate, cut)
     rotation = np.full((len(run), 3), np.nan)
     for frame in run.frames:
         about = Pose.from_vectors(turned[frame], np.zeros(3)).rotation
         rotation[frame] = Pose(FACING @ about, np.zeros(3)).rotation_vector
-    return rotation, smoothing(run.arrays["translation"], run.rate)
+    return rotation, smoothing(run.arrays["translation"], run.rate, cut)

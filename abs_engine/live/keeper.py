@@ -22,7 +22,7 @@ _CODING = 18, "ultrafast"
 
 
 class Keeper:
-    """Records each result and its frame; frames are numbered anew, as in the recording.
+    """Records each result and its frame; these are numbered, and their times count, from the first.
 
     Parameters
     ----------
@@ -64,16 +64,17 @@ class Keeper:
         with self._frames, self._video, self._behind:
             pass
         path, count, old = self._folder / RECORDING, len(self._times), self._tracker
-        seconds = self._times[-1] - self._times[0]
-        rate = (count - 1) / seconds if seconds > 0 else old.info.rate
-        times = tuple(time - self._times[0] for time in self._times)
+        first = self._times[0]
+        times = tuple(time - first for time in self._times)
+        rate = (count - 1) / times[-1] if times[-1] > 0 else old.info.rate
         made = replace(
             old,
             video=path,
             info=VideoInfo(old.info.size, rate, count, times),
-            setting=replace(old.setting, rate=rate, times=tuple(self._times)),
+            setting=replace(old.setting, rate=rate, times=times),
         )
-        settings = {**settings_of(made, options), "video_path": RECORDING, "live": facts}
+        settings = {**settings_of(made, options), "video_path": RECORDING}
+        settings["live"] = {**facts, "began": round(first, 6)}
         with FrameJournal(self._folder / FRAMES, "") as journal:
             found = (result for result, _ in iter(journal.earlier, None))
             results = zip(read_frames(path), found, strict=True)

@@ -28,7 +28,7 @@ def told(released: Released) -> dict[str, Any]:
         "time": round(shot.time, _DIGITS),
         "found": result.found,
         "status": result.status,
-        "closed": bool(closed_frames(result.aperture)),
+        "closed": bool(closed_frames(result.aperture)) if result.found else None,
         **{name: _number(value) for name, value in numbers.items()},
         "delay_ms": round(1e3 * released.delay, 1),
         "dropped": released.dropped,

@@ -79,9 +79,15 @@ class Run:
         ParameterError
             If there is none; the nearest name is given.
         """
+        if not isinstance(name, str):
+            raise ParameterError("a run's arrays have names", "write, for example, run['aperture']")
         if name not in self.arrays:
             raise ParameterError(f"there is no array '{name}'", nearest(name, self.arrays))
         return np.asarray(self.arrays[name])
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the arrays."""
+        return iter(self.arrays)
 
     @property
     def time(self) -> FloatArray:

@@ -1,18 +1,20 @@
 """Measures of lips, jaw and head that phoneticians use, from what a run has found of its frames.
 
-Nothing is smoothed. A number that needs a frame without numbers is NaN, so velocities never span
-one. The head's frame is right-handed, x to the subject's left, y up, z out of the face; its origin
-is the midpoint between the ear canals.
+Nothing is smoothed. A number that needs a frame without numbers, or one of another shot, is NaN, so
+velocities never span one. The head's frame is right-handed, x to the subject's left, y up, z out of
+the face; its origin is the midpoint between the ear canals.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.geometry import Pose
 from abs_engine.face.base import RINGS, Face
 from abs_engine.io.assets import CLOSED_APERTURE
@@ -44,7 +46,7 @@ class Closure:
         Numbers of its first and last frame.
     onset, release : float
         Seconds at which the aperture crosses the limit, on a straight line between two frames; NaN
-        where the frame before or after has no aperture, or there is none.
+        where the frame before or after has no aperture, is of another shot, or there is none.
     least : float
         The smallest aperture, mm.
     """
@@ -92,9 +94,17 @@ def of_frame(face: Face, vertices: FloatArray | None, pose: Pose | None) -> dict
     }
 
 
-def velocities(curves: Mapping[str, FloatArray], time: FloatArray) -> dict[str, FloatArray]:
-    """Those of `VELOCITIES` whose curves (T,) are given: mm/s, central differences."""
-    return {v: velocity(curves[of], time) for v, of in VELOCITIES.items() if of in curves}
+def cuts(arrays: Mapping[str, NDArray[Any]]) -> BoolArray:
+    """Mask (T,) of the frames that begin another shot, of a run's arrays; of old ones, none."""
+    none = np.zeros(len(arrays["aperture"]), bool)
+    return np.asarray(arrays.get("cut", none), bool)
+
+
+def velocities(
+    curves: Mapping[str, FloatArray], time: FloatArray, cut: BoolArray
+) -> dict[str, FloatArray]:
+    """Those of `VELOCITIES` whose curves (T,) are given: mm/s, see `velocity`."""
+    return {v: velocity(curves[of], time, cut) for v, of in VELOCITIES.items() if of in curves}
 
 
 def jaw_opening(face: Face, vertices: FloatArray) -> float:
@@ -124,12 +134,15 @@ def opening_area(upper: FloatArray, lower: FloatArray) -> float:
     return float(np.trapezoid(gap, across))
 
 
-def velocity(values: FloatArray, time: FloatArray) -> FloatArray:
-    """Central differences (T,) of values (T,), per second; NaN at the ends and beside a NaN."""
+def velocity(values: FloatArray, time: FloatArray, cut: BoolArray) -> FloatArray:
+    """Central differences (T,) of values (T,), per second; NaN at the ends and beside a NaN.
+
+    A frame that begins another shot (`cut`, (T,)) is the end of one, and the start of the next.
+    """
     slope = np.full(len(values), np.nan)
     if len(values) > 2:
         slope[1:-1] = (values[2:] - values[:-2]) / (time[2:] - time[:-2])
-    slope[np.isnan(values)] = np.nan
+    slope[np.isnan(values) | cut | np.roll(cut, -1)] = np.nan
     return slope
 
 
@@ -164,22 +177,27 @@ def angles(pose: Pose | None) -> tuple[float, float, float]:
     return float(np.degrees(pitch)), float(np.degrees(yaw)), float(np.degrees(roll))
 
 
-def closures(aperture: FloatArray, time: FloatArray) -> list[Closure]:
-    """Each time that lips close, of apertures (T,) in mm at times (T,) in seconds."""
-    closed = np.concatenate([[False], aperture < CLOSED_APERTURE, [False]])
-    edges = np.flatnonzero(np.diff(closed.astype(np.int8)))
+def closures(aperture: FloatArray, time: FloatArray, cut: BoolArray) -> list[Closure]:
+    """Each time that lips close, of apertures (T,) in mm at times (T,) in seconds.
+
+    None goes on where another shot begins (`cut`, (T,)).
+    """
+    closed = aperture < CLOSED_APERTURE
+    begins = closed & (cut | ~np.r_[False, closed[:-1]])
+    ends = closed & ~np.r_[closed[1:] & ~cut[1:], False]
+    pairs = zip(np.flatnonzero(begins).tolist(), np.flatnonzero(ends).tolist(), strict=True)
     return [
         Closure(
-            int(first), int(end) - 1, _crossing(aperture, time, first - 1),
-            _crossing(aperture, time, end - 1), float(aperture[first:end].min()),
+            first, last, _crossing(aperture, time, cut, first - 1),
+            _crossing(aperture, time, cut, last), float(aperture[first : last + 1].min()),
         )
-        for first, end in edges.reshape(-1, 2)
+        for first, last in pairs
     ]  # fmt: skip
 
 
-def _crossing(aperture: FloatArray, time: FloatArray, before: int) -> float:
+def _crossing(aperture: FloatArray, time: FloatArray, cut: BoolArray, before: int) -> float:
     """Time at which the aperture crosses the limit between two frames, s; NaN where unknown."""
-    if before < 0 or before + 1 >= len(aperture):
+    if before < 0 or before + 1 >= len(aperture) or cut[before + 1]:
         return float("nan")
     one, other = aperture[before], aperture[before + 1]
     share = (CLOSED_APERTURE - one) / (other - one)

@@ -137,10 +137,10 @@ class Recorder:
     def _arrays(self, rows: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         """The same; what is of a frame by itself lies where its rows do."""
         setting, time, aperture = self._setting, self._times(), rows["aperture"]
-        found = closures(aperture, time)
+        found = closures(aperture, time, rows["cut"])
         frames = np.array([(c.first, c.last) for c in found], np.int64)
         times = np.array([(c.onset, c.release) for c in found], np.float64)
-        measured = {**rows, **velocities(rows, time)}
+        measured = {**rows, **velocities(rows, time, rows["cut"])}
         return {
             "format": FORMAT,
             "version": VERSION,
@@ -205,7 +205,7 @@ class Recorder:
         arrays = self._arrays(rows)
         np.savez_compressed(folder / RESULTS, **arrays)
         self.mesh().save(folder)
-        found = closures(arrays["aperture"], arrays["time"])
+        found = closures(arrays["aperture"], arrays["time"], arrays["cut"])
         tables = {TABLE: table_of(self._setting, arrays, rows["points"]),
                   CLOSURES: closure_table(found)}  # fmt: skip
         for name, table in tables.items():

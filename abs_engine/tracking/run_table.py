@@ -45,7 +45,9 @@ def table_of(
         A row.
     """
     yield heading(setting)
-    every = {**arrays, "points": points}
+    found = arrays["found"]
+    of_lips = {name: np.where(found, arrays[name], np.nan) for name in ("closed", "contradicted")}
+    every = {**arrays, "points": points, **of_lips}
     columns = [_plain(every[name]) for name in ("index", "time", "found", *_PLACE, *_REST)]
     for row in zip(*columns, strict=True):
         yield [cell for values in row for cell in values.tolist()]

@@ -5,17 +5,18 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
-from abs_engine.tracking.measures import ANGLES, LIPS, velocities
+from abs_engine.tracking.measures import ANGLES, LIPS, cuts, velocities
 from abs_engine.tracking.run_table import cells
 
 SMOOTHED = "smoothed.csv"
@@ -107,17 +108,19 @@ class Smoothing:
                 "leave out --smooth, or convert the video to a constant rate",
             )
 
-    def __call__(self, curve: FloatArray, rate: float) -> FloatArray:
+    def __call__(self, curve: FloatArray, rate: float, cut: BoolArray) -> FloatArray:
         """A curve (T,) or curves (T, K) at `rate` frames a second, smoothed.
 
-        Each stretch of frames with numbers by itself; one too short to be filtered stays.
+        Each stretch of frames with numbers, of one shot (`cut`, (T,), begins another), by itself;
+        one too short to be filtered stays.
         """
         out = np.array(curve, np.float64)
         run, least = self._filter(rate)
-        known = np.isfinite(out.reshape(len(out), -1)).all(axis=1)
-        edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(np.int8)))
-        for first, end in edges.reshape(-1, 2):
-            if end - first >= least:
+        known = np.atleast_1d(np.isfinite(out).all(axis=tuple(range(1, out.ndim))))
+        edges = np.flatnonzero((cut | (known != np.roll(known, 1)))[1:]) + 1
+        ends = np.r_[0, edges, len(out)]
+        for first, end in pairwise(ends.tolist()):
+            if known[first:end].all() and end - first >= least:
                 out[first:end] = run(out[first:end])
         return out
 
@@ -136,11 +139,12 @@ class Smoothing:
     def measures(self, arrays: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
         """The measures of a run, (T,) each, smoothed; velocities are those of smoothed curves."""
         rate, time = float(arrays["rate"]), np.asarray(arrays["time"], np.float64)
-        out = {name: self(arrays[name], rate) for name in (*_SIZES, *ANGLES) if name in arrays}
+        cut, names = cuts(arrays), (*_SIZES, *ANGLES)
+        out = {name: self(arrays[name], rate, cut) for name in names if name in arrays}
         for name in _NEVER_BELOW_0:
             if name in out:
                 out[name] = out[name].clip(min=0.0)
-        return out | velocities(out, time)
+        return out | velocities(out, time, cut)
 
     def write(self, folder: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write ``smoothed.csv`` into a run's folder."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -66,6 +67,7 @@ def run(truth):
 
 def test_the_truth_scores_full_marks(truth, run):
     scores = score(run, truth)
+    assert score(SimpleNamespace(arrays=run), truth) == scores  # as `track` gives it
     assert scores["lip_rms_head_raw_mm"] == 0
     assert scores["lip_rms_head_offset_removed_mm"] == pytest.approx(0, abs=1e-9)
     assert scores["lip_rms_camera_mm"] == scores["head_position_rms_mm"] == 0

@@ -51,11 +51,13 @@ def test_lips_that_overlap_enclose_no_area():
 
 def test_velocity_of_even_motion_and_beside_a_gap():
     time = np.array([0, 0.04, 0.09, 0.12, 0.16, 0.2])
-    np.testing.assert_allclose(velocity(3 + 50 * time, time)[1:-1], 50)
+    np.testing.assert_allclose(velocity(3 + 50 * time, time, time < 0)[1:-1], 50)
     values = 50 * time
     values[2] = np.nan
-    known = np.isfinite(velocity(values, time))
+    known = np.isfinite(velocity(values, time, time < 0))
     assert known.tolist() == [False, False, False, False, True, False]
+    known = np.isfinite(velocity(50 * time, time, time == 0.12))  # another shot
+    assert known.tolist() == [False, True, False, False, True, False]
 
 
 @pytest.mark.parametrize(
@@ -105,14 +107,26 @@ def test_an_unknown_pose_has_no_angles():
 def test_closures_have_onset_and_release_between_frames():
     time = np.arange(9) / 10
     aperture = np.array([0.2, 3, 5, 0, 0, 2, np.nan, 0.5, 0.5])
-    first, second, third = closures(aperture, time)
+    first, second, third = closures(aperture, time, time < 0)
     assert (first.first, first.last) == (0, 0)
     assert np.isnan(first.onset)  # the clip begins with closed lips
     assert first.release == pytest.approx(0 + 0.1 * 0.8 / 2.8)
     assert (second.onset, second.release) == pytest.approx((0.2 + 0.1 * 4 / 5, 0.4 + 0.1 / 2))
     assert (third.first, third.last) == (7, 8)
     assert np.isnan([third.onset, third.release]).all()
-    assert closures(np.full(4, np.nan), time[:4]) == []
+    assert closures(np.full(4, np.nan), time[:4], time[:4] < 0) == []
+
+
+def test_no_closure_goes_on_in_another_shot():
+    time = np.arange(6) / 10
+    aperture = np.array([5, 0.5, 0.2, 0.4, 5, 0])
+    first, second, third = closures(aperture, time, (time == 0.3) | (time == 0.5))
+    assert [(c.first, c.last, c.least) for c in (first, second, third)] == [
+        (1, 2, 0.2), (3, 3, 0.4), (5, 5, 0.0)
+    ]  # fmt: skip
+    assert first.onset == pytest.approx(0.1 * 4 / 4.5)
+    assert second.release == pytest.approx(0.3 + 0.1 * 0.6 / 4.6)
+    assert np.isnan([first.release, second.onset, third.onset]).all()
 
 
 def test_a_head_that_opens_its_mouth():
@@ -130,7 +144,7 @@ def test_a_head_that_opens_its_mouth():
 
 def test_velocities_are_those_of_the_curves_that_are_known():
     time = np.arange(4) / 25
-    got = velocities({"width": 3 * time, "jaw_opening": -2 * time}, time)
+    got = velocities({"width": 3 * time, "jaw_opening": -2 * time}, time, time < 0)
     np.testing.assert_allclose(got["width_velocity"][1:-1], 3)
     np.testing.assert_allclose(got["jaw_velocity"][1:-1], -2)
     assert set(got) == {"width_velocity", "jaw_velocity"}

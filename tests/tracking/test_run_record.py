@@ -125,7 +125,8 @@ def test_closed_frames_have_a_small_aperture(run):
 def test_the_table_has_a_row_for_each_frame(table):
     assert [row["index"] for row in table] == ["0", "1", "2", "3"]
     assert table[2]["found"] == "0"
-    assert table[2]["aperture"] == table[2]["lip48_x"] == ""
+    assert table[2]["aperture"] == table[2]["lip48_x"] == table[2]["closed"] == ""
+    assert [row["closed"] for row in table[:2]] == ["1", "0"]
     wide = table[1]
     assert float(wide["aperture"]) == pytest.approx(RESULTS_OF_CLIP[1].aperture, rel=1e-5)
     height = float(wide["lip62_y"]) - float(wide["lip66_y"])  # points 62 and 66 of the 68

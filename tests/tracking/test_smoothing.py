@@ -10,6 +10,7 @@ from abs_engine.tracking.smoothing import Smoothing
 
 RATE = 25.0
 TIME = np.arange(200) / RATE
+NO_CUT = np.zeros(200, bool)
 MIDDLE = slice(50, 150)  # away from the ends
 
 
@@ -19,7 +20,7 @@ def wave(hertz):
 
 def passed(smoothing, hertz):
     """Share of a wave's amplitude that is left."""
-    out = smoothing(wave(hertz), RATE)
+    out = smoothing(wave(hertz), RATE, NO_CUT)
     return float(out[MIDDLE] @ wave(hertz)[MIDDLE] / (wave(hertz)[MIDDLE] @ wave(hertz)[MIDDLE]))
 
 
@@ -32,7 +33,8 @@ def test_a_low_pass_leaves_half_at_its_cutoff_and_does_not_delay():
 
 def test_a_window_leaves_a_parabola_as_it_is():
     curve = 3 + 2 * TIME - TIME**2
-    np.testing.assert_allclose(Smoothing.named("savitzky-golay:9")(curve, RATE), curve, atol=1e-9)
+    out = Smoothing.named("savitzky-golay:9")(curve, RATE, NO_CUT)
+    np.testing.assert_allclose(out, curve, atol=1e-9)
     assert abs(passed(Smoothing.named("savitzky-golay:9"), 11)) < 0.3
 
 
@@ -40,12 +42,21 @@ def test_a_window_leaves_a_parabola_as_it_is():
 def test_stretches_between_gaps_are_smoothed_by_themselves(text):
     curve, smoothing = wave(2) + 0.1 * wave(11), Smoothing.named(text)
     curve[[60, 64]] = np.nan
-    out = smoothing(curve, RATE)
+    out = smoothing(curve, RATE, NO_CUT)
     assert np.isnan(out).tolist() == np.isnan(curve).tolist()
     np.testing.assert_array_equal(out[61:64], curve[61:64])  # too short
-    np.testing.assert_array_equal(out[:60], smoothing(curve[:60], RATE))
-    both = smoothing(np.stack([curve, 2 * curve], axis=1), RATE)
+    np.testing.assert_array_equal(out[:60], smoothing(curve[:60], RATE, NO_CUT[:60]))
+    both = smoothing(np.stack([curve, 2 * curve], axis=1), RATE, NO_CUT)
     np.testing.assert_allclose(both, np.stack([out, 2 * out], axis=1))
+
+
+@pytest.mark.parametrize("text", ["butterworth:6", "savitzky-golay:9"])
+def test_shots_are_smoothed_by_themselves(text):
+    curve, smoothing = wave(2) + np.where(TIME < 4, 0, 9), Smoothing.named(text)
+    out = smoothing(curve, RATE, TIME == 4)
+    np.testing.assert_array_equal(out[:100], smoothing(curve[:100], RATE, NO_CUT[:100]))
+    np.testing.assert_array_equal(out[100:], smoothing(curve[100:], RATE, NO_CUT[:100]))
+    assert smoothing(np.zeros(0), RATE, NO_CUT[:0]).size == 0
 
 
 def test_measures_are_smoothed_and_velocities_are_those_of_smoothed_curves():

@@ -46,6 +46,10 @@ def test_a_run_has_arrays_and_writes_nothing(run, video):
     assert sorted(path.name for path in Path(video).parent.iterdir()) == ["head.mp4"]
     with pytest.raises(ParameterError, match="did you mean 'aperture'"):
         run["apertur"]
+    assert "aperture" in run
+    assert list(run) == list(run.arrays)
+    with pytest.raises(ParameterError, match=r"run\['aperture'\]"):
+        run[3]
 
 
 def test_the_table_is_that_of_the_file(run, video, tmp_path):
