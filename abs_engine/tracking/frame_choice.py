@@ -76,7 +76,7 @@ def candidate_frames(
     if seen <= least * (looked + min(empty, PREPARATION.look_at)):
         raise FaceNotFoundError(
             f"no face was found in {looked + empty - seen} of {looked + empty} frames of {name}",
-            "give a video with a frontal face; where one is there but not found, give its mouth in "
-            "the first frame with --mouth X Y WIDTH HEIGHT",
+            "give a video with a frontal face; one that is there but not found needs --mouth X Y "
+            "WIDTH HEIGHT, the whole mouth in the first frame",
         )
     return kept

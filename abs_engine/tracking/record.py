@@ -218,6 +218,9 @@ class Recorder:
         return told
 
 
+_OF_TRACK = "give the folder that 'track -o' made"
+
+
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     """Read the arrays of a run; see `Recorder.arrays`.
 
@@ -231,7 +234,7 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     folder = Path(folder)
     path = folder / RESULTS
     if not path.is_file():
-        raise InputFileError(
-            f"{folder} is not a run: {RESULTS} is missing", "give the folder that 'track -o' made"
-        )
+        runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))
+        one = f"give one of the runs in it, such as {runs[0]}" if runs else _OF_TRACK
+        raise InputFileError(f"{folder} is not a run: {RESULTS} is missing", one)
     return read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again")

@@ -157,7 +157,11 @@ def test_the_summary(folder):
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):
-    with pytest.raises(InputFileError, match="is not a run"):
+    with pytest.raises(InputFileError, match="is not a run.*that 'track -o' made"):
+        load_run(tmp_path)
+    (tmp_path / "one").mkdir()
+    np.savez(tmp_path / "one" / RESULTS)
+    with pytest.raises(InputFileError, match=f"give one of the runs in it.*{tmp_path / 'one'}"):
         load_run(tmp_path)
     np.savez(tmp_path / RESULTS, **(dict(run) | {"version": 2}))
     with pytest.raises(ModelFormatError, match="version 2"):
