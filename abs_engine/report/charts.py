@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from plotly.graph_objects import Box, Figure, Scatter
 from plotly.subplots import make_subplots
 
@@ -29,6 +30,7 @@ _LAYOUT: dict[str, Any] = {
     "paper_bgcolor": "white",
     "plot_bgcolor": "white",
 }
+_Line = NDArray[np.float32]
 _ROW, _SAID_ROW = 150, 34  # px
 _LEAST = 0.1  # mm, px or degrees: axes of errors go that far
 _LONG = 13  # letters: longer names of an axis take two lines
@@ -46,7 +48,7 @@ def lip_chart(data: ReportData) -> Figure | None:
     for row, quantity in enumerate(rows, first):
         if quantity.key in true:
             stroke = _stroke(colours.truth_stroke())
-            _line(figure, row, data.rate, true[quantity.key], "truth", stroke)
+            _line(figure, row, data.times, true[quantity.key], "truth", stroke)
         for number, system in enumerate(data.systems):
             if quantity.key in system.curves:
                 _series(figure, row, data, system.curves[quantity.key], number)
@@ -133,9 +135,11 @@ def _rows(rows: Sequence[Quantity], above: bool = False) -> Figure:
 
 def _timed(figure: Figure, data: ReportData, rows: int, above: bool) -> Figure:
     """Settle axes and size of a chart over time."""
-    end = min(data.frames / data.rate, SHOWN_SECONDS)
+    times = data.times
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 1 / data.rate
+    end = min(times[-1] + step, times[0] + SHOWN_SECONDS)
     figure.update_xaxes(
-        range=[-0.5 / data.rate, end], gridcolor=_GRID, zeroline=False, showline=True,
+        range=[times[0] - step / 2, end], gridcolor=_GRID, zeroline=False, showline=True,
         linecolor="#999", ticks="outside", tickcolor="#999",
     )  # fmt: skip
     figure.update_yaxes(gridcolor=_GRID, zeroline=False, title_standoff=8, title_font_size=13)
@@ -149,18 +153,41 @@ def _timed(figure: Figure, data: ReportData, rows: int, above: bool) -> Figure:
 
 def _series(figure: Figure, row: int, data: ReportData, series: Series, number: int) -> None:
     """A system's line, with its interval behind it."""
-    colour = colours.system_colour(number)
     if series.lower is not None and series.upper is not None:
-        red, green, blue = colours.rgb(colour)
-        edge = {"width": 0}
-        fill = f"rgba({red},{green},{blue},0.18)"
-        _line(figure, row, data.rate, series.lower, "", edge, hoverinfo="skip")
-        _line(
-            figure, row, data.rate, series.upper, "", edge,
-            fill="tonexty", fillcolor=fill, hoverinfo="skip",
+        red, green, blue = colours.rgb(colours.system_colour(number))
+        x, y = _outline(data.times, series.lower, series.upper)
+        band = Scatter(
+            x=x, y=y, name="", mode="none", hoverinfo="skip", fill="toself",
+            fillcolor=f"rgba({red},{green},{blue},0.18)",
         )  # fmt: skip
+        figure.add_trace(band, row=row, col=1)
     stroke = _stroke(colours.system_stroke(number))
-    _line(figure, row, data.rate, series.values, data.systems[number].name, stroke)
+    _line(figure, row, data.times, series.values, data.systems[number].name, stroke)
+
+
+def _outline(times: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[_Line, _Line]:
+    """A band's outline: there along the lower edge, back along the upper; NaN ends a stretch.
+
+    Plotly would fill the space between two lines across their gaps.
+    """
+    x: list[ArrayLike] = []
+    y: list[ArrayLike] = []
+    for start, end in _runs(np.isfinite(lower) & np.isfinite(upper)):
+        there, back = slice(start, end), slice(end - 1, start - 1 if start else None, -1)
+        x += [times[there], times[back], [np.nan]]
+        y += [lower[there], upper[back], [np.nan]]
+    return _joined(x), _joined(y)
+
+
+def _joined(parts: Sequence[ArrayLike]) -> _Line:
+    return np.concatenate([np.zeros(0), *parts]).astype(np.float32)
+
+
+def _runs(chosen: BoolArray) -> list[list[int]]:
+    """First frames of the runs of chosen frames (T,), and those after their last ones."""
+    edges = np.flatnonzero(np.diff(np.r_[False, chosen, False].astype(np.int8)))
+    found: list[list[int]] = edges.reshape(-1, 2).tolist()
+    return found
 
 
 def _stroke(stroke: colours.Stroke) -> dict[str, Any]:
@@ -170,16 +197,14 @@ def _stroke(stroke: colours.Stroke) -> dict[str, Any]:
 def _line(
     figure: Figure,
     row: int,
-    rate: float,
+    times: FloatArray,
     values: FloatArray,
     name: str,
     line: dict[str, Any],
-    **more: Any,
 ) -> None:
-    hover = {} if "hoverinfo" in more else {"hovertemplate": "%{y:.2f}"}
     trace = Scatter(
-        x0=0, dx=1 / rate, y=values.astype(np.float32), name=name, mode="lines",
-        line=line, **hover, **more,
+        x=times.astype(np.float32), y=values.astype(np.float32), name=name, mode="lines",
+        line=line, hovertemplate="%{y:.2f}",
     )  # fmt: skip
     figure.add_trace(trace, row=row, col=1)
 
@@ -204,8 +229,7 @@ def _say(figure: Figure, said: Sequence[Said]) -> None:
 
 def _shade(figure: Figure, closed: BoolArray, rate: float) -> None:
     """Shade the runs of true closures, each from half a frame before to half a frame after."""
-    edges = np.flatnonzero(np.diff(np.r_[False, closed, False].astype(np.int8)))
-    for start, end in edges.reshape(-1, 2):
+    for start, end in _runs(closed):
         figure.add_shape(
             type="rect", xref="x", yref="paper", y0=0, y1=1, layer="below", line_width=0,
             x0=(start - 0.5) / rate, x1=(end - 0.5) / rate, fillcolor="rgba(120,120,140,0.18)",

@@ -168,9 +168,9 @@ class ReportData:
     title : str
     subtitle : str
     rate : float
-        Frames per second.
-    frames : int
-        Number of frames, T.
+        Frames per second, on average.
+    times : (T,) float64
+        When each frame is shown, seconds.
     systems : tuple of System
         At least one.
     faces : (F, 3) int32
@@ -200,7 +200,7 @@ class ReportData:
     title: str
     subtitle: str
     rate: float
-    frames: int
+    times: FloatArray
     systems: tuple[System, ...]
     faces: NDArray[np.int32]
     colours: NDArray[np.uint8]

@@ -25,16 +25,20 @@ _MANY_MODES = 16
 
 def system_of(estimate: Estimate, camera: Camera, loops: Loops, played: int) -> System:
     """Report's view of an estimate, without any truth."""
-    curves = {}
-    for name, values in estimate.curves.items():
-        low, high = estimate.intervals.get(name, (None, None))
-        curves[name] = Series(values, low, high)
     return System(
         estimate.name,
-        curves=curves,
+        curves={name: _curve(estimate, name) for name in estimate.curves},
         contours=contours_of(estimate, camera, loops),
         head=_head(estimate, played),
     )
+
+
+def _curve(estimate: Estimate, name: str) -> Series:
+    """A lip curve with its interval; no aperture is below 0."""
+    low, high = estimate.intervals.get(name, (None, None))
+    if low is not None and name == "aperture":
+        low = np.maximum(low, 0)
+    return Series(estimate.curves[name], low, high)
 
 
 def _head(estimate: Estimate, played: int) -> Head | None:

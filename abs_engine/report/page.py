@@ -80,6 +80,7 @@ def page_data(data: ReportData, store: Store) -> dict[str, Any]:
     said = data.true.said if data.true is not None else ()
     return {
         "rate": data.rate,
+        "times": data.times.tolist(),
         "played": data.played,
         "vertices": len(data.colours),
         "focus": list(data.focus),

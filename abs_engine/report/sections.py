@@ -34,8 +34,8 @@ def player(data: ReportData) -> str:
     )
     stage = '<div class="stage"><canvas></canvas></div>' if _heads(data) else ""
     cut = (
-        f'<p class="soft">The first {data.played} of {data.frames} frames.</p>'
-        if data.played < data.frames
+        f'<p class="soft">The first {data.played} of {len(data.times)} frames.</p>'
+        if data.played < len(data.times)
         else ""
     )
     return f"""<section><h2>Video and heads</h2>{cut}

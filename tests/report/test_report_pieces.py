@@ -12,7 +12,9 @@ import pytest
 from reported import unpacked
 
 from abs_engine.core.errors import VideoError
-from abs_engine.report.data import Series
+from abs_engine.evaluate.estimate import Estimate
+from abs_engine.report.charts import lip_chart
+from abs_engine.report.data import ReportData, Series
 from abs_engine.report.drawing.colours import (
     bar_colours,
     clay_colours,
@@ -21,9 +23,10 @@ from abs_engine.report.drawing.colours import (
     truth_stroke,
 )
 from abs_engine.report.embed import Store, deflated, json_bytes
+from abs_engine.report.estimate_parts import system_of
 from abs_engine.report.film import mouth_picture, shorten, worst_frames
 from abs_engine.report.motion import LARGEST_ERROR_MM, LinearMotion, compress
-from abs_engine.report.quantities import error_rows
+from abs_engine.report.quantities import CURVES, error_rows
 
 
 def test_a_motion_comes_back_within_the_largest_error():
@@ -107,6 +110,25 @@ def test_strokes_in_the_same_place_are_all_seen():
         assert before.width <= behind.width
     assert system_stroke(0).dash == "solid"
     assert system_stroke(1).dash.endswith("px")
+
+
+def test_a_band_ends_where_its_curve_does_and_is_drawn_at_the_times_of_the_run():
+    aperture, lost = np.array([1.0, 2.0, np.nan, 4.0, 3.0]), [np.nan]
+    estimate = Estimate(
+        "one", np.isfinite(aperture), curves={"aperture": aperture},
+        intervals={"aperture": (aperture - 1.5, aperture + 1.5)},
+    )  # fmt: skip
+    times, system = [22.5, 23.0, 23.25, 24.0, 25.0], system_of(estimate, None, {}, 5)
+    faces, colours = np.zeros((0, 3), np.int32), np.zeros((0, 3), np.uint8)
+    data = ReportData("", "", 2.0, np.array(times), (system,), faces, colours, curves=CURVES)
+    figure = lip_chart(data)
+    band, curve = figure.data
+    assert band.fill == "toself"
+    assert np.array_equal(curve.x, times)
+    x = [22.5, 23, 23, 22.5, *lost, 24, 25, 25, 24, *lost]
+    y = [0, 0.5, 3.5, 2.5, *lost, 2.5, 1.5, 4.5, 5.5, *lost]  # no aperture is below 0
+    assert np.array_equal([band.x, band.y], [x, y], equal_nan=True)
+    assert figure.layout.xaxis.range == (22.5 - 0.625 / 2, 25.625)
 
 
 def test_rows_of_the_error_chart():

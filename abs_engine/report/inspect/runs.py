@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.arrays import Image
+from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
@@ -51,6 +52,11 @@ class RunHead:
     def rate(self) -> float:
         """Frames per second."""
         return float(self.arrays["rate"])
+
+    @property
+    def times(self) -> FloatArray:
+        """Time at which each frame is shown, (T,) float64, seconds."""
+        return np.asarray(self.arrays["time"], np.float64)
 
     def found(self, frame: int) -> bool:
         """Whether the head was found in a frame."""

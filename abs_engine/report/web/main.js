@@ -19,7 +19,7 @@ function drawCharts(seek) {
     line.className = "cursor";
     place.append(line);
     ready.then(() => {
-      place.on("plotly_click", (event) => seek(Math.round(event.points[0].x * told.rate)));
+      place.on("plotly_click", (event) => seek(frameAt(event.points[0].x)));
       place.on("plotly_relayout", () => mark(player ? player.frame : 0));
     });
   }
@@ -31,13 +31,19 @@ function mark(frame) {
   for (const line of document.querySelectorAll(".cursor")) {
     const settled = line.parentElement._fullLayout;
     if (!settled || !settled.xaxis) continue;
-    const axis = settled.xaxis, at = axis.l2p(frame / told.rate);
+    const axis = settled.xaxis, at = axis.l2p(told.times[frame]);
     const within = at >= 0 && at <= axis._length;
     line.style.display = within ? "block" : "none";
     line.style.left = `${axis._offset + at}px`;
     line.style.top = `${settled.margin.t}px`;
     line.style.height = `${settled.height - settled.margin.t - settled.margin.b}px`;
   }
+}
+
+// The frame that is shown nearest to a time.
+function frameAt(time) {
+  const away = told.times.map((one) => Math.abs(one - time));
+  return away.reduce((best, one, k) => (one < away[best] ? k : best), 0);
 }
 
 function phonemeAt(time) {
@@ -61,7 +67,7 @@ function onframe(frame) {
   if (stage) stage.show(frame);
   if (contours) contours.show(frame);
   mark(frame);
-  const time = frame / told.rate, said = phonemeAt(time);
+  const time = told.times[frame], said = phonemeAt(time);
   $("scrub").value = frame;
   $("where").textContent = `frame ${frame}, ${time.toFixed(2)} s${said ? `, /${said}/` : ""}`;
   $("play").textContent = player.playing ? "Pause" : "Play";
