@@ -26,6 +26,7 @@ from abs_engine.tracking.contours import (
     cut,
     write_text,
 )  # fmt: skip
+from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.run_table import closed_frames
 
 OVERLAY = "overlay"  # what it is called among what frames cost
@@ -40,6 +41,8 @@ _CODING = 20, "ultrafast"  # x264's quality and preset: half of the time, a fift
 
 class Overlay:
     """Writes ``overlay.mp4``, a frame at a time; a context manager.
+
+    Frames that are unevenly spaced are shown at their own times.
 
     Parameters
     ----------
@@ -57,7 +60,9 @@ class Overlay:
     ) -> None:
         self._also = also
         self._painter = Painter(setting)
-        self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING)
+        self._times = self._painter.times
+        uneven = bool(self._times)
+        self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING, uneven)
         self._behind, self._clock = Behind(), setting.clock
 
     def add(self, image: Image, result: FrameResult) -> None:
@@ -66,7 +71,9 @@ class Overlay:
 
     def _append(self, image: Image, result: FrameResult) -> None:
         with self._clock.part(OVERLAY):
-            self._writer.write(self._painter.paint(image, result))
+            shown = self._times[result.index : result.index + 1]
+            time = shown[0] - self._times[0] if shown else None
+            self._writer.write(self._painter.paint(image, result), time)
             if self._also is not None:
                 self._also(image, result)
 
@@ -94,17 +101,22 @@ class Painter:
         self._whole = Window(0, 0, width, height, scale)
         self._drawing = LipDrawing.of(setting)
         self._rate = setting.rate
+        even = evenly_spaced(setting.times, setting.rate)
+        self.times = () if even else setting.times  # when each frame is shown, s
         self._panel: Window | None = None
         drawn_width, drawn_height = (2 * (n // 2) for n in self._whole.drawn)
         self._frame = drawn_width, drawn_height
         self._crop = PANEL_WIDTH, 2 * (drawn_height // 4)
         self.size = drawn_width + PANEL_WIDTH, drawn_height + STRIP_HEIGHT
-        kept = max(2, round(STRIP_SECONDS * setting.rate))
-        self._apertures: deque[float] = deque(maxlen=kept)
+        self._shown = max(2, round(STRIP_SECONDS * setting.rate)) - 1  # frames before this one
+        self._apertures: deque[tuple[float, float]] = deque()  # where each is on the strip, first
 
     def paint(self, image: Image, result: FrameResult) -> Image:
         """The overlay picture of a frame, (H, W, 3) uint8 RGB; its size is `size`."""
-        self._apertures.append(result.aperture)
+        now = self._place(result.index)
+        self._apertures.append((now, result.aperture))
+        while now - self._apertures[0][0] > self._shown:
+            self._apertures.popleft()
         picture = np.zeros((self.size[1], self.size[0], 3), np.uint8)
         width, height = self._frame
         picture[:height, :width] = self._large(image, result)[:height, :width]
@@ -112,12 +124,18 @@ class Painter:
         picture[height:] = self._strip()
         return picture
 
+    def _place(self, index: int) -> float:
+        """A frame's time, in steps of the rate."""
+        return self.times[index] * self._rate if index < len(self.times) else index
+
     def _large(self, image: Image, result: FrameResult) -> Image:
         """The whole frame with contours and what is known about it."""
         # Quicker than cutting a window out, which this one need not be
         picture = np.asarray(cv2.resize(image, self._whole.drawn), np.uint8)
         self._drawing.draw(picture, self._whole, result)
-        write_text(picture, f"#{result.index}   {result.index / self._rate:.2f} s", (10, 22))
+        write_text(
+            picture, f"#{result.index}   {self._place(result.index) / self._rate:.2f} s", (10, 22)
+        )
         if result.found:
             mark = "   closed" if closed_frames(result.aperture) else ""
             sure = "" if result.belief is None else f" (sd {result.belief.aperture:.1f})"
@@ -150,9 +168,8 @@ class Painter:
         width = self.size[0]
         strip = np.full((STRIP_HEIGHT, width, 3), 24, np.uint8)
         bottom, top = STRIP_HEIGHT - 8, 8
-        values = np.array(self._apertures)
-        step = (width - 1) / max(1, (self._apertures.maxlen or 2) - 1)
-        x = width - 1 - step * np.arange(len(values))[::-1]
+        places, values = np.array(self._apertures).T
+        x = width - 1 - (width - 1) / self._shown * (places[-1] - places)
         y = bottom - np.clip(values / STRIP_MM, 0, 1) * (bottom - top)
         limit = round(bottom - CLOSED_APERTURE / STRIP_MM * (bottom - top))
         cv2.line(strip, (0, limit), (width, limit), GREY, 1)

@@ -16,6 +16,7 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
+from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.measures import ANGLES, LIPS, cuts, velocities
 from abs_engine.tracking.run_table import cells
 
@@ -24,8 +25,6 @@ BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
 _ORDER, _DEGREE = 2, 2
 _SIZES = ("width", "aperture", "protrusion", *LIPS, "jaw_opening")
 _NEVER_BELOW_0 = ("width", "aperture", "opening_area", "lip_area")
-_EVEN, _MOST_UNEVEN = 0.01, 0.25  # of a frame's duration
-_ROUNDED = 1.1e-3  # seconds: files with whole milliseconds round the times of two frames
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,7 @@ class Smoothing:
                 f"{self} keeps only waves longer than the clip's {len(times) / rate:.1f} s",
                 "give a higher cutoff, or leave out --smooth",
             )
-        if len(times) > 1 and not _even(times, rate):
+        if not evenly_spaced(times, rate):
             raise ParameterError(
                 "the frames are not evenly spaced in time, as the filters need",
                 "leave out --smooth, or convert the video to a constant rate",
@@ -155,11 +154,3 @@ class Smoothing:
             table = csv.writer(file)
             table.writerow(["index", "time", *found])
             table.writerows(map(cells, rows))
-
-
-def _even(times: FloatArray, rate: float) -> bool:
-    """Whether frames are shown at a rate, but for the rounding of their times (T,), s."""
-    slack = max(_EVEN / rate, min(_ROUNDED, _MOST_UNEVEN / rate))
-    apart = np.abs(np.diff(times) - 1 / rate).max()
-    whole = abs(times[-1] - times[0] - (len(times) - 1) / rate)
-    return bool(apart <= slack and whole <= slack + _EVEN * (len(times) - 1) / rate)

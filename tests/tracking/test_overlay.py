@@ -98,6 +98,14 @@ def test_the_video_has_even_sizes_and_all_frames(tmp_path):
     assert len(painted(frames[1], LOST)) < 50
 
 
+def test_unevenly_spaced_frames_are_shown_at_their_times(tmp_path):
+    times = (22.5, 22.533, 22.567, 24.0)
+    with Overlay(tmp_path / "overlay.mp4", replace(toy_setting(), times=times)) as overlay:
+        for index in range(4):
+            overlay.add(GREY, toy_result(index))
+    np.testing.assert_allclose(probe(tmp_path / "overlay.mp4").times, np.array(times) - times[0])
+
+
 def test_a_clip_that_begins_without_a_face_is_painted():
     painter = Painter(toy_setting())
     for result in (lost_result(0), toy_result(1), lost_result(2)):
@@ -117,7 +125,7 @@ def test_the_enlarged_mouth_says_what_the_contours_are():
 def test_large_video_is_not_enlarged():
     class Large:
         camera = type(toy_setting().camera).ideal((1921, 1081))
-        face, rate = toy_setting().face, 25.0
+        face, rate, times = toy_setting().face, 25.0, ()
 
     painter = Painter(Large())
     assert painter.size == (1920 + 448, 1080 + 96)

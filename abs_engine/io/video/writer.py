@@ -14,6 +14,9 @@ Frame = NDArray[np.uint8]
 """A picture, (H, W, 3) uint8 RGB, row 0 at the top."""
 
 
+_CLOCK = Fraction(1, 90_000)  # s, of MPEG: holds milliseconds and common frame rates exactly
+
+
 class VideoWriter:
     """Writes H.264 in MP4, for people to look at or, with `crf` 0, without loss in RGB.
 
@@ -30,6 +33,8 @@ class VideoWriter:
         x264's quality, 18 by default; 0 is lossless RGB.
     preset : str
         How long x264 looks for smaller files.
+    uneven : bool
+        Whether frames are shown at times of their own, exactly, and not at steps of 1 / `rate`.
     """
 
     def __init__(
@@ -39,12 +44,14 @@ class VideoWriter:
         rate: float,
         crf: int = 18,
         preset: str = "veryfast",
+        uneven: bool = False,
     ) -> None:
         self._container = av.open(str(path), "w")
         codec = "libx264rgb" if crf == 0 else "libx264"
+        step = 1 / Fraction(rate).limit_denominator(1000)
         stream = cast(
             "av.VideoStream",  # PyAV's types know few codecs by their names
-            self._container.add_stream(codec, rate=Fraction(rate).limit_denominator(1000)),
+            self._container.add_stream(codec, rate=1 / step),
         )
         even = 1 if crf == 0 else 2
         self._size = size[0] // even * even, size[1] // even * even
@@ -52,22 +59,27 @@ class VideoWriter:
         stream.pix_fmt = "rgb24" if crf == 0 else "yuv420p"
         # With several threads, or the kernels that suit one machine best, x264 does not
         # always write the same bytes for the same pictures.
-        stream.options = {
-            "crf": str(crf),
-            "preset": preset,
-            "x264-params": "threads=1:lookahead-threads=1:asm=sse4.2",
-        }
+        told = "threads=1:lookahead-threads=1:asm=sse4.2"
+        if uneven:  # frames out of order would end an MP4 too early
+            told += ":bframes=0"
+        stream.options = {"crf": str(crf), "preset": preset, "x264-params": told}
         self._stream = stream
-        self._time_base = 1 / Fraction(rate).limit_denominator(1000)
-        self._next = 0
+        self._time_base = _CLOCK if uneven else step
+        self._ticks = max(1, round(step / self._time_base))
+        if uneven:
+            stream.codec_context.time_base = _CLOCK
+        self._last = -self._ticks
 
     def write(self, frame: Frame, time: float | None = None) -> None:
-        """Append one frame, (H, W, 3) uint8 RGB; shown at about `time`, s, if that is later."""
+        """Append one frame, (H, W, 3) uint8 RGB; shown at `time`, s, if that is later.
+
+        Without a time it is shown a step after the last frame.
+        """
         cut = np.ascontiguousarray(frame[: self._size[1], : self._size[0]])
         picture = av.VideoFrame.from_ndarray(cut, format="rgb24")
-        due = 0 if time is None else round(time / self._time_base)
-        picture.pts, picture.time_base = max(self._next, due), self._time_base
-        self._next = picture.pts + 1
+        due = self._last + self._ticks if time is None else round(time / self._time_base)
+        self._last = max(self._last + 1, due)
+        picture.pts, picture.time_base = self._last, self._time_base
         self._container.mux(self._stream.encode(picture))
 
     def close(self) -> None:
