@@ -62,10 +62,10 @@ def labels() -> tuple[LabelFrame, ...]:
     return tuple(drawn_labels(CpuRenderer(), body, view) for body in bodies())
 
 
-def write_video(path: Path) -> Path:
-    """The pictures as a video."""
-    with VideoWriter(path, CAMERA.size, RATE) as writer:
-        for frame in frames():
+def write_video(path: Path, crf: int = 18, times: int = 1) -> Path:
+    """The pictures as a video, shown so many times."""
+    with VideoWriter(path, CAMERA.size, RATE, crf) as writer:
+        for frame in frames() * times:
             writer.write(frame)
     return path
 

@@ -14,6 +14,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.provenance import caution, made_by
 from abs_engine.dataset import Truth
+from abs_engine.dataset.sums import digest
 from abs_engine.evaluate.estimate import of_run
 from abs_engine.evaluate.score import error_map, measure, summary, truth_curves
 from abs_engine.io.assets import Speaker, load_speaker
@@ -32,12 +33,13 @@ from abs_engine.report.estimate_parts import (
     with_protrusion,
 )
 from abs_engine.report.facts import made_facts, run_facts, truth_facts
-from abs_engine.report.inspect.run_video import find_video
+from abs_engine.report.inspect.run_video import check_video, find_video
 from abs_engine.report.inspect.runs import RunHead, load_run_head
 from abs_engine.report.motion import compress
 from abs_engine.report.page import report_page
 from abs_engine.report.quantities import CURVES, SURENESS, error_rows, error_series, sureness_series
 from abs_engine.report.run_film import filmed
+from abs_engine.report.same_clip import video_sum
 from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_mesh
 
 MOST_PLAYED = 1000
@@ -125,6 +127,9 @@ def _with_truth(
     tell("scoring")
     view = shown_view(folder, options.clip, options.camera, paths)
     truth, speaker = view.truth, load_speaker()
+    if options.video is not None:
+        wanted = digest(truth.video) if truth.video.is_file() else None
+        check_video(options.video, truth.camera.size, len(truth), wanted)
     played = min(len(truth), MOST_PLAYED)
     loops = lip_loops(truth, speaker)
     scored = [
@@ -188,6 +193,7 @@ def _without_truth(
     paths: Sequence[Path], options: ReportOptions, tell: Callable[[str], None]
 ) -> ReportData:
     tell("reading the runs")
+    _check_same_video(paths)
     speaker = load_speaker(options.speaker)
     heads = [load_run_head(path, speaker) for path in paths]
     if len({len(head) for head in heads}) > 1:
@@ -224,6 +230,16 @@ def _without_truth(
         facts=made_facts(options.command, None),
         caution=caution(made_by()) or "",
     )
+
+
+def _check_same_video(runs: Sequence[Path]) -> None:
+    """Refuse runs that are of different videos, by their checksums."""
+    known = [(path, checksum) for path in runs if (checksum := video_sum(path)) is not None]
+    for path, checksum in known[1:]:
+        if checksum != known[0][1]:
+            raise ParameterError(
+                f"{path} is of another video than {known[0][0]}", "report runs of the same video"
+            )
 
 
 def _speaker_colours(speaker: Speaker) -> NDArray[np.uint8]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import json
 import re
 
 import numpy as np
@@ -186,6 +187,16 @@ def test_a_long_clip_is_played_in_part(folder, monkeypatch):
     assert told["contours"][0]["loops"][0]["shape"][0] == 10
 
 
+def test_runs_of_different_videos_are_refused(tmp_path):
+    runs = [tmp_path / name for name in ("old", "one", "other")]
+    for run in runs:
+        run.mkdir()
+        told = {} if run.name == "old" else {"video_sha256": run.name}
+        (run / "run.json").write_text(json.dumps({"settings": told}))
+    with pytest.raises(ParameterError, match=r"other is of another video than .*one; report runs"):
+        write_report(runs, tmp_path / "new.html", ReportOptions())
+
+
 @pytest.mark.parametrize(
     ("words", "part"),
     [
@@ -193,13 +204,13 @@ def test_a_long_clip_is_played_in_part(folder, monkeypatch):
         (["exact", "--truth", "exact"], "not ground truth"),
         (["exact"], "--video"),
         (["marks.csv"], "marks.csv"),
-        (["exact", "--truth", "data", "--video", "short.mp4"], "frames"),
+        (["exact", "--truth", "data", "--video", "long.mp4"], "has 31 frames, the run 30"),
     ],
 )
 def test_bad_input_takes_one_line(folder, capsys, monkeypatch, words, part):
     monkeypatch.chdir(folder)
-    if not (folder / "short.mp4").exists():
-        reported.write_film(folder / "short.mp4", 4)
+    if not (folder / "long.mp4").exists():
+        reported.write_film(folder / "long.mp4", reported.FRAMES + 1)
     film, hidden = folder / "film.mp4", folder / "hidden.mp4"
     if film.exists():
         film.rename(hidden)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 
 import pytest
 from inspected import write_run, write_video
 
-from abs_engine.core.errors import InputFileError
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import load_speaker
 from abs_engine.report.inspect.run_video import find_video
 from abs_engine.report.inspect.runs import load_run_head
@@ -64,11 +64,25 @@ def test_of_several_it_is_the_one_with_the_checksum(run, tmp_path):
         file.write(b"more")
     tell(run, video="video.mp4")
     assert find_video(run, None).resolve() == other
-    tell(run, video="video.mp4", video_sha256=hashlib.sha256(film.read_bytes()).hexdigest())
+    tell(run, video="video.mp4", video_sha256=digest(film))
     assert find_video(run, None).resolve() == film
     tell(run, video="video.mp4", video_sha256="0" * 64)
     with pytest.raises(InputFileError, match="its checksum is another; give that one with --vid"):
         find_video(run, None)
+
+
+def test_what_is_given_may_be_a_copy_but_not_of_another_length(run, tmp_path, caplog):
+    film = write_video(tmp_path / "film.mp4")
+    tell(run, video="gone.mp4", video_sha256=digest(film))
+    assert find_video(run, film) == film
+    assert not caplog.records
+    copy = write_video(tmp_path / "copy.mp4", crf=0)
+    assert find_video(run, copy) == copy
+    (line,) = caplog.records
+    assert "copy.mp4 is not the file that was tracked: its checksum is" in line.getMessage()
+    longer = write_video(tmp_path / "longer.mp4", times=2)
+    with pytest.raises(ParameterError, match=r"longer.mp4 has 6 frames, the run 3; give the video"):
+        find_video(run, longer)
 
 
 @pytest.mark.parametrize("text", ["", "[1]", "{}", '{"settings": {"video": 3}}', None])

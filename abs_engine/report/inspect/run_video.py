@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from abs_engine.io.video import probe
 from abs_engine.report.inspect.runs import RunHead
 from abs_engine.report.same_clip import video_sum
 from abs_engine.tracking.record import SUMMARY
+
+_log = logging.getLogger(__name__)
 
 
 def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> Path:
@@ -36,16 +39,44 @@ def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> 
     VideoError
         If it is no video.
     ParameterError
-        If its pictures have another size than the run's.
+        If its pictures have another size than the run's, or another number.
     """
     video = given or _found(run.folder, beside)
-    size = probe(video).size
-    if size != run.camera.size:
-        raise ParameterError(
-            "{} has {}x{} pixels, the run {}x{}".format(video, *size, *run.camera.size),
-            "give the video that was tracked with --video",
-        )
+    check_video(video, run.camera.size, len(run), video_sum(run.folder))
     return video
+
+
+def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | None) -> None:
+    """Refuse a video that cannot be the one that was tracked; warn of a copy with other bytes.
+
+    Parameters
+    ----------
+    video : Path
+    size : tuple of int
+        Width and height of the tracked pictures.
+    frames : int
+        Their number.
+    wanted : str, optional
+        SHA-256 of the video that was tracked, where that is known.
+
+    Raises
+    ------
+    VideoError
+        If it is no video.
+    ParameterError
+        If its pictures have another size, or there are more or fewer.
+    """
+    info, remedy = probe(video), "give the video that was tracked with --video"
+    if info.size != size:
+        raise ParameterError(
+            "{} has {}x{} pixels, the run {}x{}".format(video, *info.size, *size), remedy
+        )
+    if digest(video) == wanted:
+        return
+    if info.frames != frames:
+        raise ParameterError(f"{video} has {info.frames} frames, the run {frames}", remedy)
+    if wanted is not None:
+        _log.warning("%s is not the file that was tracked: its checksum is another", video)
 
 
 def _found(folder: Path, beside: Path | None) -> Path:
