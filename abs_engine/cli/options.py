@@ -126,7 +126,10 @@ def metrics() -> Option:
 
 def seed(what: str) -> Option:
     """The seed of random draws."""
-    return option("--seed", type=int, default=0, metavar="N", text=f"seed of {what} (default: 0)")
+    return option(
+        "--seed", type=click.IntRange(0), default=0, metavar="N",
+        text=f"seed of {what} (default: 0)",
+    )  # fmt: skip
 
 
 def file(name: str, text: str, metavar: str = "FILE", **more: Any) -> Option:

@@ -71,6 +71,11 @@ def test_an_unknown_option_names_its_own_commands_help(words, named, fails):
     assert line.endswith(f"see 'abs-engine {named} --help'")
 
 
+def test_a_seed_below_0(fails, tmp_path):
+    line = fails("evaluate", tmp_path, "--truth", tmp_path, "--seed", -1)
+    assert "'--seed': -1 is not in the range" in line
+
+
 def test_an_empty_video(fails, tmp_path):
     (tmp_path / "empty.mp4").touch()
     assert "is empty" in fails(*track(tmp_path / "empty.mp4", tmp_path / "run"))

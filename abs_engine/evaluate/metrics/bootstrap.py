@@ -104,10 +104,12 @@ def confidence(
     Raises
     ------
     ParameterError
-        If `level` or `resamples` make no interval.
+        If `level` or `resamples` make no interval, or the seed is below 0.
     """
     if not 0 < level < 1 or resamples < 1:
         raise ParameterError("this is not a confidence interval", "give a level between 0 and 1")
+    if seed < 0:
+        raise ParameterError(f"the seed is {seed}", "give 0 or more")
     rng = np.random.default_rng(seed)
     part, weight = np.zeros(resamples), np.zeros(resamples)
     for _ in means:
