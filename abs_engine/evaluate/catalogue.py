@@ -26,6 +26,7 @@ class Metric:
     label : str
         Its row in the table.
     unit : str
+        A "share" is shown in percent.
     definition : str
         What is computed; the functions of `abs_engine.evaluate.metrics` cite their sources.
     measure : callable, optional

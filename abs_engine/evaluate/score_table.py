@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from abs_engine.evaluate.catalogue import catalogue
+from abs_engine.evaluate.catalogue import Metric, catalogue
 from abs_engine.evaluate.score import Score
 
 FORMAT, VERSION = "abs_engine.scores", 1
@@ -19,14 +19,14 @@ Systems = Mapping[str, Mapping[str, Score]]
 def lines(systems: Systems) -> list[str]:
     """The table for a terminal: a row for each metric, a column for each system.
 
-    In brackets the 95 % confidence interval.
+    In brackets the 95 % confidence interval. Shares are in percent.
     """
     labels = [m for m in catalogue() if any(m.key in scores for scores in systems.values())]
     rows = [["", *systems]]
     for metric in labels:
-        unit = f" ({metric.unit})" if metric.unit not in ("", "share") else ""
-        cells = [_cell(scores.get(metric.key)) for scores in systems.values()]
-        rows.append([metric.label + unit, *cells])
+        unit = f" ({shown_unit(metric)})" if metric.unit else ""
+        cells = [shown(metric, scores.get(metric.key)) for scores in systems.values()]
+        rows.append([metric.label + unit, *(" ".join(cell).rstrip() for cell in cells)])
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
 
@@ -75,18 +75,23 @@ def as_csv(systems: Systems) -> str:
     return text.getvalue()
 
 
-def _cell(score: Score | None) -> str:
+def shown_unit(metric: Metric) -> str:
+    """The unit in which people are shown a metric: percent for a share."""
+    return "%" if metric.unit == "share" else metric.unit
+
+
+def shown(metric: Metric, score: Score | None) -> tuple[str, str]:
+    """A score in `shown_unit`, "-" where there is none, and its interval in brackets, if any."""
     if score is None or math.isnan(score.value):
-        return "-"
-    middle = short(score.value)
-    return (
-        middle if math.isnan(score.low) else f"{middle} [{short(score.low)}, {short(score.high)}]"
-    )
+        return "-", ""
+    times = 100 if metric.unit == "share" else 1
+    middle, low, high = (_short(times * n) for n in (score.value, score.low, score.high))
+    return middle, "" if math.isnan(score.low) else f"[{low}, {high}]"
 
 
-def short(number: float) -> str:
+def _short(number: float) -> str:
     """Three digits after the point, fewer where the number is large, none where it is whole."""
-    if math.isnan(number) or number == round(number) or abs(number) >= 1000:
+    if math.isnan(number) or math.isclose(number, round(number)) or abs(number) >= 1000:
         return f"{number:.0f}"
     digits = 2 if abs(number) >= 10 else 3
     return f"{round(number, digits) + 0.0:.{digits}f}"  # + 0.0: no -0.000

@@ -183,7 +183,7 @@ def _scored(
         system_of(estimate, truth.camera, loops, min(len(truth), MOST_PLAYED)),
         errors=error_series(clip.means),
         scores=scores,
-        notes=notes_of(path, clip, scores),
+        notes=notes_of(clip, scores),
         error_map=errors if np.isfinite(errors).any() else None,
         facts=run_facts(path),
     )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from abs_engine.evaluate.catalogue import BY_KEY
 from abs_engine.evaluate.score import Score
-from abs_engine.evaluate.score_table import short
+from abs_engine.evaluate.score_table import shown, shown_unit
 from abs_engine.report.data import ReportData
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
@@ -68,9 +67,9 @@ def _sentence(note: str) -> str:
 
 def _card(key: str, score: Score, number: int) -> str:
     metric = BY_KEY[key]
-    unit = "" if metric.unit in ("", "share") else f" {metric.unit}"
-    sure = "" if math.isnan(score.low) else f" [{short(score.low)}, {short(score.high)}]"
+    value, sure = shown(metric, score)
+    unit = f" {shown_unit(metric)}" if metric.unit else ""
     return (
         f'<div class="card" style="border-color:{colours.system_colour(number)}">'
-        f"<b>{short(score.value)}{unit}</b><small>{safe(metric.label)}<br>{sure}</small></div>"
+        f"<b>{value}{unit}</b><small>{safe(metric.label)}<br>{sure}</small></div>"
     )

@@ -20,6 +20,7 @@ from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
 from abs_engine.evaluate.closing import Closures
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
+from abs_engine.evaluate.metrics.failure import LIMIT_NORMALISED
 from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, summary
 from abs_engine.evaluate.truth_report import report
 from abs_engine.io.assets import Speaker, load_speaker
@@ -142,7 +143,7 @@ def _scored(
         estimate = read_result(path, truth, speaker, marks)
         clip = measure(replace(estimate, name=name), truth, marks)
         scores = summary([clip], seed=seed)
-        told = notes_of(path, clip, scores)
+        told = notes_of(clip, scores)
         for note in told:
             _log.warning("%s: %s", path, note)
         _save_map(folder / f"error_map_{_file_name(name)}.npz", estimate, truth)
@@ -152,18 +153,9 @@ def _scored(
     return out
 
 
-def notes_of(path: Path, clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
-    """Notes about the scores of a result, one sentence each.
-
-    Parameters
-    ----------
-    path : Path
-        A run's folder, or a file of another system, whose view cannot be told by its checksum.
-    clip : ClipScores
-    scores : mapping of metric to Score
-        Of this clip.
-    """
-    return (*clip.notes, *(() if Path(path).is_dir() else _doubts(scores)))
+def notes_of(clip: ClipScores, scores: Mapping[str, Score]) -> tuple[str, ...]:
+    """Notes about the scores of a clip, one sentence each."""
+    return (*clip.notes, *_doubts(scores))
 
 
 def default_folder(results: Sequence[Path]) -> Path:
@@ -261,7 +253,13 @@ def _check_result(path: Path) -> None:
 
 
 def _doubts(scores: Mapping[str, Score]) -> tuple[str, ...]:
-    """A question, if a file's numbers are such as those of another view would be."""
+    """A question, if the numbers are such as those of another view would be.
+
+    Results that lie well in the picture are of this view, however far away they are in space.
+    """
+    seen = [scores[key].value for key in ("landmarks_nme", "lips_nme") if key in scores]
+    if any(error <= LIMIT_NORMALISED for error in seen):
+        return ()
     failed = scores["failure_share"].value
     far = [s.value for key, s in scores.items() if key.endswith(("_rms_head_mm", "_rms_camera_mm"))]
     if failed == 1:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.evaluate.catalogue import Metric, catalogue
-from abs_engine.evaluate.score_table import short
+from abs_engine.evaluate.score_table import shown, shown_unit
 from abs_engine.report.data import ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
@@ -218,15 +217,9 @@ def _figures(system: System, played: int) -> list[str]:
 def _score_row(metric: Metric, data: ReportData) -> str:
     cells = []
     for system in data.systems:
-        score = system.scores.get(metric.key)
-        if score is None or math.isnan(score.value):
-            cells.append('<td class="number">-</td>')
-            continue
-        sure = "" if math.isnan(score.low) else f"[{short(score.low)}, {short(score.high)}]"
-        cells.append(
-            f'<td class="number">{short(score.value)} <span class="between">{sure}</span></td>'
-        )
-    unit = "" if metric.unit == "share" else metric.unit
+        value, sure = shown(metric, system.scores.get(metric.key))
+        cells.append(f'<td class="number">{value} <span class="between">{sure}</span></td>')
+    unit = safe(shown_unit(metric))
     return f'<tr><th>{safe(metric.label)}</th><td class="soft">{unit}</td>{"".join(cells)}</tr>'
 
 

@@ -31,6 +31,7 @@ from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
 from abs_engine.report.inspect.runs import load_run_head
+from abs_engine.report.scoring import evaluate
 from abs_engine.studio.speech import read_livelink
 
 MARKS = slice(48, 68)
@@ -392,6 +393,22 @@ def test_the_command_warns_of_what_another_view_scores(
     told = json.loads((out / "scores.json").read_text())
     assert said in told["notes"]["a"][0]
     assert told["views"] == ["clip/camera"]
+
+
+def test_what_lies_well_in_the_picture_is_of_this_view(truth, dataset, tmp_path, caplog):
+    pixels, points = true_landmarks(truth)
+    path = write_csv(tmp_path / "a.csv", *wide_rows(truth, pixels, points + 9.0))
+    done = evaluate([path], [dataset], tmp_path / "out")
+    assert done.systems["a"]["failure_share"].value == 1
+    (line,) = (line for line in done.lines() if line.startswith("frames that failed"))
+    assert line.split() == ["frames", "that", "failed", "(%)", "100", "[100,", "100]"]
+    assert not caplog.records
+
+
+def test_a_run_far_from_the_truth_is_asked_about_as_a_file_is(truth, dataset, tmp_path, caplog):
+    run = write_run(tmp_path / "run", truth, translation=truth.translations + 90.0)
+    evaluate([run], [dataset], tmp_path / "out")
+    assert "mm (RMS) from the truth: is this the clip" in caplog.text
 
 
 def test_the_command_pools_clips(truth, dataset, tmp_path):
