@@ -157,7 +157,7 @@ def test_the_summary(folder):
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):
-    with pytest.raises(InputFileError, match="is not a run.*that 'track -o' made"):
+    with pytest.raises(InputFileError, match=r"is not a run.*that 'track -o' made"):
         load_run(tmp_path)
     (tmp_path / "one").mkdir()
     np.savez(tmp_path / "one" / RESULTS)
