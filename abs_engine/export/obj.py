@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.tracking.run_table import time_cell
 
 
 def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
@@ -18,8 +19,8 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
     for frame in run.frames:
         places = run.mesh.vertices(frame)
         rounded = np.round(places, 4)
-        time = run.arrays["time"][frame]
-        head = f"# frame {frame}, {time:.6g} s; mm, x to the subject's left, y up\n"
+        time = time_cell(run.arrays["time"][frame])
+        head = f"# frame {frame}, {time} s; mm, x to the subject's left, y up\n"
         lines = "".join(f"v {x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in rounded.tolist())
         (folder / f"{frame:06d}.obj").write_text(head + lines + texture + faces, encoding="ascii")
         worst.append(rounded - places)

@@ -12,6 +12,7 @@ from praatio.utilities.constants import Interval
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.tracking.run_table import time_cell
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
 MEASURES = (
@@ -50,7 +51,7 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
         table.writerow(["time", *names])
         for frame, time in enumerate(run.arrays["time"]):
             row = [float(run.arrays[name][frame]) for name in names]
-            table.writerow([f"{time:.6g}", *(_cell(x) for x in row)])
+            table.writerow([time_cell(time), *(_cell(x) for x in row)])
     aperture = run.arrays["aperture"]
     return (
         Loss(_read_back(folder / GRID, spans), "s", "begins and ends of closures"),

@@ -30,6 +30,7 @@ def smoothed(run: TrackedRun, smoothing: Smoothing) -> tuple[TrackedRun, Loss]:
     found = closures(measured["aperture"], time)
     arrays = {
         **run.arrays, **measured, "rotation": rotation, "translation": translation,
+        "parameters": smoothing(run.arrays["parameters"], run.rate),
         "closed": closed_frames(measured["aperture"]),
         "closure_frames": np.array([(c.first, c.last) for c in found], np.int64).reshape(-1, 2),
         "closure_times": np.array([(c.onset, c.release) for c in found]).reshape(-1, 2),

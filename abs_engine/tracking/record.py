@@ -36,7 +36,7 @@ from abs_engine.tracking.frame_rows import (
 from abs_engine.tracking.measures import NAMES, closures, velocities
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_summary import summary
-from abs_engine.tracking.run_table import cells, closed_frames, closure_table, table_of
+from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -174,7 +174,7 @@ class Recorder:
     def table(self) -> Iterator[list[Any]]:
         """The table of all frames, its heading first."""
         rows = self._rows.columns()
-        return table_of(self._setting, self._arrays(rows), rows["points"])
+        return table_of(self._arrays(rows), rows["points"])
 
     def _times(self) -> NDArray[np.float64]:
         """Time at which each frame is shown, (T,), seconds: as the video says, or by its rate."""
@@ -206,11 +206,11 @@ class Recorder:
         np.savez_compressed(folder / RESULTS, **arrays)
         self.mesh().save(folder)
         found = closures(arrays["aperture"], arrays["time"])
-        tables = {TABLE: table_of(self._setting, arrays, rows["points"]),
+        tables = {TABLE: table_of(arrays, rows["points"]),
                   CLOSURES: closure_table(found)}  # fmt: skip
         for name, table in tables.items():
             with (folder / name).open("w", encoding="utf-8", newline="") as file:
-                csv.writer(file).writerows(map(cells, table))
+                csv.writer(file).writerows(written(table))
         heading = {k: arrays[k] for k in ("format", "version", "renderer")} | self._made
         counts = summary(arrays, self._setting.face)
         told = {**heading, **facts, "summary": {**counts, **facts.get("summary", {})}}

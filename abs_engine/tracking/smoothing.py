@@ -16,7 +16,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
 from abs_engine.tracking.measures import ANGLES, LIPS, velocities
-from abs_engine.tracking.run_table import cells
+from abs_engine.tracking.run_table import written
 
 SMOOTHED = "smoothed.csv"
 BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
@@ -148,9 +148,7 @@ class Smoothing:
         rows = zip(arrays["index"].tolist(), arrays["time"].tolist(),
                    *(curve.tolist() for curve in found.values()), strict=True)  # fmt: skip
         with (folder / SMOOTHED).open("w", encoding="utf-8", newline="") as file:
-            table = csv.writer(file)
-            table.writerow(["index", "time", *found])
-            table.writerows(map(cells, rows))
+            csv.writer(file).writerows(written([["index", "time", *found], *rows]))
 
 
 def _even(times: FloatArray, rate: float) -> bool:
