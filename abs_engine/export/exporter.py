@@ -17,6 +17,7 @@ from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
+from abs_engine.tracking.measures import closure_arrays, closures
 from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
 
@@ -54,11 +55,14 @@ class Exporter:
         Given the run and where to write, a file or an empty folder; returns what is lost.
     suffix : str
         How the file's name ends; empty for a format that is a folder.
+    needs : tuple of str
+        Arrays without which it cannot be written, of those that older runs lack.
     """
 
     text: str
     write: Callable[[TrackedRun, Path], tuple[Loss, ...]]
     suffix: str = ""
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +143,7 @@ class TrackedRun:
         return out
 
 
-def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
+def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] = ()) -> TrackedRun:
     """Read a run with its mesh and its head.
 
     Parameters
@@ -147,6 +151,8 @@ def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
     folder : Path
     speaker : Path, optional
         The head that it was tracked with, if not the bundled one.
+    needs : tuple of str
+        Arrays that it must hold, besides those that every format needs.
 
     Raises
     ------
@@ -162,13 +168,14 @@ def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
         )
     if len(mesh) != len(arrays["found"]):
         raise ModelFormatError(f"{folder} has meshes of other frames", "track the video again")
-    missing = [name for name in _NEEDED if name not in arrays]
+    missing = [name for name in (*_NEEDED, *needs) if name not in arrays]
     if missing:
         raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
-    return TrackedRun(Path(folder), arrays, mesh, head)
+    found = closure_arrays(closures(arrays["aperture"], arrays["time"]))  # older runs have none
+    return TrackedRun(Path(folder), found | arrays, mesh, head)
 
 
-_NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate", "time")
+_NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate")
 
 
 def rms(differences: FloatArray) -> float:

@@ -157,4 +157,7 @@ def _loss(run: TrackedRun, targets: FloatArray, weights: FloatArray) -> tuple[Lo
 
 
 GLTF = Exporter("glTF 2.0 with ARKit's 52 morph targets", partial(_write, arkit=True), ".glb")
-GLTF_MODES = Exporter("glTF 2.0 with the tracker's own modes", partial(_write, arkit=False), ".glb")
+GLTF_MODES = Exporter(
+    "glTF 2.0 with the tracker's own modes", partial(_write, arkit=False), ".glb",
+    needs=("parameter_names",),
+)  # fmt: skip

@@ -28,4 +28,7 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     return (Loss(float(np.nanmax(np.abs(off), initial=0.0)), "", "numbers of the table"),)
 
 
-PARQUET = Exporter("Parquet: a row for each frame, as results.csv, with types", _write, ".parquet")
+PARQUET = Exporter(
+    "Parquet: a row for each frame, as results.csv, with types", _write, ".parquet",
+    needs=("parameter_names",),
+)  # fmt: skip

@@ -52,7 +52,7 @@ def export_run(
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(Path(output), exporter.suffix)
     smoothing = None if smooth is None else Smoothing.named(smooth)
-    tracked = read_run(Path(run), speaker)
+    tracked = read_run(Path(run), speaker, exporter.needs)
     if smoothing is None:
         return _written(exporter, tracked, output)
     tracked, moved = smoothed(tracked, smoothing)

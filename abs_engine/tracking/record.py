@@ -33,7 +33,7 @@ from abs_engine.tracking.frame_rows import (
     OWN,
     FrameRows,
 )
-from abs_engine.tracking.measures import NAMES, closures, velocities
+from abs_engine.tracking.measures import NAMES, closure_arrays, closures, velocities
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
@@ -137,9 +137,6 @@ class Recorder:
     def _arrays(self, rows: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         """The same; what is of a frame by itself lies where its rows do."""
         setting, time, aperture = self._setting, self._times(), rows["aperture"]
-        found = closures(aperture, time)
-        frames = np.array([(c.first, c.last) for c in found], np.int64)
-        times = np.array([(c.onset, c.release) for c in found], np.float64)
         measured = {**rows, **velocities(rows, time)}
         return {
             "format": FORMAT,
@@ -156,8 +153,7 @@ class Recorder:
             **{name: rows[name] for name in ("status", "term_names", "term_values", "value_unit")},
             **{name: rows[name] for name in BELIEFS},
             **{name: measured[name] for name in NAMES},
-            "closure_frames": frames.reshape(-1, 2),
-            "closure_times": times.reshape(-1, 2),
+            **closure_arrays(closures(aperture, time)),
             "person_weights": setting.face.identity,
             "camera_matrix": setting.camera.matrix,
             "camera_distortion": setting.camera.distortion,

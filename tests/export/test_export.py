@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -225,6 +226,20 @@ def test_praat_itself_reads_the_closures(folder, run, tmp_path):
     found = parselmouth.praat.call(table, "Get value", 4, "aperture")
     assert float(found) == pytest.approx(run.arrays["aperture"][3], abs=1e-4)
     assert parselmouth.praat.call(table, "Get value", LOST + 1, "aperture") == "--undefined--"
+
+
+def test_older_runs_are_exported_or_refused_in_a_line(folder, tmp_path):
+    old = tmp_path / "old"
+    shutil.copytree(folder, old)
+    lacking = "closure_frames", "closure_times", "parameter_names"
+    arrays = dict(np.load(folder / "results.npz"))
+    np.savez(old / "results.npz", **{k: v for k, v in arrays.items() if k not in lacking})
+    made = exported(folder, "praat", tmp_path), exported(old, "praat", old)
+    grids = [one / "closures.TextGrid" for one in made]
+    assert grids[0].read_text() == grids[1].read_text()
+    for name, suffix in (("parquet", ".parquet"), ("gltf-modes", ".glb")):
+        with pytest.raises(ModelFormatError, match="lacks parameter_names"):
+            export_run(old, name, tmp_path / f"out{suffix}")
 
 
 def test_fap_holds_what_the_format_has(folder, run, tmp_path):
