@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.dataset.timecode import timecodes
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 
@@ -76,14 +77,6 @@ def angles_of(pose: Pose) -> FloatArray:
     return np.asarray(turned.as_euler("YXZ"), np.float64)
 
 
-def timecode(frame: int, rate: float) -> str:
-    """Hours, minutes, seconds, and frames with thousandths, as Live Link Face writes them."""
-    whole = max(round(rate), 1)
-    seconds, rest = divmod(frame, whole)
-    hours, minutes = divmod(seconds, 3600)[0], seconds // 60 % 60
-    return f"{hours:02d}:{minutes:02d}:{seconds % 60:02d}:{rest:02d}.000"
-
-
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     rows = live_link_rows(run)
     places = _in_files(run.speaker.unit_names)
@@ -91,9 +84,9 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(["Timecode", "BlendShapeCount", *live_link_columns(run)])
-        for frame, row in enumerate(rows):
+        for code, row in zip(timecodes(run.arrays["time"], run.rate), rows, strict=True):
             cells = ["" if np.isnan(x) else f"{x:.{_DIGITS}f}" for x in row]
-            table.writerow([timecode(frame, run.rate), rows.shape[1], *cells])
+            table.writerow([code, rows.shape[1], *cells])
     rounded = np.round(rows, _DIGITS)
     turned = np.rad2deg(rounded - rows)[:, count : count + 3]
     weights = rounded[:, np.argsort(places)]
