@@ -62,9 +62,13 @@ def timecodes(times: NDArray[np.float64], rate: float) -> list[str]:
     They count the usual frames that are next below the rate, 24 at least, so that
     `seconds_since_first` knows them; times between those frames are parts of one.
     """
-    usual = [base for base in BASES if base <= _BARELY * rate]
-    base = max(usual, default=BASES[0])
+    base = base_below(rate)
     return [_timecode(round(1000 * base * float(time)), base) for time in times]
+
+
+def base_below(rate: float) -> int:
+    """The usual number of frames in a second that is next below a rate; 24 at least."""
+    return max((base for base in BASES if base <= _BARELY * rate), default=BASES[0])
 
 
 def _timecode(thousandths: int, base: int) -> str:

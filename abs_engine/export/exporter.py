@@ -33,11 +33,14 @@ class Loss:
     unit : str
     of : str
         What was compared.
+    note : str
+        What else there is to know of it, in a line; mostly empty.
     """
 
     value: float
     unit: str
     of: str
+    note: str = ""
 
     def __str__(self) -> str:
         return " ".join(filter(None, (f"{self.of}: {self.value:.3g}", self.unit, "RMS")))
@@ -124,7 +127,13 @@ class TrackedRun:
     @cached_property
     def landmarks(self) -> FloatArray:
         """The 68 landmarks in the head's frame, (T, 68, 3) mm; NaN in lost frames."""
-        return self.mesh.points(self.speaker.points["landmark_68"])
+        return self.points(self.speaker.points["landmark_68"])
+
+    def points(self, vertex: NDArray[np.integer]) -> FloatArray:
+        """Paths (T, N, 3) mm, head frame, of some vertices (N,); NaN in lost frames."""
+        out = self.mesh.points(vertex)
+        out[~self.shown] = np.nan
+        return out
 
     @cached_property
     def landmarks_in_camera(self) -> FloatArray:

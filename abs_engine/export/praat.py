@@ -11,7 +11,8 @@ from praatio.data_classes.interval_tier import IntervalTier
 from praatio.utilities.constants import Interval
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+from abs_engine.export.reading import UNDEFINED, compared, numbers
 from abs_engine.tracking.run_table import time_cell
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
@@ -20,7 +21,6 @@ MEASURES = (
     "jaw_opening", "aperture_velocity", "width_velocity", "jaw_velocity", "head_pitch",
     "head_yaw", "head_roll",
 )  # fmt: skip
-_UNDEFINED = "--undefined--"  # Praat's word for a number that is not known
 
 
 def closures(run: TrackedRun) -> FloatArray:
@@ -52,21 +52,24 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
         for frame, time in enumerate(run.arrays["time"]):
             row = [float(run.arrays[name][frame]) for name in names]
             table.writerow([time_cell(time), *(_cell(x) for x in row)])
-    aperture = run.arrays["aperture"]
+    read = numbers(folder / TABLE, ["time", *names], "\t")
+    true = np.stack([run.arrays[name] for name in names], axis=1)
     return (
-        Loss(_read_back(folder / GRID, spans), "s", "begins and ends of closures"),
-        Loss(rms(np.round(aperture, 4) - aperture), "mm", "aperture"),
+        _read_back(folder / GRID, spans),
+        compared(read[:, 0], run.arrays["time"], "s", "times"),
+        compared(read[:, 1:].ravel(), true.ravel(), "", "measures"),
     )
 
 
 def _cell(number: float) -> str:
-    return _UNDEFINED if np.isnan(number) else f"{number:z.4f}"
+    return UNDEFINED if np.isnan(number) else f"{number:z.4f}"
 
 
-def _read_back(path: Path, spans: FloatArray) -> float:
+def _read_back(path: Path, spans: FloatArray) -> Loss:
     tier = textgrid.openTextgrid(str(path), includeEmptyIntervals=False).getTier("lips")
     read = np.array([(one.start, one.end) for one in tier.entries]).reshape(-1, 2)
-    return rms((read - spans[spans[:, 1] > spans[:, 0]]).ravel())
+    spans = spans[spans[:, 1] > spans[:, 0]]
+    return compared(read.ravel(), spans.ravel(), "s", "begins and ends of closures")
 
 
 PRAAT = Exporter("a folder: closures as Praat's TextGrid, measures as a table", _write)

@@ -20,6 +20,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
+from abs_engine.export import gltf
 from abs_engine.export.exporter import read_run, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 from abs_engine.export.fap import LIPS, fapu, neutral, parameters
@@ -267,11 +268,48 @@ def test_fap_starts_from_a_face_whose_lips_meet(run):
     assert 1024 * fapu(run)["MW"] == pytest.approx(rest[54, 0] - rest[48, 0])
 
 
+@pytest.mark.parametrize(("name", "part", "instead", "named"), [
+    ("openface", "openface._cells", lambda numbers, _: ["0.0"] * numbers.size, "place of the head"),
+    ("gltf", "gltf._animations", lambda *_: [], "times"),
+    ("landmarks", "landmarks.time_cell", lambda _: "", "times"),
+])  # fmt: skip
+def test_what_is_not_written_is_missed(name, part, instead, named, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(f"abs_engine.export.{part}", instead)
+    with pytest.raises(OutputError, match=f"read back, does not have the run's {named}"):
+        export_run(folder, name, tmp_path / f"out{EXPORTERS.get(name).suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_written_wrong_shows(folder, tmp_path, monkeypatch):
+    animations, still = gltf._animations, {"translation": np.zeros((len(POSTURES), 3))}
+    monkeypatch.setattr(
+        gltf, "_animations", lambda run, *rest: animations(
+            replace(run, arrays=run.arrays | still), *rest
+        ),
+    )  # fmt: skip
+    monkeypatch.setattr("abs_engine.export.landmarks.time_cell", lambda time: f"{2 * time}")
+    lost = [export_run(folder, name, tmp_path / file)
+            for name, file in (("gltf", "a.glb"), ("landmarks", "b.csv"))]  # fmt: skip
+    off = {loss.of: loss.value for loss in (*lost[0], *lost[1][:1])}
+    assert off["68 landmarks before the camera"] > 100
+    assert off["times"] > 0.1
+
+
+@pytest.mark.parametrize("name", ["arkit", "landmarks", "obj", "praat"])
+def test_times_of_long_clips_are_as_exact(name, run, tmp_path):
+    late = replace(run, arrays=run.arrays | {"time": run.arrays["time"] + 12000})
+    (tmp_path / "folder").mkdir()
+    at = tmp_path / (f"a{EXPORTERS.get(name).suffix}" if EXPORTERS.get(name).suffix else "folder")
+    off = {loss.of: loss.value for loss in EXPORTERS.get(name).write(late, at)}
+    assert off["times"] < 1e-4
+
+
 def test_the_command_reports_what_is_lost(folder, tmp_path, capsys):
     out = tmp_path / "lips.csv"
     assert main(["export", str(folder), "--to", "landmarks", "-o", str(out)]) == 0
     said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("read back, 68 landmarks: ")
+    assert said[0].startswith("read back, times: 0 s RMS")
+    assert said[1].startswith("read back, 68 landmarks: ")
     assert said[-1] == f"wrote {out}"
 
 
