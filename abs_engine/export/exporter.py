@@ -18,7 +18,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.measures import closure_arrays, closures
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.record import load_run, run_settings
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
 
 
@@ -81,12 +81,15 @@ class TrackedRun:
         The head in every frame.
     speaker : Speaker
         The head's face units, classes and landmarks.
+    sound : float
+        When the video's sound begins, s after the first picture; 0 where the run does not say.
     """
 
     folder: Path
     arrays: dict[str, NDArray[Any]]
     mesh: RunMesh
     speaker: Speaker
+    sound: float = 0.0
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -181,7 +184,9 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
     if missing:
         raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
     found = closure_arrays(closures(arrays["aperture"], arrays["time"]))  # older runs have none
-    return TrackedRun(Path(folder), found | arrays, mesh, head)
+    sound = run_settings(folder).get("sound")
+    begins = float(sound) if isinstance(sound, int | float) else 0.0
+    return TrackedRun(Path(folder), found | arrays, mesh, head, begins)
 
 
 _NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate")

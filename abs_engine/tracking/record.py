@@ -23,6 +23,7 @@ from abs_engine.core.errors import InputFileError
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
+from abs_engine.io.inputs import read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_rows import (
@@ -212,6 +213,16 @@ class Recorder:
         told = {**heading, **facts, "summary": {**counts, **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told
+
+
+def run_settings(folder: Path) -> dict[str, Any]:
+    """Settings that ``run.json`` states; none where there is no such file that can be read."""
+    try:
+        stated = read_json(Path(folder) / SUMMARY)
+    except (OSError, ValueError):
+        return {}
+    settings = stated.get("settings") if isinstance(stated, dict) else None
+    return settings if isinstance(settings, dict) else {}
 
 
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:

@@ -217,6 +217,13 @@ def test_praat_itself_reads_the_closures(folder, run, tmp_path):
     grid = parselmouth.Data.read(str(path / "closures.TextGrid"))
     count = parselmouth.praat.call(grid, "Count intervals where", 1, "is equal to", "closed")
     assert count == len(run.arrays["closure_frames"]) > 0
+    at = parselmouth.praat.call(grid, "Get interval at time", 1, run.arrays["time"][LOST])
+    begin, end = (
+        parselmouth.praat.call(grid, f"Get {what} of interval", 1, at)
+        for what in ("start time", "end time")
+    )
+    assert parselmouth.praat.call(grid, "Get label of interval", 1, at) == "lost"
+    np.testing.assert_allclose([begin, end], (np.array([LOST, LOST + 1]) - 0.5) / run.rate)
     table = parselmouth.praat.call("Read Table from tab-separated file", str(path / "measures.tsv"))
     rows = parselmouth.praat.call(table, "Get number of rows")
     assert rows == len(run)
@@ -255,6 +262,25 @@ def test_fap_holds_what_the_format_has(folder, run, tmp_path):
     assert parameters(run)[5][3] < 0  # the lower lip of an open mouth lies lower
     assert parameters(run)[3][3] > parameters(run)[3][0]  # and so do the lower teeth
     assert set(numbers) == {3, 48, 49, 50, *LIPS}
+
+
+def test_a_line_says_what_a_format_cannot_hold(folder, run, tmp_path, capsys):
+    heard = tmp_path / "heard"
+    shutil.copytree(folder, heard)
+    (heard / "run.json").write_text('{"settings": {"sound": 0.136}}')
+    assert main(["export", str(heard), "--to", "praat", "-o", str(tmp_path / "praat")]) == 0
+    assert "subtract 0.136 s for times in the sound alone" in capsys.readouterr().out
+    arrays = {"time": run.arrays["time"] ** 2, "camera_matrix": run.arrays["camera_matrix"].copy()}
+    arrays["camera_matrix"][0, 2] += 30
+    other = replace(run, arrays=run.arrays | arrays)
+    times, *_ = EXPORTERS.get("fap").write(other, tmp_path / "a.fap")
+    assert f"off by up to {0.24 - 0.24**2:.3f} s" in times.note
+    *_, picture = EXPORTERS.get("gltf-modes").write(other, tmp_path / "a.glb")
+    assert picture.value == pytest.approx(30, abs=0.01)
+    assert "up to 30.0 px off" in picture.note
+    for name in ("fap", "gltf-modes", "praat"):
+        out = tmp_path / f"even{EXPORTERS.get(name).suffix}"
+        assert not any(loss.note for loss in export_run(folder, name, out))
 
 
 def test_fap_starts_from_a_face_whose_lips_meet(run):
