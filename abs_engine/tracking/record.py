@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import WIDEST_SIDE
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.kinds import to_path
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
@@ -235,7 +236,7 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     ModelFormatError
         If it has another format or version, or its arrays do not fit together.
     """
-    folder = Path(folder)
+    folder = to_path("folder", folder)
     path = folder / RESULTS
     if not path.is_file():
         raise InputFileError(

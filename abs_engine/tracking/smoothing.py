@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import TEXT, check_kind
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
 from abs_engine.tracking.measures import ANGLES, LIPS, velocities
@@ -54,6 +55,7 @@ class Smoothing:
         ParameterError
             If there is no such filter.
         """
+        check_kind("smooth", text, TEXT)
         name, _, given = text.partition(":")
         if name not in (BUTTERWORTH, SAVITZKY_GOLAY):
             raise ParameterError(
