@@ -21,6 +21,7 @@ from abs_engine.core.errors import (
     ParameterError,
     TooFewPointsError,
 )
+from abs_engine.core.kinds import to_path
 from abs_engine.io.npz import format_of, read_arrays
 
 SMALLEST = 15.0
@@ -62,7 +63,7 @@ def read_corpus(
         If a point of the upper teeth is missing in a frame that is used, or the three do not span
         a plane there.
     """
-    path = Path(path)
+    path = to_path("path", path)
     if table is None:
         if path.suffix.lower() != ".npz" or _is_plain(read_arrays(path)):
             raise ParameterError(f"{path} does not say what its points are", f"give a table, {HOW}")

@@ -15,6 +15,7 @@ from runpy import run_path
 from typing import Any
 
 from abs_engine.core.errors import AbsEngineError, InputFileError, ParameterError, PluginError
+from abs_engine.core.kinds import TEXT, check_kind
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -76,6 +77,7 @@ class Registry:
         PluginError
             If it cannot be imported.
         """
+        check_kind(self.kind, name, TEXT)
         if name in self._added:
             return self._checked(name, self._added[name])
         if name not in self._installed:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.kinds import to_path
 from abs_engine.dataset import codec
 from abs_engine.dataset.clip import Clip, load_clip
 from abs_engine.dataset.picture import AGAIN
@@ -162,7 +163,7 @@ def load_dataset(folder: Path, *, verify: bool = False) -> Dataset:
     ModelFormatError
         If a file was altered, or has another format or version.
     """
-    folder = Path(folder)
+    folder = to_path("folder", folder)
     dataset = read_record(folder)
     check_sums(folder, None if verify else _number_files(dataset.views))
     return dataset
@@ -234,7 +235,7 @@ def load_truth(path: Path, *, verify: bool = False) -> Truth:
     ParameterError
         If there are several clips or cameras to choose from.
     """
-    folder, given = dataset_root(Path(path))
+    folder, given = dataset_root(to_path("path", path))
     dataset = read_record(folder)
     found = [view for view in dataset.views if view[: len(given)] == given]
     if not found:

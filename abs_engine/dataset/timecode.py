@@ -14,6 +14,8 @@ from abs_engine.core.errors import InputFileError
 BASES = (24, 25, 30, 48, 50, 60, 120)
 """Frames that timecodes usually count in a second."""
 
+_BARELY = 1.002
+"""Share of a rate that its base may have: 30 frames are counted where 29.97 are taken."""
 _DAY = 86400.0
 _CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
@@ -52,6 +54,29 @@ def seconds_since_first(
     steps = np.diff(fields[:, :3] @ [3600.0, 60.0, 1.0] + fields[:, 3] / base)
     steps[steps < -_DAY / 2] += _DAY
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def timecodes(times: NDArray[np.float64], rate: float) -> list[str]:
+    """Timecodes of times (N,), s, with thousandths of a frame, as Live Link Face writes them.
+
+    They count the usual frames that are next below the rate, 24 at least, so that
+    `seconds_since_first` knows them; times between those frames are parts of one.
+    """
+    base = base_below(rate)
+    return [_timecode(round(1000 * base * float(time)), base) for time in times]
+
+
+def base_below(rate: float) -> int:
+    """The usual number of frames in a second that is next below a rate; 24 at least."""
+    return max((base for base in BASES if base <= _BARELY * rate), default=BASES[0])
+
+
+def _timecode(thousandths: int, base: int) -> str:
+    """A timecode of thousandths of a frame."""
+    frames, part = divmod(thousandths, 1000)
+    seconds, frame = divmod(frames, base)
+    minutes, hours = seconds // 60 % 60, seconds // 3600
+    return f"{hours:02d}:{minutes:02d}:{seconds % 60:02d}:{frame:02d}.{part:03d}"
 
 
 def _base(largest: float) -> float:

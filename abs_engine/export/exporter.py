@@ -17,7 +17,8 @@ from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.tracking.record import load_run
+from abs_engine.tracking.measures import closure_arrays, closures, cuts
+from abs_engine.tracking.record import load_run, run_settings
 from abs_engine.tracking.run_mesh import RunMesh, load_mesh
 
 
@@ -32,11 +33,14 @@ class Loss:
     unit : str
     of : str
         What was compared.
+    note : str
+        What else there is to know of it, in a line; mostly empty.
     """
 
     value: float
     unit: str
     of: str
+    note: str = ""
 
     def __str__(self) -> str:
         return " ".join(filter(None, (f"{self.of}: {self.value:.3g}", self.unit, "RMS")))
@@ -54,11 +58,14 @@ class Exporter:
         Given the run and where to write, a file or an empty folder; returns what is lost.
     suffix : str
         How the file's name ends; empty for a format that is a folder.
+    needs : tuple of str
+        Arrays without which it cannot be written, of those that older runs lack.
     """
 
     text: str
     write: Callable[[TrackedRun, Path], tuple[Loss, ...]]
     suffix: str = ""
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +81,15 @@ class TrackedRun:
         The head in every frame.
     speaker : Speaker
         The head's face units, classes and landmarks.
+    sound : float
+        When the video's sound begins, s after the first picture; 0 where the run does not say.
     """
 
     folder: Path
     arrays: dict[str, NDArray[Any]]
     mesh: RunMesh
     speaker: Speaker
+    sound: float = 0.0
 
     def __len__(self) -> int:
         """Return the number of frames, T."""
@@ -120,7 +130,13 @@ class TrackedRun:
     @cached_property
     def landmarks(self) -> FloatArray:
         """The 68 landmarks in the head's frame, (T, 68, 3) mm; NaN in lost frames."""
-        return self.mesh.points(self.speaker.points["landmark_68"])
+        return self.points(self.speaker.points["landmark_68"])
+
+    def points(self, vertex: NDArray[np.integer]) -> FloatArray:
+        """Paths (T, N, 3) mm, head frame, of some vertices (N,); NaN in lost frames."""
+        out = self.mesh.points(vertex)
+        out[~self.shown] = np.nan
+        return out
 
     @cached_property
     def landmarks_in_camera(self) -> FloatArray:
@@ -139,7 +155,7 @@ class TrackedRun:
         return out
 
 
-def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
+def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] = ()) -> TrackedRun:
     """Read a run with its mesh and its head.
 
     Parameters
@@ -147,6 +163,8 @@ def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
     folder : Path
     speaker : Path, optional
         The head that it was tracked with, if not the bundled one.
+    needs : tuple of str
+        Arrays that it must hold, besides those that every format needs.
 
     Raises
     ------
@@ -162,13 +180,17 @@ def read_run(folder: Path, speaker: Path | None = None) -> TrackedRun:
         )
     if len(mesh) != len(arrays["found"]):
         raise ModelFormatError(f"{folder} has meshes of other frames", "track the video again")
-    missing = [name for name in _NEEDED if name not in arrays]
+    missing = [name for name in (*_NEEDED, *needs) if name not in arrays]
     if missing:
         raise ModelFormatError(f"the run {folder} lacks {', '.join(missing)}", "track it again")
-    return TrackedRun(Path(folder), arrays, mesh, head)
+    # Older runs have none
+    found = closure_arrays(closures(arrays["aperture"], arrays["time"], cuts(arrays)))
+    sound = run_settings(folder).get("sound")
+    begins = float(sound) if isinstance(sound, int | float) else 0.0
+    return TrackedRun(Path(folder), found | arrays, mesh, head, begins)
 
 
-_NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate", "time")
+_NEEDED = ("camera_matrix", "camera_size", "camera_distortion", "rate")
 
 
 def rms(differences: FloatArray) -> float:

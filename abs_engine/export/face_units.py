@@ -10,7 +10,8 @@ from scipy.optimize import lsq_linear
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.export.exporter import Loss, TrackedRun, rms
+from abs_engine.export.exporter import Loss, TrackedRun
+from abs_engine.export.reading import compared
 from abs_engine.export.settings import EXPORT
 from abs_engine.face.neutral import Moving, neutral_face
 from abs_engine.io.assets import Speaker
@@ -99,10 +100,16 @@ def _reduced(matrix: FloatArray, cost: float) -> tuple[FloatArray, FloatArray]:
 
 def unit_loss(run: TrackedRun, weights: FloatArray) -> tuple[Loss, ...]:
     """Distance of neutral faces and lips moved by units from the tracked ones, mm."""
+    return shape_loss(run, run.neutral, run.speaker.units.astype(np.float64), weights)
+
+
+def shape_loss(
+    run: TrackedRun, base: FloatArray, targets: FloatArray, weights: FloatArray
+) -> tuple[Loss, ...]:
+    """Distance of lips and face, a base (V, 3) moved by weighted targets, from the tracked, mm."""
     out = []
     for area in ("lips", "face"):
         index = run.speaker.points[area]
-        units = run.speaker.units[:, index].astype(np.float64)
-        moved = run.mesh.points(index) - run.neutral[index]
-        out.append(Loss(rms(np.tensordot(weights, units, 1) - moved), "mm", area))
+        moved = base[index] + np.tensordot(weights, targets[:, index], 1)
+        out.append(compared(moved, run.points(index), "mm", area))
     return tuple(out)

@@ -9,13 +9,15 @@ regard to the camera's axes.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.live_link import head_angles
+from abs_engine.export.reading import compared
 
 _NOSE, _CHIN, _CORNERS, _MIDDLE = 33, 8, (48, 54), 62  # 9.15, 2.10, 8.4 and 8.3, 2.2
 _X, _Y, _Z = 0, 1, 2
@@ -87,22 +89,47 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
             flags[np.array(list(given))[there] - 1] = 1
             file.write(" ".join(map(str, flags)) + "\n")
             file.write(" ".join(map(str, [frame, *row[there]])) + "\n")
-    return _losses(run, given, np.where(known, steps, np.nan))
+    return _losses(run, given, *_read(path))
 
 
-def _losses(run: TrackedRun, given: dict[int, FloatArray], steps: FloatArray) -> tuple[Loss, ...]:
+def _read(path: Path) -> tuple[FloatArray, FloatArray]:
+    """Times (T,) of frames, s, and parameters by number, (69, T); NaN where they are not given."""
+    head, *lines = path.read_text(encoding="ascii").splitlines()
+    steps = np.full((len(lines) // 2, _COUNT + 1), np.nan)  # at 0 the number of the frame
+    for out, flags, row in zip(steps, lines[::2], lines[1::2], strict=True):
+        out[np.array(["1", *flags.split()]) == "1"] = list(map(int, row.split()))
+    return steps[:, 0] / float(head.split()[2]), steps.T
+
+
+def _losses(
+    run: TrackedRun, given: Mapping[int, FloatArray], times: FloatArray, columns: FloatArray
+) -> tuple[Loss, ...]:
     """The lips that a player can rebuild from these numbers alone, beside those tracked."""
     rebuilt, units = np.tile(neutral(run), (len(run), 1, 1)), fapu(run)
-    columns, rounding = dict(zip(given, steps.T, strict=True)), []
     for number, (unit, point, axis, sense) in LIPS.items():
         rebuilt[:, point, axis] += sense * columns[number] * units[unit]
-        rounding.append(rebuilt[:, point, axis] - run.landmarks[:, point, axis])
-    lips = np.array(sorted({point for _, point, _, _ in LIPS.values() if point != _CHIN}))
-    angles = np.array([(columns[k] - given[k]) * np.rad2deg(_AU) for k in _HEAD]).T
+    rebuilt[np.isnan(columns[_HEAD[0]])] = np.nan
+    lips = sorted({point for _, point, _, _ in LIPS.values()} - {_CHIN})
+    sizes = {**{k: units[unit] for k, (unit, *_) in LIPS.items()}, _OPEN_JAW: units["MNS"]}
+    moved, turned = sizes.keys() & given.keys(), np.rad2deg(_AU)
+    long, true = (np.concatenate([one[k] * sizes[k] for k in moved]) for one in (columns, given))
+    read, angles = (np.stack([one[k] for k in _HEAD], axis=1) for one in (columns, given))
     return (
-        Loss(rms(np.ravel(rounding)), "mm", "coordinates that have a parameter"),
-        Loss(rms(rebuilt[:, lips] - run.landmarks[:, lips]), "mm", "points of the lips, whole"),
-        Loss(rms(angles), "degrees", "head angles"),
+        compared(times, run.arrays["time"], "s", "times", _note(run, times)),
+        compared(long, true, "mm", "coordinates that have a parameter"),
+        compared(rebuilt[:, lips], run.landmarks[:, lips], "mm", "points of the lips, whole"),
+        compared(read * turned, angles * turned, "degrees", "head angles"),
+    )
+
+
+def _note(run: TrackedRun, times: FloatArray) -> str:
+    """Line about times that the format, which has but a rate, cannot state; mostly empty."""
+    off = np.abs(times - run.arrays["time"]).max()
+    if off <= 0.5 / run.rate:
+        return ""
+    return (
+        f"FAP has even frames, the video has not: times are off by up to {off:.3f} s; convert the "
+        "video to a constant rate before it is tracked"
     )
 
 

@@ -10,11 +10,12 @@ import pygltflib as gl
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.geometry import vertex_normals
 from abs_engine.core.release import engine_version
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
-from abs_engine.export.face_units import unit_loss, unit_weights
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+from abs_engine.export.face_units import shape_loss, unit_weights
+from abs_engine.export.reading import compared
 
 METRES = 1e-3  # glTF's unit, of a millimetre
 _COLOURS = {
@@ -24,6 +25,9 @@ _COLOURS = {
 }  # fmt: skip
 """Linear RGB of facet classes; all others are skin."""
 _SKIN = (0.63, 0.53, 0.45)
+
+_SEEN = 0.5  # px; less is not mentioned
+_KINDS = {1: gl.SCALAR, 3: gl.VEC3, 4: gl.VEC4}
 
 
 class _Buffer:
@@ -35,7 +39,6 @@ class _Buffer:
 
     def add(self, array: NDArray[np.generic], target: int | None = None) -> int:
         """Append a float32 or uint32 array (N,) or (N, 2 to 4); the accessor's number."""
-        kinds = {1: gl.SCALAR, 3: gl.VEC3, 4: gl.VEC4}
         rows = array.reshape(len(array), -1)
         whole = array.dtype == np.uint32
         view = gl.BufferView(
@@ -43,7 +46,7 @@ class _Buffer:
         )
         self.views.append(view)
         accessor = gl.Accessor(
-            bufferView=len(self.views) - 1, count=len(rows), type=kinds[rows.shape[1]],
+            bufferView=len(self.views) - 1, count=len(rows), type=_KINDS[rows.shape[1]],
             componentType=gl.UNSIGNED_INT if whole else gl.FLOAT,
             max=rows.max(0).tolist(), min=rows.min(0).tolist(),
         )  # fmt: skip
@@ -71,7 +74,7 @@ def _write(run: TrackedRun, path: Path, arkit: bool) -> tuple[Loss, ...]:
     )  # fmt: skip
     document.set_binary_blob(bytes(buffer.content))
     document.save_binary(str(path))
-    return unit_loss(run, weights) if arkit else _loss(run, targets, weights)
+    return _read_back(run, path)
 
 
 def _units(run: TrackedRun) -> tuple[list[str], FloatArray, FloatArray]:
@@ -149,12 +152,81 @@ def _animations(run: TrackedRun, weights: FloatArray, buffer: _Buffer) -> list[g
     return [gl.Animation(name="video", samplers=samplers, channels=channels)]
 
 
-def _loss(run: TrackedRun, targets: FloatArray, weights: FloatArray) -> tuple[Loss, ...]:
-    index = run.speaker.points["face"]
-    stored = (targets[:, index] * METRES).astype(np.float32) / METRES
-    moved = np.tensordot(weights.astype(np.float32), stored, 1) + run.mesh.mean[index]
-    return (Loss(rms(moved - run.mesh.points(index)), "mm", "face"),)
+def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    file = _File(path)
+    mesh = file.document.meshes[0].primitives[0]
+    base = file.numbers(mesh.attributes.POSITION) / METRES
+    targets = np.array([file.numbers(one["POSITION"]) for one in mesh.targets]) / METRES
+    times, weights = file.keys("weights", run.shown, len(targets))
+    seen = _before_camera(run, file)
+    picture, wanted = _in_picture(run, file, seen), run.landmarks_in_picture
+    return (
+        compared(times, np.where(run.shown, run.arrays["time"], np.nan), "s", "times"),
+        *shape_loss(run, base, targets, weights),
+        compared(seen, run.landmarks_in_camera, "mm", "68 landmarks before the camera"),
+        compared(picture, wanted, "px", "68 landmarks in the picture", _note(picture - wanted)),
+    )
+
+
+def _note(apart: FloatArray) -> str:
+    """Line about what the file's camera leaves out, of differences (T, 68, 2), px; or empty."""
+    off = np.linalg.norm(apart[np.isfinite(apart).all(axis=2)], axis=1).max(initial=0.0)
+    if off <= _SEEN:
+        return ""
+    return (
+        "glTF's cameras have no principal point, second focal length or distortion: through the "
+        f"file's camera the face lies up to {off:.1f} px off"
+    )
+
+
+def _before_camera(run: TrackedRun, file: _File) -> FloatArray:
+    """The 68 landmarks where a file's animation moves the head, (T, 68, 3) mm, camera frame."""
+    _, quaternions = file.keys("rotation", run.shown, 4)
+    _, shifts = file.keys("translation", run.shown, 3)
+    out = np.full((len(run), 68, 3), np.nan)
+    for frame in np.flatnonzero(np.isfinite(quaternions[:, 0])):
+        turned = Rotation.from_quat(quaternions[frame]).apply(run.landmarks[frame])
+        out[frame] = (turned + shifts[frame] / METRES) @ _TURN
+    return out
+
+
+def _in_picture(run: TrackedRun, file: _File, seen: FloatArray) -> FloatArray:
+    """Points (T, 68, 3) before the file's camera in its picture, (T, 68, 2) px."""
+    size, camera = np.array(run.camera.size), file.document.cameras[0].perspective
+    upright = np.tan(camera.yfov / 2)
+    focal = size / (2 * upright * np.array([camera.aspectRatio, 1.0]))
+    return np.asarray(focal * seen[..., :2] / seen[..., 2:] + (size - 1) / 2)
+
+
+class _File:
+    """A file that is read back."""
+
+    def __init__(self, path: Path) -> None:
+        self.document = gl.GLTF2().load_binary(str(path))
+        self._content = self.document.binary_blob()
+
+    def numbers(self, number: int) -> FloatArray:
+        """Numbers of a float32 accessor, (N, K)."""
+        accessor = self.document.accessors[number]
+        width = next(width for width, kind in _KINDS.items() if kind == accessor.type)
+        at = self.document.bufferViews[accessor.bufferView].byteOffset
+        found = np.frombuffer(self._content, np.float32, accessor.count * width, at)
+        return found.reshape(-1, width).astype(np.float64)
+
+    def keys(self, path: str, shown: BoolArray, width: int) -> tuple[FloatArray, FloatArray]:
+        """Times (T,), s, and values (T, width) of keys, one for each shown frame; NaN elsewhere."""
+        times, values = np.full(len(shown), np.nan), np.full((len(shown), width), np.nan)
+        for animation in self.document.animations:
+            for channel in animation.channels:
+                if channel.target.path == path:
+                    sampler = animation.samplers[channel.sampler]
+                    times[shown] = self.numbers(sampler.input)[:, 0]
+                    values[shown] = self.numbers(sampler.output).reshape(-1, width)
+        return times, values
 
 
 GLTF = Exporter("glTF 2.0 with ARKit's 52 morph targets", partial(_write, arkit=True), ".glb")
-GLTF_MODES = Exporter("glTF 2.0 with the tracker's own modes", partial(_write, arkit=False), ".glb")
+GLTF_MODES = Exporter(
+    "glTF 2.0 with the tracker's own modes", partial(_write, arkit=False), ".glb",
+    needs=("parameter_names",),
+)  # fmt: skip

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+from abs_engine.export.reading import compared, numbers
+from abs_engine.tracking.run_table import time_cell
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
@@ -16,11 +18,15 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
         table = csv.writer(file)
         table.writerow(["frame", "time", "point", "x", "y", "unit"])
         for frame, places in enumerate(points):
-            time = f"{run.arrays['time'][frame]:.6g}"
+            time = time_cell(run.arrays["time"][frame])
             for number, (x, y) in enumerate(places):
                 cells = ["", ""] if np.isnan(x) else [f"{x:.3f}", f"{y:.3f}"]
                 table.writerow([frame, time, number, *cells, "px"])
-    return (Loss(rms(np.round(points, 3) - points), "px", "68 landmarks"),)
+    read = numbers(path, ["time", "x", "y"]).reshape(len(run), -1, 3)
+    return (
+        compared(read[:, 0, 0], run.arrays["time"], "s", "times"),
+        compared(read[..., 1:], points, "px", "68 landmarks"),
+    )
 
 
 LANDMARKS = Exporter(

@@ -11,8 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.dataset.timecode import base_below, seconds_since_first, timecodes
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.face_units import unit_loss, unit_weights
+from abs_engine.export.reading import compared, numbers, text_cells
 
 ORDER = (
     "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft",
@@ -76,28 +78,29 @@ def angles_of(pose: Pose) -> FloatArray:
     return np.asarray(turned.as_euler("YXZ"), np.float64)
 
 
-def timecode(frame: int, rate: float) -> str:
-    """Hours, minutes, seconds, and frames with thousandths, as Live Link Face writes them."""
-    whole = max(round(rate), 1)
-    seconds, rest = divmod(frame, whole)
-    hours, minutes = divmod(seconds, 3600)[0], seconds // 60 % 60
-    return f"{hours:02d}:{minutes:02d}:{seconds % 60:02d}:{rest:02d}.000"
-
-
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     rows = live_link_rows(run)
-    places = _in_files(run.speaker.unit_names)
-    count = len(places)
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(["Timecode", "BlendShapeCount", *live_link_columns(run)])
-        for frame, row in enumerate(rows):
+        for code, row in zip(timecodes(run.arrays["time"], run.rate), rows, strict=True):
             cells = ["" if np.isnan(x) else f"{x:.{_DIGITS}f}" for x in row]
-            table.writerow([timecode(frame, run.rate), rows.shape[1], *cells])
-    rounded = np.round(rows, _DIGITS)
-    turned = np.rad2deg(rounded - rows)[:, count : count + 3]
-    weights = rounded[:, np.argsort(places)]
-    return (*unit_loss(run, weights), Loss(rms(turned), "degrees", "head angles"))
+            table.writerow([code, rows.shape[1], *cells])
+    return _read_back(run, path)
+
+
+def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    read, time = numbers(path, live_link_columns(run)), run.arrays["time"]
+    count = len(run.speaker.unit_names)
+    weights = read[:, np.argsort(_in_files(run.speaker.unit_names))]
+    angles = np.rad2deg(read[:, count : count + len(HEAD)])
+    codes = list(text_cells(path, ["Timecode"]))
+    seconds = seconds_since_first(codes, path, base_below(run.rate))
+    return (
+        compared(seconds, time - time[0], "s", "times"),
+        *unit_loss(run, weights),
+        compared(angles, np.rad2deg(head_angles(run)), "degrees", "head angles"),
+    )
 
 
 LIVE_LINK = Exporter(

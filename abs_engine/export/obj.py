@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.export.reading import compared
+from abs_engine.tracking.run_table import time_cell
 
 
 def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
@@ -14,16 +16,26 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
     uv = run.speaker.uv * [1.0, -1.0] + [0.0, 1.0]  # OBJ counts v from below
     texture = "".join(f"vt {u:.6f} {v:.6f}\n" for u, v in uv)
     faces = "".join(f"f {a}/{a} {b}/{b} {c}/{c}\n" for a, b, c in corners.tolist())
-    worst = [np.zeros(3)]
     for frame in run.frames:
-        places = run.mesh.vertices(frame)
-        rounded = np.round(places, 4)
-        time = run.arrays["time"][frame]
-        head = f"# frame {frame}, {time:.6g} s; mm, x to the subject's left, y up\n"
-        lines = "".join(f"v {x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in rounded.tolist())
+        time = time_cell(run.arrays["time"][frame])
+        head = f"# frame {frame}, {time} s; mm, x to the subject's left, y up\n"
+        places = run.mesh.vertices(frame).tolist()
+        lines = "".join(f"v {x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in places)
         (folder / f"{frame:06d}.obj").write_text(head + lines + texture + faces, encoding="ascii")
-        worst.append(rounded - places)
-    return (Loss(rms(np.vstack(worst)), "mm", "vertices"),)
+    return _read_back(run, folder)
+
+
+def _read_back(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
+    times, apart = [], []
+    for frame, path in zip(run.frames, sorted(folder.iterdir()), strict=False):
+        head, *lines = path.read_text(encoding="ascii").splitlines()
+        places = [line.split()[1:] for line in lines if line.startswith("v ")]
+        apart.append(compared(places, run.mesh.vertices(frame), "mm", "vertices").value)
+        times.append(head.split()[3])
+    return (
+        compared(times, run.arrays["time"][run.frames], "s", "times"),
+        Loss(rms(np.array(apart)), "mm", "vertices"),  # as many in every frame
+    )
 
 
 OBJ = Exporter("a folder of OBJ files, one for each frame in which the head was found", _write)

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+from abs_engine.export.reading import compared, numbers
 
 _AXES = "XYZ"
 GAZE = (*(f"gaze_{eye}_{axis}" for eye in (0, 1) for axis in "xyz"), "gaze_angle_x", "gaze_angle_y")
@@ -42,10 +43,27 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
             table.writerow(
                 [*begin, int(found), *empty_before, *cells[0], *cells[1], *cells[2], *empty_after]
             )
+    return _read_back(run, path)
+
+
+def _read_back(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    read = numbers(path, ["timestamp", *POSE, *PIXELS, *PLACES])
+    times, place, angles, pixels, places = np.split(read, np.cumsum([1, 3, 3, len(PIXELS)]), axis=1)
+    pose = _pose(run)
     return (
-        Loss(rms(np.round(pixels, 2) - pixels), "px", "68 landmarks in the picture"),
-        Loss(rms(np.round(places, 2) - places), "mm", "68 landmarks before the camera"),
+        compared(times[:, 0], run.arrays["time"], "s", "times"),
+        compared(place, pose[:, :3], "mm", "place of the head"),
+        compared(np.rad2deg(angles), np.rad2deg(pose[:, 3:]), "degrees", "head angles"),
+        compared(_points(pixels, 2), run.landmarks_in_picture, "px", "68 landmarks in the picture"),
+        compared(
+            _points(places, 3), run.landmarks_in_camera, "mm", "68 landmarks before the camera"
+        ),
     )
+
+
+def _points(columns: FloatArray, axes: int) -> FloatArray:
+    """Points (T, 68, axes) of columns that have one axis after the other."""
+    return columns.reshape(len(columns), axes, -1).transpose(0, 2, 1)
 
 
 def _pose(run: TrackedRun) -> FloatArray:

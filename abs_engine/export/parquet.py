@@ -1,4 +1,4 @@
-"""Parquet: the table of a run with its types, for data frames."""
+"""Parquet: the table of ``results.csv`` with its types, for data frames."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 
 from abs_engine.core.errors import ParameterError
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+from abs_engine.export.reading import compared, differs
+from abs_engine.io.assets import LIPS_OF_68
+from abs_engine.tracking.run_table import columns_of
 
 
 def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
@@ -17,17 +20,19 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
         raise ParameterError(
             "Parquet needs pyarrow", "pip install 'abs-engine[parquet]'"
         ) from error
-    columns = {k: v for k, v in run.arrays.items() if np.shape(v) == (len(run),)}
-    for name, values in zip(
-        map(str, run.arrays["parameter_names"]), run.arrays["parameters"].T, strict=True
-    ):
-        columns[name] = values
+    columns = columns_of(run.arrays, run.landmarks[:, LIPS_OF_68])
     written = table({k: v.tolist() if v.dtype.kind == "U" else v for k, v in columns.items()})
     parquet.write_table(written, path)
     back = parquet.read_table(path)
-    numbers = [k for k, v in columns.items() if v.dtype.kind == "f"]
-    off = [back[k].to_numpy() - columns[k] for k in numbers]
-    return (Loss(float(np.nanmax(np.abs(off), initial=0.0)), "", "numbers of the table"),)
+    text = [name for name, values in columns.items() if values.dtype.kind == "U"]
+    if any(back[name].to_pylist() != columns[name].tolist() for name in text):
+        raise differs(f"columns {', '.join(text)}")
+    numbers = columns.keys() - text
+    read, true = (np.concatenate([one[k] for k in numbers]) for one in (back, columns))
+    return (compared(read, true, "", "numbers of the table"),)
 
 
-PARQUET = Exporter("Parquet: a row for each frame, as results.csv, with types", _write, ".parquet")
+PARQUET = Exporter(
+    "Parquet: a row for each frame, as results.csv, with types", _write, ".parquet",
+    needs=("parameter_names",),
+)  # fmt: skip

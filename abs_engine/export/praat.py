@@ -11,7 +11,10 @@ from praatio.data_classes.interval_tier import IntervalTier
 from praatio.utilities.constants import Interval
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
+from abs_engine.export.exporter import Exporter, Loss, TrackedRun
+from abs_engine.export.reading import UNDEFINED, compared, differs, numbers
+from abs_engine.tracking.footage import sound_line
+from abs_engine.tracking.run_table import time_cell
 
 GRID, TABLE = "closures.TextGrid", "measures.tsv"
 MEASURES = (
@@ -19,18 +22,26 @@ MEASURES = (
     "jaw_opening", "aperture_velocity", "width_velocity", "jaw_velocity", "head_pitch",
     "head_yaw", "head_roll",
 )  # fmt: skip
-_UNDEFINED = "--undefined--"  # Praat's word for a number that is not known
+_HEARD = 0.0005  # s; less is 0 in the line about it
 
 
 def closures(run: TrackedRun) -> FloatArray:
     """Begin and end of each closure, (C, 2) s; where a moment is hidden, the frame's edge."""
-    half = 0.5 / run.rate
     frames, times = run.arrays["closure_frames"], run.arrays["closure_times"]
-    edges = run.arrays["time"][frames] + [-half, half] if len(frames) else np.zeros((0, 2))
-    spans = np.where(np.isfinite(times), times, edges)
-    if len(spans) and frames[-1, 1] == len(run.arrays["time"]) - 1:
-        spans[-1, 1] = duration(run)  # closed to the end
+    spans = np.where(np.isfinite(times), times, _edges(run)[np.add(frames, (0, 1))])
     return np.clip(spans, 0.0, duration(run))
+
+
+def lost(run: TrackedRun) -> FloatArray:
+    """Begin and end of each stretch of frames without an aperture, (L, 2) s."""
+    gone = np.r_[False, np.isnan(run.arrays["aperture"]), False]
+    return _edges(run)[np.flatnonzero(np.diff(gone.astype(np.int8)))].reshape(-1, 2)
+
+
+def _edges(run: TrackedRun) -> FloatArray:
+    """Begins of all frames, halfway from the one before, and the end of the last, (T + 1,) s."""
+    time = run.arrays["time"]
+    return np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), [duration(run)]])
 
 
 def duration(run: TrackedRun) -> float:
@@ -39,8 +50,9 @@ def duration(run: TrackedRun) -> float:
 
 
 def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
-    spans = closures(run)
-    entries = [Interval(float(a), float(b), "closed") for a, b in spans if b > a]
+    marks = {"closed": closures(run), "lost": lost(run)}
+    spans = [Interval(float(a), float(b), mark) for mark in marks for a, b in marks[mark]]
+    entries = sorted(one for one in spans if one.end > one.start)
     grid = textgrid.Textgrid()
     grid.addTier(IntervalTier("lips", entries, 0.0, duration(run)))
     grid.save(str(folder / GRID), format="long_textgrid", includeBlankSpaces=True)
@@ -50,22 +62,31 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
         table.writerow(["time", *names])
         for frame, time in enumerate(run.arrays["time"]):
             row = [float(run.arrays[name][frame]) for name in names]
-            table.writerow([f"{time:.6g}", *(_cell(x) for x in row)])
-    aperture = run.arrays["aperture"]
+            table.writerow([time_cell(time), *(_cell(x) for x in row)])
+    read = numbers(folder / TABLE, ["time", *names], "\t")
+    true = np.stack([run.arrays[name] for name in names], axis=1)
     return (
-        Loss(_read_back(folder / GRID, spans), "s", "begins and ends of closures"),
-        Loss(rms(np.round(aperture, 4) - aperture), "mm", "aperture"),
+        _read_back(folder / GRID, entries),
+        compared(read[:, 0], run.arrays["time"], "s", "times", _note(run)),
+        compared(read[:, 1:].ravel(), true.ravel(), "", "measures"),
     )
 
 
 def _cell(number: float) -> str:
-    return _UNDEFINED if np.isnan(number) else f"{number:z.4f}"
+    return UNDEFINED if np.isnan(number) else f"{number:z.4f}"
 
 
-def _read_back(path: Path, spans: FloatArray) -> float:
+def _note(run: TrackedRun) -> str:
+    """Line about sound that does not begin with the pictures; empty where it does."""
+    return sound_line(run.sound, "these times") if abs(run.sound) >= _HEARD else ""
+
+
+def _read_back(path: Path, entries: list[Interval]) -> Loss:
     tier = textgrid.openTextgrid(str(path), includeEmptyIntervals=False).getTier("lips")
-    read = np.array([(one.start, one.end) for one in tier.entries]).reshape(-1, 2)
-    return rms((read - spans[spans[:, 1] > spans[:, 0]]).ravel())
+    if [one.label for one in tier.entries] != [one.label for one in entries]:
+        raise differs("intervals")
+    read, true = (np.ravel([one[:2] for one in some]) for some in (tier.entries, entries))
+    return compared(read, true, "s", "begins and ends of intervals")
 
 
 PRAAT = Exporter("a folder: closures as Praat's TextGrid, measures as a table", _write)

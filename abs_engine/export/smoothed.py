@@ -9,7 +9,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.export.exporter import Loss, TrackedRun, rms
-from abs_engine.tracking.measures import closures, cuts
+from abs_engine.tracking.measures import closure_arrays, closures, cuts
 from abs_engine.tracking.run_table import closed_frames
 from abs_engine.tracking.smoothing import Smoothing
 
@@ -28,12 +28,11 @@ def smoothed(run: TrackedRun, smoothing: Smoothing) -> tuple[TrackedRun, Loss]:
     mesh = replace(run.mesh, weights=smoothing(run.mesh.weights, run.rate, cut))
     measured = smoothing.measures(run.arrays)
     rotation, translation = _poses(run, smoothing)
-    found = closures(measured["aperture"], time, cut)
     arrays = {
         **run.arrays, **measured, "rotation": rotation, "translation": translation,
+        "parameters": smoothing(run.arrays["parameters"], run.rate, cut),
         "closed": closed_frames(measured["aperture"]),
-        "closure_frames": np.array([(c.first, c.last) for c in found], np.int64).reshape(-1, 2),
-        "closure_times": np.array([(c.onset, c.release) for c in found]).reshape(-1, 2),
+        **closure_arrays(closures(measured["aperture"], time, cut)),
     }  # fmt: skip
     lips = run.speaker.points["lips"]
     moved = Loss(rms(mesh.points(lips) - run.mesh.points(lips)), "mm", f"lips, by {smoothing}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run
 from abs_engine.export.smoothed import smoothed
@@ -43,16 +44,17 @@ def export_run(
     Raises
     ------
     ParameterError
-        If there is no such format or filter, or the format needs a package that is missing.
+        If a value is of another kind, there is no such format or filter, or the format needs a
+        package that is missing.
     InputFileError, ModelFormatError
         If the run cannot be read.
     OutputError
         If the output exists or cannot be written.
     """
     exporter: Exporter = EXPORTERS.get(to)
-    output = check_free(Path(output), exporter.suffix)
+    output = check_free(to_path("output", output), exporter.suffix)
     smoothing = None if smooth is None else Smoothing.named(smooth)
-    tracked = read_run(Path(run), speaker)
+    tracked = read_run(to_path("run", run), speaker, exporter.needs)
     if smoothing is None:
         return _written(exporter, tracked, output)
     tracked, moved = smoothed(tracked, smoothing)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh
+from abs_engine.core.kinds import to_path
 from abs_engine.core.threads import kept
 from abs_engine.io.arrays import Layout, check_arrays, index, real, text
 from abs_engine.io.head_points import POINTS, load_points
@@ -220,7 +221,7 @@ def load_speaker(path: Path | None = None) -> Speaker:
     MeshError
         If the mesh cannot be drawn.
     """
-    return _bundled() if path is None else _read(Path(path))
+    return _bundled() if path is None else _read(to_path("speaker", path))
 
 
 @kept

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import check_kind, is_of, to_path
 from abs_engine.core.provenance import caution, made_by
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
@@ -100,15 +101,18 @@ def write_report(
     InputFileError, VideoError
         If a result, the truth or the video cannot be read.
     ParameterError
-        If the results are not all of the same frames, or several views are left to choose from.
+        If a value is of another kind, the results are not all of the same frames, or several views
+        are left to choose from.
     OutputError
         If the file exists or cannot be written.
     """
-    check_free(output)
+    check_kind("options", options, (is_of(ReportOptions), "ReportOptions"))
+    check_kind("results", results, (is_of(list, tuple), "a list of paths"))
+    paths = [to_path("a result", path) for path in results]
+    output = check_free(to_path("output", output))
     if options.video is not None:
         probe(options.video)  # refused before anything is scored
     tell = stage or (lambda _: None)
-    paths = [Path(path) for path in results]
     if options.truth is None:
         if options.clip is not None or options.camera is not None:
             raise ParameterError("without a dataset there is no clip or camera", "give --truth")

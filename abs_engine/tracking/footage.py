@@ -16,9 +16,14 @@ def footage_lines(info: VideoInfo) -> list[str]:
             "openings are then less exact; deinterlace it first"
         )
     if abs(info.sound) >= _HEARD:
-        when, sign = ("before", "add") if info.sound < 0 else ("after", "subtract")
-        lines.append(
-            f"the sound begins {abs(info.sound):.3f} s {when} the first picture: a run's times "
-            f"count from that picture; {sign} {abs(info.sound):.3f} s for times in the sound alone"
-        )
+        lines.append(sound_line(info.sound, "a run's times"))
     return lines
+
+
+def sound_line(sound: float, times: str) -> str:
+    """Line about sound that begins so many seconds after the first picture, and some times."""
+    when, sign = ("before", "add") if sound < 0 else ("after", "subtract")
+    return (
+        f"the sound begins {abs(sound):.3f} s {when} the first picture: {times} count from that "
+        f"picture; {sign} {abs(sound):.3f} s for times in the sound alone"
+    )

@@ -7,7 +7,7 @@ the face; its origin is the midpoint between the ear canals.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -193,6 +193,14 @@ def closures(aperture: FloatArray, time: FloatArray, cut: BoolArray) -> list[Clo
         )
         for first, last in pairs
     ]  # fmt: skip
+
+
+def closure_arrays(found: Sequence[Closure]) -> dict[str, NDArray[Any]]:
+    """First and last frames of closures, and their onsets and releases, as a run has them."""
+    return {
+        "closure_frames": np.array([(c.first, c.last) for c in found], np.int64).reshape(-1, 2),
+        "closure_times": np.array([(c.onset, c.release) for c in found]).reshape(-1, 2),
+    }
 
 
 def _crossing(aperture: FloatArray, time: FloatArray, cut: BoolArray, before: int) -> float:

@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import WIDEST_SIDE
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.kinds import to_path
 from abs_engine.core.pose import parted
 from abs_engine.core.provenance import made_by
 from abs_engine.io.arrays import Layout, real, text, truth, whole
+from abs_engine.io.inputs import read_json
 from abs_engine.io.npz import read_npz
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.frame_rows import (
@@ -33,10 +35,10 @@ from abs_engine.tracking.frame_rows import (
     OWN,
     FrameRows,
 )
-from abs_engine.tracking.measures import NAMES, closures, velocities
+from abs_engine.tracking.measures import NAMES, closure_arrays, closures, velocities
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_summary import summary
-from abs_engine.tracking.run_table import cells, closed_frames, closure_table, table_of
+from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
 
 FORMAT, VERSION = "abs_engine.run", 1
 RESULTS, TABLE, SUMMARY = "results.npz", "results.csv", "run.json"
@@ -137,9 +139,6 @@ class Recorder:
     def _arrays(self, rows: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         """The same; what is of a frame by itself lies where its rows do."""
         setting, time, aperture = self._setting, self._times(), rows["aperture"]
-        found = closures(aperture, time, rows["cut"])
-        frames = np.array([(c.first, c.last) for c in found], np.int64)
-        times = np.array([(c.onset, c.release) for c in found], np.float64)
         measured = {**rows, **velocities(rows, time, rows["cut"])}
         return {
             "format": FORMAT,
@@ -156,8 +155,7 @@ class Recorder:
             **{name: rows[name] for name in ("status", "term_names", "term_values", "value_unit")},
             **{name: rows[name] for name in BELIEFS},
             **{name: measured[name] for name in NAMES},
-            "closure_frames": frames.reshape(-1, 2),
-            "closure_times": times.reshape(-1, 2),
+            **closure_arrays(closures(aperture, time, rows["cut"])),
             "person_weights": setting.face.identity,
             "camera_matrix": setting.camera.matrix,
             "camera_distortion": setting.camera.distortion,
@@ -174,7 +172,7 @@ class Recorder:
     def table(self) -> Iterator[list[Any]]:
         """The table of all frames, its heading first."""
         rows = self._rows.columns()
-        return table_of(self._setting, self._arrays(rows), rows["points"])
+        return table_of(self._arrays(rows), rows["points"])
 
     def _times(self) -> NDArray[np.float64]:
         """Time at which each frame is shown, (T,), seconds: as the video says, or by its rate."""
@@ -206,16 +204,26 @@ class Recorder:
         np.savez_compressed(folder / RESULTS, **arrays)
         self.mesh().save(folder)
         found = closures(arrays["aperture"], arrays["time"], arrays["cut"])
-        tables = {TABLE: table_of(self._setting, arrays, rows["points"]),
+        tables = {TABLE: table_of(arrays, rows["points"]),
                   CLOSURES: closure_table(found)}  # fmt: skip
         for name, table in tables.items():
             with (folder / name).open("w", encoding="utf-8", newline="") as file:
-                csv.writer(file).writerows(map(cells, table))
+                csv.writer(file).writerows(written(table))
         heading = {k: arrays[k] for k in ("format", "version", "renderer")} | self._made
         counts = summary(arrays, self._setting.face)
         told = {**heading, **facts, "summary": {**counts, **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told
+
+
+def run_settings(folder: Path) -> dict[str, Any]:
+    """Settings that ``run.json`` states; none where there is no such file that can be read."""
+    try:
+        stated = read_json(Path(folder) / SUMMARY)
+    except (OSError, ValueError):
+        return {}
+    settings = stated.get("settings") if isinstance(stated, dict) else None
+    return settings if isinstance(settings, dict) else {}
 
 
 _OF_TRACK = "give the folder that 'track -o' made"
@@ -231,7 +239,7 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
     ModelFormatError
         If it has another format or version, or its arrays do not fit together.
     """
-    folder = Path(folder)
+    folder = to_path("folder", folder)
     path = folder / RESULTS
     if not path.is_file():
         runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.kinds import to_path
 from abs_engine.io.arrays import Layout, index, real
 from abs_engine.io.npz import read_npz
 
@@ -74,7 +75,7 @@ def load_mesh(folder: Path) -> RunMesh:
     ModelFormatError
         If it has another format or version, or its arrays are not those of a mesh.
     """
-    path = Path(folder) / MESH
+    path = to_path("folder", folder) / MESH
     if not path.is_file():
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
     return RunMesh(**read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again"))

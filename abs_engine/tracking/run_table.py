@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,58 +11,57 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.pose import POSE_NAMES
 from abs_engine.io.assets import CLOSED_APERTURE, LIPS_OF_68
-from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.frame_rows import BELIEVED, LANDMARK_MEASURES
 from abs_engine.tracking.measures import NAMES, Closure
 
 POINT_NAMES = tuple(f"lip{k}" for k in range(68)[LIPS_OF_68])
 """The 20 lip points by their numbers among the usual 68: 12 outer, then 8 inner."""
 
-_PLACE = ("rotation", "translation", "parameters", "points")
+_FIRST = ("index", "time", "found")
 _REST = (
     "width", "aperture", "closed", "value", "score", "evaluations", "covered", *LANDMARK_MEASURES,
     "protrusion", *(f"{name}_sd" for name in BELIEVED), "closed_probability", "contradicted",
     *NAMES, "status",
 )  # fmt: skip
+_OF_LIPS = ("closed", "contradicted")  # where they were not found, neither is true nor false
+_TIMES = {"time", "onset", "release"}
 
 
-def table_of(
-    setting: ClipSetting, arrays: Mapping[str, NDArray[Any]], points: FloatArray
-) -> Iterator[list[Any]]:
-    """The table of all frames, its heading first.
+def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[str, NDArray[Any]]:
+    """The columns of ``results.csv``, (T,) each, by their names.
 
     Parameters
     ----------
-    setting : ClipSetting
     arrays : mapping of str to (T, ...)
-        As ``results.npz`` has them.
+        As ``results.npz`` has them; measures that an older run lacks are left out.
     points : (T, 20, 3) float64, mm, head frame
+    """
+    names = [
+        *(f"head_{name}" for name in POSE_NAMES),
+        *map(str, arrays["parameter_names"]),
+        *(f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"),
+    ]
+    places = points.reshape(len(points), 3 * len(POINT_NAMES))
+    numbers = (arrays["rotation"], arrays["translation"], arrays["parameters"], places)
+    moved = zip(names, (column for one in numbers for column in one.T), strict=True)
+    first, rest = ({k: arrays[k] for k in part if k in arrays} for part in (_FIRST, _REST))
+    seen = {k: np.where(arrays["found"], rest[k], np.nan) for k in _OF_LIPS if k in rest}
+    return {**first, **dict(moved), **rest, **seen}
+
+
+def table_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> Iterator[list[Any]]:
+    """The table of all frames, its heading first, truths as 0 and 1; see `columns_of`.
 
     Yields
     ------
     list
         A row.
     """
-    yield heading(setting)
-    found = arrays["found"]
-    of_lips = {name: np.where(found, arrays[name], np.nan) for name in ("closed", "contradicted")}
-    every = {**arrays, "points": points, **of_lips}
-    columns = [_plain(every[name]) for name in ("index", "time", "found", *_PLACE, *_REST)]
-    for row in zip(*columns, strict=True):
-        yield [cell for values in row for cell in values.tolist()]
-
-
-def _plain(column: NDArray[Any]) -> NDArray[Any]:
-    """A column (T, ...) as (T, K), truths as 0 and 1."""
-    flat = column.reshape(len(column), math.prod(column.shape[1:]))
-    return flat.astype(np.int8) if column.dtype == np.bool_ else flat
-
-
-def heading(setting: ClipSetting) -> list[str]:
-    """Column names of ``results.csv``."""
-    points = [f"{name}_{axis}" for name in POINT_NAMES for axis in "xyz"]
-    pose = [f"head_{name}" for name in POSE_NAMES]
-    return ["index", "time", "found", *pose, *setting.face.blocks.spec.names, *points, *_REST]
+    columns = columns_of(arrays, points)
+    yield list(columns)
+    plain = (v.astype(np.int8) if v.dtype == np.bool_ else v for v in columns.values())
+    for row in zip(*plain, strict=True):
+        yield [cell.item() for cell in row]
 
 
 def closure_table(found: Iterable[Closure]) -> list[list[Any]]:
@@ -73,15 +71,34 @@ def closure_table(found: Iterable[Closure]) -> list[list[Any]]:
     return [list(names), *rows]
 
 
-def cells(row: Iterable[Any]) -> list[Any]:
-    """A row as it is written: numbers short enough to read, empty where they are NaN."""
-    return [_cell(value) for value in row]
+def written(table: Iterable[Sequence[Any]]) -> Iterator[list[Any]]:
+    """A table, its heading first, as it is written: numbers short enough to read.
+
+    Times have the same decimals however long the clip is; cells are empty where numbers are NaN.
+
+    Yields
+    ------
+    list
+        A row.
+    """
+    rows = iter(table)
+    names = list(next(rows))
+    yield names
+    for row in rows:
+        yield [_cell(name, value) for name, value in zip(names, row, strict=True)]
 
 
-def _cell(value: Any) -> Any:
-    if isinstance(value, float):  # NumPy's float64 is one
-        return "" if np.isnan(value) else f"{value:.6g}"
-    return value
+def _cell(name: str, value: Any) -> Any:
+    if not isinstance(value, float):  # NumPy's float64 is one
+        return value
+    if np.isnan(value):
+        return ""
+    return time_cell(value) if name in _TIMES else f"{value:.6g}"
+
+
+def time_cell(seconds: float) -> str:
+    """A time as tables have it, in seconds, to a microsecond."""
+    return f"{seconds:.6f}"
 
 
 def closed_frames(aperture: Any) -> NDArray[np.bool_]:

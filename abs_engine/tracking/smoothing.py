@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import TEXT, check_kind
 from abs_engine.core.registry import nearest
 from abs_engine.io.inputs import to_number
 from abs_engine.tracking.frame_times import evenly_spaced
 from abs_engine.tracking.measures import ANGLES, LIPS, cuts, velocities
-from abs_engine.tracking.run_table import cells
+from abs_engine.tracking.run_table import written
 
 SMOOTHED = "smoothed.csv"
 BUTTERWORTH, SAVITZKY_GOLAY = "butterworth", "savitzky-golay"
@@ -54,6 +55,7 @@ class Smoothing:
         ParameterError
             If there is no such filter.
         """
+        check_kind("smooth", text, TEXT)
         name, _, given = text.partition(":")
         if name not in (BUTTERWORTH, SAVITZKY_GOLAY):
             raise ParameterError(
@@ -151,6 +153,4 @@ class Smoothing:
         rows = zip(arrays["index"].tolist(), arrays["time"].tolist(),
                    *(curve.tolist() for curve in found.values()), strict=True)  # fmt: skip
         with (folder / SMOOTHED).open("w", encoding="utf-8", newline="") as file:
-            table = csv.writer(file)
-            table.writerow(["index", "time", *found])
-            table.writerows(map(cells, rows))
+            csv.writer(file).writerows(written([["index", "time", *found], *rows]))

@@ -21,6 +21,29 @@ def test_every_public_name_can_be_imported():
         _ = abs_engine.no_such_name
 
 
+@pytest.mark.parametrize(("name", "values", "said"), [
+    ("export_run", ("run", None, "out.csv"), "exporter is None; give text"),
+    ("export_run", ("run", "landmarks", None), "output is None; give a path"),
+    ("export_run", (3, "landmarks", "out.csv"), "run is 3; give a path"),
+    ("export_run", ("run", "landmarks", "out.csv", None, 8), "smooth is 8; give text"),
+    ("load_run", (3,), "folder is 3; give a path"),
+    ("load_mesh", (3,), "folder is 3; give a path"),
+    ("load_speaker", (3,), "speaker is 3; give a path"),
+    ("load_dataset", (3,), "folder is 3; give a path"),
+    ("load_truth", (3,), "path is 3; give a path"),
+    ("check_dataset", (None,), "folder is None; give a path"),
+    ("load_articulatory", (None,), "path is None; give a path"),
+    ("read_corpus", (None,), "path is None; give a path"),
+    ("write_report", (["run"], "x.html", None), "options is None; give ReportOptions"),
+])  # fmt: skip
+def test_values_of_another_kind_are_refused_by_name(name, values, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(abs_engine.AbsEngineError) as caught:
+        getattr(abs_engine, name)(*values)
+    assert str(caught.value) == said
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_importing_the_package_imports_nothing_heavy():
     code = "import sys, abs_engine; print({'numpy', 'moderngl', 'cv2'} & set(sys.modules))"
     folders = os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from abs_engine.core.errors import InputFileError, ParameterError
-from abs_engine.dataset.timecode import seconds_since_first
+from abs_engine.dataset.timecode import seconds_since_first, timecodes
 from abs_engine.io.assets import load_speaker
 from abs_engine.studio.speech import play_recording, read_livelink
 
@@ -61,6 +61,19 @@ def test_the_timecode_counts_at_the_smallest_usual_rate(tmp_path):
     path = written(tmp_path, *rows, "00:00:00:12,61,0,0,0,0,0,0")  # past midnight
     np.testing.assert_allclose(read_livelink(path).times, [0, 0.5, 23 / 24, 1.5])
     np.testing.assert_allclose(read_livelink(path, 30).times[1:3], [0.4, 23 / 30])
+
+
+@pytest.mark.parametrize(("rate", "code"), [
+    (25.0, "00:00:02:08.000"), (12.5, "00:00:02:07.680"), (30000 / 1001, "00:00:02:09.600"),
+    (24.96, "00:00:02:08.000"), (240.0, "00:00:02:38.400"),
+])  # fmt: skip
+def test_timecodes_are_written_as_they_are_read(rate, code, tmp_path):
+    """They had counted rounded frames: at 12.5 frames a second they ran 4 % slow."""
+    assert timecodes(np.array([2.32]), rate) == [code]
+    assert timecodes(np.array([3661.0]), rate) == ["01:01:01:00.000"]
+    for times in (np.arange(0, 3, 1 / rate), np.cumsum(np.tile([0.5, 1.7, 0.8], 50)) / rate):
+        read = seconds_since_first(timecodes(times, rate), tmp_path)
+        np.testing.assert_allclose(read, times - times[0], atol=1e-4)
 
 
 def test_timecodes_by_hand(tmp_path):

@@ -17,6 +17,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.optimise.base import Solution
+from abs_engine.tracking.measures import Closure
 from abs_engine.tracking.record import (
     RESULTS,
     SUMMARY,
@@ -25,7 +26,7 @@ from abs_engine.tracking.record import (
     load_run,
 )
 from abs_engine.tracking.run_mesh import load_mesh
-from abs_engine.tracking.run_table import POINT_NAMES, cells
+from abs_engine.tracking.run_table import POINT_NAMES, closure_table, written
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
 
@@ -213,6 +214,15 @@ def test_times_are_the_videos_where_it_says_them():
         for index in range(3):
             recorder.add(toy_result(index))
         np.testing.assert_allclose(recorder.arrays()["time"], expected)
-        rows = [cells(row) for row in recorder.table()]
+        rows = list(written(recorder.table()))
         column = rows[0].index("time")
         assert [float(row[column]) for row in rows[1:]] == pytest.approx(list(expected))
+
+
+def test_times_of_long_clips_have_as_many_decimals():
+    times = 12000 + np.arange(3) / 240
+    _, *rows = written([["time", "width"], *((time, 12345.678) for time in times)])
+    np.testing.assert_allclose([float(time) for time, _ in rows], times, rtol=0, atol=1e-6)
+    assert rows[0][1] == "12345.7"
+    _, row = written(closure_table([Closure(1, 2, times[0], times[1], 0.5)]))
+    assert row[:2] == ["12000.000000", "12000.004167"]

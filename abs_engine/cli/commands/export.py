@@ -42,5 +42,6 @@ def export(chosen: Chosen) -> Done:
     lost = export_run(chosen.run, chosen.to, chosen.output, chosen.speaker, chosen.smooth)
     how = ["smoothed", "read back"] if chosen.smooth else ["read back"]
     said = [f"{how[min(k, len(how) - 1)]}, {one}" for k, one in enumerate(lost)]
-    lines = [*said, f"wrote {chosen.output}"]
+    notes = [one.note for one in lost if one.note]
+    lines = [*said, *notes, f"wrote {chosen.output}"]
     return Done(lines, {"output": chosen.output, "loss": [asdict(one) for one in lost]})

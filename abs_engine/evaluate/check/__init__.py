@@ -13,6 +13,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import AbsEngineError
+from abs_engine.core.kinds import to_path
 from abs_engine.dataset import ClipEntry, Dataset, Truth, codec, load_clip
 from abs_engine.dataset.camera_file import load_camera
 from abs_engine.dataset.dataset import read_record
@@ -60,7 +61,7 @@ def check_dataset(
     ModelFormatError
         If its ``dataset.json`` has another format or version.
     """
-    dataset = read_record(Path(folder))
+    dataset = read_record(to_path("folder", folder))
     found = [*files.sum_findings(dataset), *files.presence_findings(dataset)]
     count = _Count(dataset, frames, progress)
     for entry in dataset.clips:

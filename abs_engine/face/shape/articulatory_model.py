@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError, ParameterError, TooFewPointsError
+from abs_engine.core.kinds import to_path
 from abs_engine.face.shape.predictors import Predictor
 from abs_engine.io.arrays import Layout, real, text
 from abs_engine.io.inputs import parse_json
@@ -219,7 +220,7 @@ def load_articulatory(path: Path) -> ArticulatoryModel:
     ModelFormatError
         If it has another format or version, lacks something, or holds what is not finite.
     """
-    data = read_npz(Path(path), FORMAT, VERSION, _LAYOUT, "build it again")
+    data = read_npz(to_path("path", path), FORMAT, VERSION, _LAYOUT, "build it again")
     try:
         return ArticulatoryModel.from_arrays(data)
     except (KeyError, TypeError, ValueError, AttributeError, ParameterError) as error:

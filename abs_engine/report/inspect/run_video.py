@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
-from typing import Any
 
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.dataset.sums import digest
-from abs_engine.io.inputs import read_json
 from abs_engine.io.video import probe
 from abs_engine.report.inspect.runs import RunHead
 from abs_engine.report.same_clip import video_sum
-from abs_engine.tracking.record import SUMMARY
+from abs_engine.tracking.record import SUMMARY, run_settings
 
 _log = logging.getLogger(__name__)
 
@@ -105,20 +103,10 @@ def _found(folder: Path, beside: Path | None) -> Path:
 
 def _named(folder: Path) -> tuple[Path, str]:
     """The video as the run names it, and its path from the run; empty in older runs."""
-    settings = _summary(folder).get("settings")
-    settings = settings if isinstance(settings, dict) else {}
+    settings = run_settings(folder)
     name, stored = settings.get("video"), settings.get("video_path")
     if not isinstance(name, str) or not name:
         raise InputFileError(
             f"{folder / SUMMARY} does not name the video", "give it with --video FILE"
         )
     return Path(name), stored if isinstance(stored, str) else ""
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    """Content of ``run.json``; nothing where there is none that can be read."""
-    try:
-        told = read_json(folder / SUMMARY)
-    except (OSError, ValueError):
-        return {}
-    return told if isinstance(told, dict) else {}
