@@ -29,7 +29,7 @@ from abs_engine.io.assets import CLOSED_APERTURE
 from abs_engine.tracking.clip_setting import Work
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
-from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks, of_opening
+from abs_engine.tracking.mouth_landmarks import RENDERING, MouthLandmarks
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -91,23 +91,14 @@ class HeadBinder:
         if terms is None:
             start = next((x for x in (told, last) if x is not None), at_base(model.prototypes[0]))
             terms = self._terms(frame, base, told, start)
-        problem = self._problem(base, terms, (*priors, *self._beside(frame, told)))
+        beside = () if frame.face is None else marks.beside(frame, self.classes.outdoing)
+        problem = self._problem(base, terms, (*priors, *beside))
         known = [x for x in (last, told) if x is not None]
         # Beside both, a usual posture was best in 1 of 430 frames, and led nowhere else
         usual = at_base(model.prototypes[: 0 if len(known) == 2 else None])
         starts = np.vstack([*known, usual])
         said = marks.marked(frame, self._problem(base, {}, priors))
         return Work(problem, starts, partial(explained, terms), said, seal=self._seal)
-
-    def _beside(self, frame: HeadFrame, told: FloatArray | None) -> tuple[Prior, ...]:
-        """Evidence of the landmarks, if there are any, beside what is drawn."""
-        if told is None:
-            return ()
-        factor = self.classes.outdoing
-        evidence = self.landmarks.beside(frame, factor)
-        gap, slope = self._gap
-        opening = of_opening(told, gap + float(slope @ told), slope, factor)
-        return (*evidence, opening) if evidence else ()
 
     def ahead(self, frame: HeadFrame, pose: Pose) -> Mapping[str, Term] | None:
         """The evidence of a frame, started from its landmarks; None where it has none of these."""
@@ -157,16 +148,11 @@ class HeadBinder:
         return likely, contact, near
 
     @cached_property
-    def _gap(self) -> tuple[float, FloatArray]:
-        """Gap between the inner lips' middles, mm, and its slope (6 + P,)."""
-        scene, points = self.face.scene, self.face.rings["points"]
-        mean, modes = (part.astype(np.float64) for part in (scene.mean, scene.modes))
-        return float(lip_gap(mean[points])), at_base(lip_gap(modes[:, points]))
-
-    @cached_property
     def _seal(self) -> Seal | None:
         """Frequency with which the lips touch: a known speaker's, or anybody's."""
-        gap, slope = self._gap
+        scene, points = self.face.scene, self.face.rings["points"]
+        mean, modes = (part.astype(np.float64) for part in (scene.mean, scene.modes))
+        gap, slope = float(lip_gap(mean[points])), at_base(lip_gap(modes[:, points]))
         if self.seen is None:
             return Seal.usual(gap, slope)
         return Seal.of(gap, slope, self.seen, CLOSED_APERTURE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,7 +16,6 @@ from abs_engine.fit.problem import Problem
 from abs_engine.tracking.frame_state import HeadFrame
 from abs_engine.tracking.identity_fit import POSE_DEVIATION
 from abs_engine.tracking.lip_landmarks import LipLandmarks
-from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 
 BOTH, RENDERING, LANDMARKS = EVIDENCE = ("both", "rendering", "landmarks")
 
@@ -91,28 +89,6 @@ class MouthLandmarks:
         apart = None if self.lips is None else partial(self.lips.apart, face.landmarks)
         only, decide = self.evidence == LANDMARKS, self.evidence == BOTH
         return Landmarked(replace(undrawn, priors=priors), told, apart, only, decide)
-
-
-def of_opening(told: FloatArray, gap: float, slope: FloatArray, factor: float) -> InformationPrior:
-    """Evidence of how far the landmarks see the lips apart.
-
-    The network sees an opening better than its noise in all postures says: what moves all lips, a
-    jaw or a turned head, leaves it as it is.
-
-    Parameters
-    ----------
-    told : (N,) float64
-        Where the landmarks put the mouth.
-    gap : float, mm
-        Between the middles of the inner lips there.
-    slope : (N,) float64, mm per unit of parameter
-    factor : float
-        On its noise.
-    """
-    own = math.hypot(
-        LANDMARK_EVIDENCE.opening_noise, LANDMARK_EVIDENCE.opening_share * max(gap, 0.0)
-    )
-    return InformationPrior(told, np.outer(slope, slope) / (factor * own) ** 2)
 
 
 def _less_sure(told: InformationPrior, factor: float) -> InformationPrior:

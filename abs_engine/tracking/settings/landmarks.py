@@ -47,13 +47,6 @@ class LandmarkSettings:
         head's rotation: off by 3.7 degrees with 0, 3.2 with 1, 3.0 with 2, 2.9 with 4; the least
         that gives nearly all of it. On eight others the error in the person's own frame falls from
         1.8 to 1.6.
-    opening_noise : float, mm
-        Standard deviation of the lips' opening by the landmarks. Chosen of 0.8, 1.0, 1.2 and 1.5 on
-        eight films of other heads, where openings are off by 0.72 mm with 0.8 and 0.74 with 1.5
-        (0.76 without), and on the labelled closures of GRID's bbaf2n: the recall is 0.81, 0.92,
-        0.97 and 1.00.
-    opening_share : float, share of the opening
-        That is added to it in quadrature. Not measured.
     bias_share : float, share
         Of what several frames of a person are off by, that is the person's own bias. Not measured.
     within : float, share of the deviation
@@ -101,8 +94,6 @@ class LandmarkSettings:
     factors_within: int = 40
     least_noise: float = 1.5
     posture_share: float = 2.0
-    opening_noise: float = 1.5
-    opening_share: float = 0.25
     bias_share: float = 0.95
     within: float = 0.5
     closest: int = 3
