@@ -8,6 +8,7 @@ of unknown heads, and is added.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 
@@ -86,17 +87,18 @@ class Belief:
         return NormalDist(self.gap, max(self.aperture, 1e-9)).cdf(CLOSED_APERTURE)
 
     def against(self, disagreement: float) -> Belief:
-        """Belief where another measure of the aperture disagrees.
+        """Belief where there is another measure of the aperture.
 
-        Two measures that lie farther apart than their standard deviations allow cannot both be as
-        good as they are taken to be: these grow until they fit (the Birge ratio).
+        A standard deviation that is right on the average is too large where two measures agree, and
+        too small where they do not.
 
         Parameters
         ----------
         disagreement : float, joint standard deviations
             NaN where there is no other measure.
         """
-        return replace(self, aperture=self.aperture * max(1.0, disagreement))
+        factor = 1.0 if math.isnan(disagreement) else math.hypot(BELIEF.agreed, disagreement)
+        return replace(self, aperture=self.aperture * factor)
 
 
 def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
