@@ -27,7 +27,7 @@ from abs_engine.io.npz import format_of, read_arrays
 
 _Say = Callable[[str], None] | None
 _BEHIND = -10.0
-"""mm before the edge of the upper front teeth, where lips lie at least. Chosen: mostly at 2 to 12."""
+"""mm before the edge of the upper front teeth, where lips lie at least. Chosen: usual 2 to 12."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -202,6 +202,11 @@ def test_files_that_are_no_heads(tmp_path):
         read_morphs(tmp_path / "head.glb")
     with pytest.raises(InputFileError, match="no vertices"):
         read_morphs(tmp_path / "head.obj", tmp_path)
+    write_obj(tmp_path / "some.obj", HEAD.vertices[:3], np.array([[0, 1, 2]]))
+    (tmp_path / "empty").mkdir()
+    for folder in ("empty", "head.glb"):
+        with pytest.raises(InputFileError, match=f"no OBJ file .* was found in .*{folder}"):
+            read_morphs(tmp_path / "some.obj", tmp_path / folder)
     with pytest.raises(InputFileError, match="neither GLB, glTF nor OBJ"):
         read_morphs(tmp_path / "head.stl")
     with pytest.raises(ParameterError, match="needs --deltas"):
@@ -254,6 +259,20 @@ def test_a_texture_is_laid_by_the_corners_of_facets(tmp_path):
     assert (seen == [200, 0, 0]).all(), "the face lies on the picture"
     teeth = head.uv[np.unique(facets_of(head, "upper_teeth"))]
     assert (teeth[:, 0] > 64 / texture.shape[1]).all(), "what was added lies beside it"
+
+
+def test_an_obj_counts_backwards_from_the_polygon_and_may_be_spaced_freely(tmp_path):
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "  vt 0 0", "vt 1 0", "vt 0 1", "f -3/-3 -2/-2 -1/-1"]
+    more = ["v\t0 0 1", "\tv 1 0 1", "v 0 \\\n1 1", "vt 0.5 1", "f\t-3/-1 -2/-2 3/3"]
+    (tmp_path / "head.OBJ").write_text("\n".join([*lines, "o\tteeth", *more]))
+    (shapes / "jawOpen.OBJ").write_text("\n".join([*lines, *more]).replace("1 1", "1 5"))
+    mesh = read_morphs(tmp_path / "head.OBJ", shapes)
+    assert mesh.faces.tolist() == [[0, 1, 2], [3, 4, 2]]
+    assert mesh.uv[1].tolist() == [[0.5, 0], [0, 0], [0, 0]]
+    assert mesh.part_names == ("", "teeth")
+    assert mesh.targets["jawOpen"].tolist() == [[0, 0, 0]] * 5 + [[0, 0, 4]]
 
 
 def test_textures_of_nobody_are_refused(folder):

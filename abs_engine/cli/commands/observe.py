@@ -37,7 +37,7 @@ observe again with --corrections. The head frame needs one of --rigid, --pose an
 _CALIBRATE = Path("calibrate")
 _MARKERS = (".c3d", ".csv")
 _NOT_RIGID = 2.0
-"""mm RMS, by which rigid points disagree that are not rigid. Chosen: those that are do by 0.1 to 0.7."""
+"""mm RMS, by which points disagree that are not rigid. Chosen: rigid ones do by 0.1 to 0.7."""
 
 
 def _rename(text: str) -> tuple[str, str]:
