@@ -1,4 +1,4 @@
-"""What is asked of a head before it is made: that its units and the rings of its lips are a face's.
+"""Checks of a head before it is made: its units and the rings of its lips are to be a face's.
 
 Files that hold something else are whole, and would make a head that moves wrongly.
 """
