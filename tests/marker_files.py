@@ -35,11 +35,11 @@ def write_wide(path: Path, names: tuple[str, ...], points: np.ndarray, time: boo
     return path
 
 
-def write_long(path: Path, names: tuple[str, ...], points: np.ndarray) -> Path:
+def write_long(path: Path, names: tuple[str, ...], points: np.ndarray, first: int = 0) -> Path:
     lines = ["frame,point,x,y,z"]
     for t, places in enumerate(points):
         for name, place in zip(names, places, strict=True):
             if np.isfinite(place).all():
-                lines.append(f"{t + 10},{name},{','.join(repr(float(v)) for v in place)}")
+                lines.append(f"{t + first},{name},{','.join(repr(float(v)) for v in place)}")
     path.write_text("\n".join(lines))
     return path

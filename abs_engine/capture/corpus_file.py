@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ from numpy.typing import NDArray
 from abs_engine.capture.corpus import FORMAT as CORPUS
 from abs_engine.capture.corpus import Corpus, bite_plane, load_corpus
 from abs_engine.capture.corpus_table import HOW, CorpusTable, read_table
-from abs_engine.capture.markers import UNITS, read_markers, refuse_infinite
+from abs_engine.capture.markers import read_markers
 from abs_engine.capture.observations import FORMAT as OBSERVATIONS
 from abs_engine.capture.observations import read_observations
+from abs_engine.capture.recorded import UNITS, check_size, refuse_infinite, without_zeros
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import (
     InputFileError,
@@ -24,12 +26,40 @@ from abs_engine.core.errors import (
 from abs_engine.core.kinds import to_path
 from abs_engine.io.npz import format_of, read_arrays
 
-SMALLEST = 15.0
-"""mm that a face's points extend over at least: lips alone over 40, a face in metres over 0.3."""
+_Say = Callable[[str], None] | None
+_BEHIND = -10.0
+"""mm before the edge of the upper front teeth, where lips lie at least. Chosen: usual 2 to 12."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Recorded points of all frames.
+
+    Parameters
+    ----------
+    names : tuple of str, N
+    points : (T, N, 3) float64, mm
+        NaN where a point is missing.
+    first : int
+        Number of the first frame, as the file counts them.
+    """
+
+    names: tuple[str, ...]
+    points: FloatArray
+    first: int = 0
+
+    @property
+    def numbers(self) -> str:
+        """The numbers of its frames, as messages name them."""
+        return f"frames {self.first} to {self.first + len(self.points) - 1}"
 
 
 def read_corpus(
-    path: Path, table: Path | None = None, rate: float | None = None, unit: str | None = None
+    path: Path,
+    table: Path | None = None,
+    rate: float | None = None,
+    unit: str | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Corpus:
     """Read a corpus: a saved one, or C3D, CSV or NPZ with a table.
 
@@ -44,6 +74,8 @@ def read_corpus(
         Frames per second of a marker file that does not say; it does not matter to the corpus.
     unit : {"mm", "cm", "m"}, optional
         Of a marker file, or of plain arrays, which do not say; mm by default.
+    say : callable, optional
+        Called with a line on places at exactly 0, 0, 0, which are taken for missing.
 
     Returns
     -------
@@ -58,7 +90,8 @@ def read_corpus(
         If an ``.npz`` is neither a corpus nor observations.
     ParameterError
         If the table is lacking, or names points or frames that are not there; if a unit is given
-        for what is in mm, the points are in metres, or two have one name.
+        for what is in mm, the points are in metres or centimetres, or two have one name; or if
+        the groups ``upper_lip`` and ``lower_lip`` do not lie as lips do.
     TooFewPointsError
         If a point of the upper teeth is missing in a frame that is used, or the three do not span
         a plane there.
@@ -72,13 +105,15 @@ def read_corpus(
     told = read_table(table)
     if not told.visemes:
         raise InputFileError(f"{table} names no visemes", f"say which frames they are, {HOW}")
-    names, points = _read_points(path, rate, unit)
-    return _assembled(path, names, points, told)
+    return _assembled(path, _read_points(path, rate, unit, say), told)
 
 
 def read_recording(
-    path: Path, table: Path | None = None, unit: str | None = None
-) -> tuple[tuple[str, ...], FloatArray]:
+    path: Path,
+    table: Path | None = None,
+    unit: str | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Recording:
     """Read all frames of recorded points, in the frame that a corpus has.
 
     Parameters
@@ -88,14 +123,14 @@ def read_recording(
     table : Path, optional
         Only its points of the upper teeth count; without them the points are in their frame.
     unit : {"mm", "cm", "m"}, optional
+    say : callable, optional
+        See `read_corpus`.
 
     Returns
     -------
-    tuple of str, N
-        Names of the points.
-    (T, N, 3) float64, mm
-        NaN where a point is missing, and in all of a frame where one of the upper teeth is, or
-        where the three do not span a plane, as where a system writes zeros for what it lost.
+    Recording
+        With NaN in all of a frame where one of the upper teeth is missing, or where the three do
+        not span a plane.
 
     Raises
     ------
@@ -109,32 +144,30 @@ def read_recording(
     path = Path(path)
     if table is None and path.suffix.lower() == ".npz" and format_of(read_arrays(path)) == CORPUS:
         corpus = read_corpus(path, unit=unit)
-        return corpus.names, corpus.points
+        return Recording(corpus.names, corpus.points)
     teeth = () if table is None else read_table(table).upper_teeth
-    names, points = _read_points(path, None, unit)
-    if teeth:
-        marks = _marks(names, teeth)
-        whole = np.flatnonzero(np.isfinite(points[:, marks]).all(axis=(1, 2))).tolist()
-        used = [frame for frame in whole if not _flat(points[frame], marks)]
-        points = _on_bite_plane(points, marks, used or whole[:1])  # one error where all are flat
-    return names, points
+    recording = _read_points(path, None, unit, say)
+    if not teeth:
+        return recording
+    points, marks = recording.points, _marks(recording.names, teeth)
+    whole = np.flatnonzero(np.isfinite(points[:, marks]).all(axis=(1, 2))).tolist()
+    used = [frame for frame in whole if not _flat(points[frame], marks)]
+    return _on_bite_plane(recording, marks, used or whole[:1])  # one error where all are flat
 
 
-def _read_points(
-    path: Path, rate: float | None, unit: str | None
-) -> tuple[tuple[str, ...], FloatArray]:
-    """Names, and points (T, N, 3), mm, of a file of any kind."""
+def _read_points(path: Path, rate: float | None, unit: str | None, say: _Say) -> Recording:
+    """Points of a file of any kind."""
     if path.suffix.lower() == ".npz":
-        names, points = _read_npz(path, unit)
+        recording = _read_npz(path, unit, say)
     else:
-        markers = read_markers(path, _rate(path, rate), unit)
-        names, points = markers.names, markers.points
-    for name in names:
-        if names.count(name) > 1:
+        markers = read_markers(path, _rate(path, rate), unit, say)
+        recording = Recording(markers.names, markers.points, markers.first)
+    for name in recording.names:
+        if recording.names.count(name) > 1:
             raise ParameterError(f"{path}: two points are named {name!r}", "name each once")
         if not name.isprintable():
             raise InputFileError(f"{path}: the name {name!r} cannot be printed", "change it")
-    return names, points
+    return recording
 
 
 def _is_plain(arrays: Mapping[str, NDArray[np.generic]]) -> bool:
@@ -142,15 +175,15 @@ def _is_plain(arrays: Mapping[str, NDArray[np.generic]]) -> bool:
     return "format" not in arrays and {"names", "points"} <= set(arrays)
 
 
-def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray]:
-    """Names, and points (T, N, 3): of observations, or of an archive that holds just these."""
+def _read_npz(path: Path, unit: str | None, say: _Say) -> Recording:
+    """Points of observations, or of an archive that holds just these and their names."""
     arrays = read_arrays(path)
     if "format" in arrays:
         _check_mm(path, unit)
         if format_of(arrays) == CORPUS:
             raise ParameterError(f"{path} says itself what its points are", "give no table")
         seen = read_observations(path)
-        return seen.names, np.where(seen.found[..., None], seen.points, np.nan)
+        return Recording(seen.names, np.where(seen.found[..., None], seen.points, np.nan))
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
     if (
@@ -170,7 +203,7 @@ def _read_npz(path: Path, unit: str | None) -> tuple[tuple[str, ...], FloatArray
             "give points (T, N, 3) and N names",
         )
     refuse_infinite(path, names, points)
-    return names, points
+    return Recording(names, without_zeros(points, say))
 
 
 def _check_mm(path: Path, unit: str | None) -> None:
@@ -183,41 +216,60 @@ def _rate(path: Path, rate: float | None) -> float | None:
     return 1.0 if rate is None and path.suffix.lower() != ".c3d" else rate
 
 
-def _assembled(
-    path: Path, names: tuple[str, ...], points: FloatArray, table: CorpusTable
-) -> Corpus:
-    """The corpus of frames (T, N, 3)."""
-    last = max(end for _, end in table.visemes.values())
-    if last >= len(points):
-        raise ParameterError(
-            f"the table names frame {last}, {path} has {len(points)}", "count frames from 0"
-        )
+def _assembled(path: Path, recording: Recording, table: CorpusTable) -> Corpus:
+    """The corpus of a recording's frames."""
+    first, count = recording.first, len(recording.points)
+    spans = {name: (a - first, b - first) for name, (a, b) in table.visemes.items()}
+    for name, (start, end) in spans.items():
+        if start < 0 or end >= count:
+            raise ParameterError(
+                f"the table names frame {first + (start if start < 0 else end)} for '{name}', "
+                f"{path} has {recording.numbers}",
+                "count as its column frame does; where there is none, from 0",
+            )
+    names = recording.names
     if table.upper_teeth:
-        used = sorted({f for a, b in table.visemes.values() for f in range(a, b + 1)})
+        used = sorted({f for a, b in spans.values() for f in range(a, b + 1)})
         marks = _marks(names, table.upper_teeth)
-        lost = [frame for frame in used if not np.isfinite(points[frame, marks]).all()]
+        lost = [f for f in used if not np.isfinite(recording.points[f, marks]).all()]
         if lost:
             raise TooFewPointsError(
-                f"a point of the upper teeth is missing in frame {lost[0]}", "name another frame"
+                f"a point of the upper teeth is missing in frame {first + lost[0]}",
+                "name another frame",
             )
-        points = _on_bite_plane(points, marks, used)
-    shown = [_mean(points[start : end + 1]) for start, end in table.visemes.values()]
-    _check_size(path, np.stack(shown))
+        recording = _on_bite_plane(recording, marks, used)
+    shown = np.stack([_mean(recording.points[start : end + 1]) for start, end in spans.values()])
     try:
-        return Corpus(np.stack(shown), names, tuple(table.visemes), table.groups, source=path.name)
+        check_size(shown)
+        made = Corpus(shown, names, tuple(spans), table.groups, source=path.name)
+        _check_lips(made)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error.problem}", error.remedy) from error
+    return made
 
 
-def _check_size(path: Path, faces: FloatArray) -> None:
-    """Refuse faces (V, N, 3) that are no larger than a tooth."""
-    there = faces[np.isfinite(faces).all(axis=2)]
-    size = float(np.linalg.norm(np.ptp(there, axis=0))) if len(there) else 0.0
-    if 0 < size < SMALLEST:
+def _check_lips(corpus: Corpus) -> None:
+    """Raise `ParameterError` where the lips do not lie as they do on the upper teeth."""
+    upper, lower = (_place(corpus, group) for group in ("upper_lip", "lower_lip"))
+    if upper[1] < lower[1]:
         raise ParameterError(
-            f"{path}: the faces measure {size:.2g} mm from end to end",
-            "are they in mm? say so with --unit, such as --unit m",
+            f"the upper lip lies {lower[1] - upper[1]:.0f} mm below the lower one",
+            "check that right and left teeth are the subject's, and that y is up",
         )
+    ahead = 0.5 * (upper[2] + lower[2])
+    if ahead < _BEHIND:
+        raise ParameterError(
+            f"the lips lie {-ahead:.0f} mm behind the edge of the front teeth",
+            "check which points the teeth are, and that z is forward",
+        )
+
+
+def _place(corpus: Corpus, group: str) -> FloatArray:
+    """The mean (3,) of a group's points; NaN where it has none."""
+    at = [corpus.names.index(name) for name in corpus.groups.get(group, ())]
+    own = corpus.points[:, at].reshape(-1, 3)
+    there = own[np.isfinite(own).all(axis=1)]
+    return np.asarray(there.mean(axis=0)) if len(there) else np.full(3, np.nan)
 
 
 def _mean(points: FloatArray) -> FloatArray:
@@ -239,15 +291,16 @@ def _marks(names: tuple[str, ...], teeth: tuple[str, ...]) -> list[int]:
     return [names.index(name) for name in teeth]
 
 
-def _on_bite_plane(points: FloatArray, marks: list[int], used: list[int]) -> FloatArray:
-    """Points (T, N, 3) in the frame of the upper teeth; NaN in frames that are not used."""
-    out = np.full_like(points, np.nan)
+def _on_bite_plane(recording: Recording, marks: list[int], used: list[int]) -> Recording:
+    """Points in the frame of the upper teeth; NaN in frames (from 0) that are not used."""
+    points, out = recording.points, np.full_like(recording.points, np.nan)
     for frame in used:
         try:
             out[frame] = bite_plane(*points[frame, marks]).apply(points[frame])
         except TooFewPointsError as error:
-            raise TooFewPointsError(f"frame {frame}: {error.problem}", error.remedy) from error
-    return out
+            where = f"frame {recording.first + frame}"
+            raise TooFewPointsError(f"{where}: {error.problem}", error.remedy) from error
+    return replace(recording, points=out)
 
 
 def _flat(points: FloatArray, marks: list[int]) -> bool:

@@ -105,9 +105,18 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
         return rigid_motion(rigid, reference_of(choice.reference, choice.rigid))
     motion = rigid_motion(rigid)
     start = rigid[int(np.isfinite(rigid).all(axis=(1, 2)).argmax())]
-    steady = motion.to_head(points)[_whole(points)]
+    placed = motion.to_head(points)
+    if "nose" in names:
+        nose = list(names).index("nose")
+        placed = placed[np.isfinite(placed[:, nose]).all(axis=1)]
+        if not len(placed):
+            raise TooFewPointsError(
+                "'nose' is found in no frame, and is the origin of the head frame",
+                "record it, or give a reference of the rigid points (--reference)",
+            )
+    steady = placed[_whole(placed)]
     axes = mouth_axes(steady, names)
-    origin = steady[list(names).index("nose")] if "nose" in names else steady.mean(axis=0)
+    origin = steady[nose] if "nose" in names else np.nanmean(steady, axis=0)
     return rigid_motion(rigid, (start - origin) @ axes.T)
 
 

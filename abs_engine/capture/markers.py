@@ -5,25 +5,24 @@ from __future__ import annotations
 import csv
 import struct
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import BinaryIO
 
 import c3d
 import numpy as np
 
+from abs_engine.capture.recorded import UNITS, refuse_infinite, without_zeros
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
 from abs_engine.io.inputs import MOST, check_file, to_number
-
-UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
-"""Millimetres of each unit."""
 
 _BROKEN = (ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError,
            EOFError, ArithmeticError, NameError, MemoryError, struct.error, OSError)  # fmt: skip
 """What the C3D library raises on files that are none, or are cut."""
 _UNEVEN = 1.5
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +38,15 @@ class Markers:
         As the file states it; 0 in a CSV.
     rate : float
         Frames per second.
+    first : int
+        Number of the first frame by the column ``frame`` of a CSV; else 0.
     """
 
     names: tuple[str, ...]
     points: FloatArray
     residual: FloatArray
     rate: float
+    first: int = 0
 
     def renamed(self, names: Mapping[str, str]) -> Markers:
         """The same with other names for some.
@@ -61,15 +63,20 @@ class Markers:
             )
         new = tuple(names.get(name, name) for name in self.names)
         _check_unique(new)
-        return Markers(new, self.points, self.residual, self.rate)
+        return replace(self, names=new)
 
 
-def read_markers(path: Path, rate: float | None = None, unit: str | None = None) -> Markers:
+def read_markers(
+    path: Path,
+    rate: float | None = None,
+    unit: str | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Markers:
     """Read a marker file, C3D by its suffix, else CSV.
 
     A CSV has a column ``frame`` and/or ``time`` (seconds), and ``NAME_x``, ``NAME_y``, ``NAME_z``
     for each marker; or a line for each marker with ``point``, ``x``, ``y``, ``z``. Empty cells: the
-    marker is missing.
+    marker is missing; so it is where it lies at exactly 0, 0, 0, see `without_zeros`.
 
     Parameters
     ----------
@@ -78,6 +85,8 @@ def read_markers(path: Path, rate: float | None = None, unit: str | None = None)
         Frames per second, where the file does not say.
     unit : {"mm", "cm", "m"}, optional
         Where the file does not say; mm by default.
+    say : callable, optional
+        Called with a line that counts the zeros.
 
     Raises
     ------
@@ -96,17 +105,9 @@ def read_markers(path: Path, rate: float | None = None, unit: str | None = None)
     if not markers.names or not len(markers.points):
         raise InputFileError(f"{path} holds no markers", "check the file")
     refuse_infinite(path, markers.names, np.dstack([markers.points, markers.residual]))
-    return markers
-
-
-def refuse_infinite(path: Path, names: tuple[str, ...], points: FloatArray) -> None:
-    """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap."""
-    frames, which = np.nonzero((np.abs(points) > MOST).any(axis=2))
-    if len(frames):
-        raise InputFileError(
-            f"{path}: '{names[which[0]]}' is out of all bounds in frame {frames[0]}",
-            "leave its place empty where a point is missing",
-        )
+    points = without_zeros(markers.points, say)
+    residual = np.where(np.isnan(points[..., 0]), np.nan, markers.residual)
+    return replace(markers, points=points, residual=residual)
 
 
 def _read_c3d(path: Path, rate: float | None, unit: str | None) -> Markers:
@@ -163,10 +164,15 @@ def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
     columns = [[header.index(f"{n}_{c}") for c in "xyz"] for n in names]
     points = table[:, columns] * scale
     points[np.isnan(points).any(axis=2)] = np.nan
+    first = 0.0 if frame is None else float(frame[0])
     if frame is not None and np.any(np.diff(frame) != 1):
         raise InputFileError(f"{path} skips or repeats a frame", "give a line for every frame")
-    residual = np.where(np.isnan(points[..., 0]), np.nan, 0.0)
-    return Markers(names, points, residual, _rate(path, rate or _rate_of(path, time)))
+    if not first.is_integer():
+        raise InputFileError(
+            f"{path}: '{first:g}' is no number of a frame", "count in whole numbers"
+        )
+    rate = _rate(path, rate or _rate_of(path, time))
+    return Markers(names, points, np.zeros(points.shape[:2]), rate, int(first))
 
 
 def _cells(path: Path) -> tuple[list[str], FloatArray]:
@@ -177,7 +183,7 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
         raise InputFileError(f"{path} is not a CSV file", "give C3D or CSV") from error
     if len(rows) < 2:
         raise InputFileError(f"{path} holds no markers", "give column names and frames")
-    header = [name.strip() for name in rows[0]]
+    header = _header(path, rows[0])
     if "point" in header:
         header, rows = _widened(path, header, rows[1:])
     else:
@@ -187,13 +193,37 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
         if len(row) != len(header):
             raise InputFileError(
                 f"{path}, frame {k + 1} has {len(row)} values for {len(header)} columns",
-                "check the file",
+                "check the file: commas stand between columns only, not before decimals",
             )
         try:
             table[k] = [to_number(cell, gaps=True) for cell in row]
         except ValueError as error:
             raise InputFileError(f"{path}, frame {k + 1}: {error}", "give numbers") from error
     return header, table
+
+
+def _header(path: Path, row: list[str]) -> list[str]:
+    """Column names of the first row, which has to hold some."""
+    between = [word for mark, word in _SEPARATORS.items() if len(row) == 1 and mark in row[0]]
+    if between:
+        raise InputFileError(
+            f"{path} has {between[0]} between its columns",
+            "put commas there, and a point before the decimals",
+        )
+    if any(_is_number(cell) for cell in row):
+        raise InputFileError(
+            f"{path} has no column names in its first line",
+            "put them there, such as frame,point,x,y,z",
+        )
+    return [name.strip() for name in row]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        to_number(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _widened(

@@ -15,6 +15,7 @@ from abs_engine.capture.dot_tracking import USUAL, DotFollower, FollowOptions, S
 from abs_engine.capture.head import HeadChoice, head_motion
 from abs_engine.capture.markers import Markers
 from abs_engine.capture.observations import Observations
+from abs_engine.capture.recorded import check_size
 from abs_engine.capture.triangulate import triangulate
 from abs_engine.capture.view import View
 from abs_engine.core.arrays import BoolArray, FloatArray, Image
@@ -201,6 +202,8 @@ def points_of_markers(markers: Markers, head: HeadChoice, source: str = "") -> O
         If a needed marker is not there, or the rigid points are too few.
     DegenerateViewsError
         If the rigid points leave a rotation open.
+    ParameterError
+        If the markers lie closer together than a face's do in mm.
     """
     needed = needed_among(markers.names)
     lacking = [name for name in needed if name not in markers.names]
@@ -209,6 +212,7 @@ def points_of_markers(markers: Markers, head: HeadChoice, source: str = "") -> O
             f"{len(lacking)} of the {len(needed)} points are missing: {lacking[0]}, ...",
             f"rename the markers (there are {', '.join(markers.names[:8])}, ...)",
         )
+    check_size(markers.points)
     names = (*needed, *(n for n in markers.names if n not in needed))
     order = [markers.names.index(n) for n in names]
     world = markers.points[:, order]

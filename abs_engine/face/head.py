@@ -226,8 +226,7 @@ def build_mouth_model(
     classes = speaker.facet_class.astype(np.int32)
     head = Scene(neutral, none, speaker.faces, speaker.uv, classes, texture)
     mouth = neutral[speaker.lip_ring].mean(axis=0)
-    near = np.linalg.norm(neutral - mouth, axis=1) < SHAPE.reach
-    facets = near[speaker.faces].all(axis=1) | _inside(speaker)  # else an open mouth shows a hole
+    facets = mouth_facets(speaker, neutral)
     kept, faces = np.unique(speaker.faces[facets], return_inverse=True)
     modes = np.concatenate([expression.modes, person])[:, kept]
     scene = Scene(
@@ -239,6 +238,14 @@ def build_mouth_model(
         _prototypes(speaker, neutral, expression), mouth.astype(np.float64),
         rings_of(speaker, kept), person_spread,
     )  # fmt: skip
+
+
+def mouth_facets(speaker: Speaker, neutral: NDArray[np.float32]) -> BoolArray:
+    """Facets (F,) of a head (V, 3), mm, that a mouth model draws: near the lips, or inside."""
+    mouth = neutral[speaker.lip_ring].mean(axis=0)
+    near = np.linalg.norm(neutral - mouth, axis=1) < SHAPE.reach
+    # without the inside an open mouth shows a hole
+    return np.asarray(near[speaker.faces].all(axis=1) | _inside(speaker))
 
 
 def _inside(speaker: Speaker) -> BoolArray:

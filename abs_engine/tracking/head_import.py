@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
+from abs_engine.face.head import mouth_facets
+from abs_engine.face.rings import rings_of
 from abs_engine.io.assets import LIPS_OF_68, Speaker
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
@@ -26,10 +29,20 @@ def with_network(head: Speaker, renderer: Renderer) -> Speaker:
 
     Raises
     ------
+    ModelFormatError
+        If its landmarks are not on its mouth, as `build_mouth_model` asks.
     FaceNotFoundError
         If the network sees no face in drawings of it.
     """
-    found = correspondence_of(head, renderer)
+    rings_of(head, np.unique(head.faces[mouth_facets(head, head.vertices)]))
+    try:
+        found = correspondence_of(head, renderer)
+    except FaceNotFoundError as error:
+        raise FaceNotFoundError(
+            error.problem,
+            "check that its faces point outwards and its landmarks lie where they should, or give "
+            "it a texture",
+        ) from error
     points = {"landmark_68": _landmark_68(head, found), **head.points}
     return replace(head, points=points, network=found.arrays())
 

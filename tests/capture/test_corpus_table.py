@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from marker_files import write_c3d
+from marker_files import write_c3d, write_long
 
 from abs_engine.capture.corpus import Corpus
 from abs_engine.capture.corpus_file import read_corpus, read_recording
@@ -191,17 +191,65 @@ def test_a_frame_whose_teeth_span_no_plane_is_missing(tmp_path: Path, kind: str,
         path = recording(tmp_path, NAMES, broken)
     else:
         path = write_c3d(tmp_path / "own.c3d", NAMES, broken)
-    names, found = read_recording(path, table(tmp_path))
-    assert names == NAMES
-    assert np.isnan(found[2]).all()
+    found = read_recording(path, table(tmp_path))
+    assert found.names == NAMES
+    assert np.isnan(found.points[2]).all()
     kept = [0, 1, 3]
-    np.testing.assert_allclose(found[kept], own[kept], atol=1e-3)
-    with pytest.raises(TooFewPointsError, match="frame 2: three points of the upper teeth"):
+    np.testing.assert_allclose(found.points[kept], own[kept], atol=1e-3)
+    said = "frame 2: three points of the upper teeth" if lost.any() else "missing in frame 2"
+    with pytest.raises(TooFewPointsError, match=said):
         read_corpus(path, table(tmp_path))
 
 
+@pytest.mark.parametrize("kind", ["npz", "c3d", "csv"])
+def test_places_at_zero_are_missing_and_counted(tmp_path: Path, kind: str):
+    """But for the front teeth's, which are the origin of their own frame."""
+    own = points()
+    own[2, 1] = own[3, 0] = 0
+    path = recording(tmp_path, NAMES, own) if kind == "npz" else tmp_path / f"own.{kind}"
+    if kind != "npz":
+        (write_c3d if kind == "c3d" else write_long)(path, NAMES, own)
+    said: list[str] = []
+    found = read_corpus(path, table(tmp_path), say=said.append).points
+    assert said == ["2 places at exactly 0, 0, 0 taken for missing"]
+    expected = np.stack([own[1], [own[3, 0], own[2, 1], *own[2:, 2:].mean(axis=0)]])
+    expected[1, 0], expected[1, 1] = own[2, 0], own[3, 1]  # where the other frame lacks it
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+def test_frames_have_the_numbers_of_their_column(tmp_path: Path):
+    own = points()
+    path = write_long(tmp_path / "own.csv", NAMES, own, first=1)
+    found = read_corpus(path, table(tmp_path)).points
+    np.testing.assert_allclose(found, [own[0], own[1:3].mean(axis=0)], atol=1e-3)
+    assert read_recording(path).first == 1
+    with pytest.raises(ParameterError, match=r"frame 0 for 'u', .* has frames 1 to 4") as error:
+        read_corpus(path, table(tmp_path, LINES + "viseme,u,0\n", "csv"))
+    line_of(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda own: own * [1, -1, 1], "the upper lip lies 22 mm below the lower one"),
+        (lambda own: own - [0, 0, 40], "the lips lie 32 mm behind the edge of the front teeth"),
+    ],
+    ids=["down", "behind"],
+)
+def test_lips_that_do_not_lie_on_the_teeth_as_lips_do_are_refused(tmp_path: Path, change, said):
+    own = points()
+    own[:, :2] = [[-20, 11, 8], [20, -11, 8]]
+    told = {**TABLE, "groups": {"upper_lip": ["m1"], "lower_lip": ["m2"]}}
+    read_corpus(recording(tmp_path, at=own), table(tmp_path, json.dumps(told)))
+    own[:, :3] = change(own[:, :3])
+    path = recording(tmp_path, at=own)
+    with pytest.raises(ParameterError, match=f"own.npz: {said}") as error:
+        read_corpus(path, table(tmp_path, json.dumps(told)))
+    line_of(error.value)
+
+
 def test_teeth_that_never_span_a_plane_are_an_error(tmp_path: Path):
-    path = recording(tmp_path, NAMES, np.zeros((4, 6, 3)))
+    path = recording(tmp_path, NAMES, np.full((4, 6, 3), 7.0))
     with pytest.raises(TooFewPointsError, match="frame 0: three points of the upper teeth"):
         read_recording(path, table(tmp_path))
 
@@ -209,8 +257,6 @@ def test_teeth_that_never_span_a_plane_are_an_error(tmp_path: Path):
 @pytest.mark.parametrize("unit", ["m", "cm"])
 def test_points_in_metres_are_refused_until_their_unit_is_given(tmp_path: Path, unit: str):
     lips = points()
-    lips[:, 3:] *= 0.4
-    lips[:, :3] *= 0.5
     path = recording(tmp_path, at=lips / {"m": 1000, "cm": 10}[unit])
     with pytest.raises(ParameterError, match="say so with --unit") as told:
         read_corpus(path, table(tmp_path))

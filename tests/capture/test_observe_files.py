@@ -107,6 +107,18 @@ def test_any_set_of_markers_will_do_if_none_is_of_the_lips(tmp_path: Path):
         train(seen, load_speaker())
 
 
+def test_zeros_are_counted_and_points_that_are_not_rigid_named(tmp_path: Path, capsys):
+    points = talking()
+    points[2, 4] = 0
+    points[3, NAMES.index("a")] += [30.0, 0, 0]
+    path = write_wide(tmp_path / "m.csv", NAMES, points)
+    assert main(["observe", str(path), "--rigid", "a,b,c", "-o", str(tmp_path / "o.npz")]) == 0
+    told = capsys.readouterr().out
+    assert "1 place at exactly 0, 0, 0 taken for missing" in told
+    assert "warning: these points are not rigid" in told
+    assert not read_observations(tmp_path / "o.npz").found[2, 4]
+
+
 def test_units_are_turned_into_millimetres(tmp_path: Path):
     path = write_c3d(tmp_path / "m.c3d", NAMES, talking() / 1000, "m")
     assert read_markers(path).points == pytest.approx(talking(), abs=1e-3)
@@ -127,9 +139,24 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
     few = write_wide(tmp_path / "few.csv", NAMES[4:], talking()[:, 4:])
     timeless = write_long(tmp_path / "timeless.csv", NAMES, talking())
     inches = write_c3d(tmp_path / "in.c3d", NAMES, talking(), "in")
+    without = np.where((np.array(NAMES) == "nose")[:, None], np.nan, talking())
+    noseless = write_c3d(tmp_path / "noseless.c3d", NAMES, without)
+    metres = write_wide(tmp_path / "metres.csv", NAMES, talking() / 1000)
+    semi, tabs, bare, decimals = (
+        write_wide(tmp_path / f"{n}.csv", NAMES, talking()) for n in ("semi", "tabs", "bare", "de")
+    )
+    whole_text = semi.read_text()
+    semi.write_text(whole_text.replace(",", ";"))
+    tabs.write_text(whole_text.replace(",", "\t"))
+    bare.write_text(whole_text.partition("\n")[2])
+    decimals.write_text(whole_text.replace(".", ","))
     cases = [
         (cut, "export it again"), (none, "not a C3D file"), (empty, "not a C3D file"),
         (gap, "skips or repeats"), (words, "left"), (few, "4 of the 17 points are missing"),
+        (noseless, "'nose' is found in no frame"),
+        (metres, "0.15 mm from end to end; are they in mm? say so with --unit"),
+        (semi, "has semicolons between its columns"), (tabs, "has tabs between its columns"),
+        (bare, "has no column names in its first line"), (decimals, "not before decimals"),
         (timeless, "frame rate"), (inches, "is in 'in'"), (tmp_path / "x.c3d", "does not exist"),
     ]  # fmt: skip
     for path, told in cases:

@@ -358,10 +358,10 @@ def test_a_recording_that_does_not_fit_is_one_line(tmp_path, capsys, names, poin
 
 def test_names_are_quoted_in_the_table_of_parameters():
     alpha, one = np.array([[1.0, np.nan]]).T, np.array([0.5, np.nan])
-    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), ())
+    done = Applied(('a "b"',), alpha, one, np.array([4, 0]), (), first=7)
     rows = list(csv.reader(done.as_csv().splitlines()))
     assert rows == [
-        ["frame", 'a "b"', "rms_mm", "points"], ["0", "1.0000", "0.5000", "4"], ["1", "", "", "0"]
+        ["frame", 'a "b"', "rms_mm", "points"], ["7", "1.0000", "0.5000", "4"], ["8", "", "", "0"]
     ]  # fmt: skip
 
 

@@ -81,6 +81,10 @@ def test_what_a_file_holds_is_read(tmp_path):
     assert np.allclose(mesh.uv[0], UV)
 
 
+def test_a_node_that_mirrors_turns_its_facets_round(tmp_path):
+    assert read_morphs(write(tmp_path, node={"scale": [-1, 1, 1]})).faces.tolist() == [[2, 1, 0]]
+
+
 @pytest.mark.parametrize(
     ("extra", "cut", "says"),
     [

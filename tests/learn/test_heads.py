@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from imported import FEW, OUTER_CLASSES, PARTS, facets_of, table, write_glb, write_obj
+from scipy.spatial.transform import Rotation
 
 from abs_engine.cli import main
-from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.errors import (
+    FaceNotFoundError,
+    InputFileError,
+    ModelFormatError,
+    ParameterError,
+)
 from abs_engine.face.schema import FACE_UNITS, face_unit, region_of
 from abs_engine.io.assets import load_speaker
 from abs_engine.io.morphs import read_morphs
 from abs_engine.learn.heads.build import build_head
+from abs_engine.learn.heads.frame import head_frame
+from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.table import read_table
+from abs_engine.tracking.head_import import with_network
 
 HEAD = load_speaker()
 VERTICES = len(HEAD.vertices)
 OUTER = facets_of(HEAD, *OUTER_CLASSES)
+MARKS = Marks(
+    *(np.asarray(HEAD.landmarks[name], np.int64)
+      for name in ("outer_lip_20", "inner_lip_8", "nose_tip", "chin", "eye_corners"))
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -180,12 +195,72 @@ def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
         (table(HEAD, {"chin": [10**6]}), ParameterError, "chin: 1000000 is no vertex"),
         (table(HEAD, more="length = 'mm'\n"), ParameterError, "eyes' outer corners are 0.08"),
         (table(HEAD, more="[units]\njawOpen = 'Mouth_Open'\n"), ParameterError, "no morph target"),
+        (table(HEAD, {"outer_lip": HEAD.landmarks["outer_lip_20"][::-1].tolist()}),
+         ParameterError, "outer_lip goes over the lower lip first"),
+        (table(HEAD, {"inner_lip": np.roll(HEAD.landmarks["inner_lip_8"], 4).tolist()}),
+         ParameterError, "inner_lip does not begin at the right corner"),
+        (table(HEAD, {"inner_lip": HEAD.landmarks["outer_lip_20"].tolist(),
+                      "outer_lip": HEAD.landmarks["inner_lip_8"].tolist()}),
+         ParameterError, "inner_lip is wider than outer_lip"),
+        (table(HEAD, {"eye_corners": HEAD.landmarks["eye_corners"][:1].tolist() * 4}),
+         ParameterError, "do not lie as a face's do"),
         (table(HEAD, {"eye_corners": HEAD.landmarks["eye_corners"][::-1].tolist()}),
          ParameterError, "do not lie as a face's do"),
     ],
 )  # fmt: skip
 def test_tables_that_are_wrong(folder, told, error, says):
     refused(error, says, told=told, folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("sign", "says"),
+    [(-1, "its file seems to hold differences"), (1, "seems to hold places")],
+)
+def test_targets_that_are_no_motion_are_refused(folder, sign, says):
+    mesh = read_morphs(folder / "head.glb")
+    jaw = mesh.targets["jawOpen"] + sign * np.float32(mesh.vertices)
+    mesh = replace(mesh, targets={**mesh.targets, "jawOpen": jaw})
+    refused(ParameterError, f"jawOpen moves the corners of the eyes .* {says}", folder=folder,
+            mesh=mesh)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("degrees", "shift"),
+    [((0, 30, 0), (0, 0, 0)), ((10, 12, 8), (0, 0, 0)), ((50, 40, -30), (900, 0, 20)),
+     ((0, 0, 0), (0, 0, 150)), ((90, 0, 0), (0, 0, 0))],
+)  # fmt: skip
+def test_a_head_that_is_turned_or_shifted_is_brought_into_the_head_frame(degrees, shift):
+    turn = Rotation.from_euler("xyz", degrees, degrees=True)
+    moved = turn.apply(HEAD.vertices.astype(np.float64)) + shift
+    frame = head_frame(moved, MARKS, None)
+    assert np.abs(frame.places(moved) - HEAD.vertices).max() < 1.0
+    smile = HEAD.unit_matrix(("mouthSmileLeft",))[0]
+    back = frame.moves(turn.apply(smile.astype(np.float64)))
+    assert np.abs(back - smile).max() < 0.1
+
+
+def test_people_s_own_faces_are_not_laid_on_the_average_one():
+    """Nor is a head that lies hardly beside its usual place."""
+    for name in ("clara", "walter"):
+        frame = head_frame(HEAD.named(name) + np.array([0.0, 9, 9]), MARKS, None)
+        assert frame.matrix.tolist() == np.eye(3).tolist(), name
+        assert not frame.origin.any(), name
+
+
+def test_landmarks_that_are_not_on_the_mouth_are_refused_at_once():
+    behind = np.full(12, HEAD.vertices[:, 2].argmin(), np.int32)
+    head = replace(HEAD, landmarks={**HEAD.landmarks, "outer_lip_20": behind})
+    with pytest.raises(ModelFormatError, match="landmarks points are not on the facets"):
+        with_network(head, None)
+
+
+def test_a_head_in_which_no_face_is_seen_has_a_remedy_that_import_knows(monkeypatch):
+    def unseen(head, renderer):
+        raise FaceNotFoundError("the network sees no face", "--start blobs")
+
+    monkeypatch.setattr("abs_engine.tracking.head_import.correspondence_of", unseen)
+    with pytest.raises(FaceNotFoundError, match="sees no face; check that its faces point out"):
+        with_network(HEAD, None)
 
 
 def test_a_person_of_another_mesh_is_refused(folder):
@@ -202,6 +277,11 @@ def test_files_that_are_no_heads(tmp_path):
         read_morphs(tmp_path / "head.glb")
     with pytest.raises(InputFileError, match="no vertices"):
         read_morphs(tmp_path / "head.obj", tmp_path)
+    write_obj(tmp_path / "some.obj", HEAD.vertices[:3], np.array([[0, 1, 2]]))
+    (tmp_path / "empty").mkdir()
+    for folder in ("empty", "head.glb"):
+        with pytest.raises(InputFileError, match=f"no OBJ file .* was found in .*{folder}"):
+            read_morphs(tmp_path / "some.obj", tmp_path / folder)
     with pytest.raises(InputFileError, match="neither GLB, glTF nor OBJ"):
         read_morphs(tmp_path / "head.stl")
     with pytest.raises(ParameterError, match="needs --deltas"):
@@ -254,6 +334,20 @@ def test_a_texture_is_laid_by_the_corners_of_facets(tmp_path):
     assert (seen == [200, 0, 0]).all(), "the face lies on the picture"
     teeth = head.uv[np.unique(facets_of(head, "upper_teeth"))]
     assert (teeth[:, 0] > 64 / texture.shape[1]).all(), "what was added lies beside it"
+
+
+def test_an_obj_counts_backwards_from_the_polygon_and_may_be_spaced_freely(tmp_path):
+    shapes = tmp_path / "shapes"
+    shapes.mkdir()
+    lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "  vt 0 0", "vt 1 0", "vt 0 1", "f -3/-3 -2/-2 -1/-1"]
+    more = ["v\t0 0 1", "\tv 1 0 1", "v 0 \\\n1 1", "vt 0.5 1", "f\t-3/-1 -2/-2 3/3"]
+    (tmp_path / "head.OBJ").write_text("\n".join([*lines, "o\tteeth", *more]))
+    (shapes / "jawOpen.OBJ").write_text("\n".join([*lines, *more]).replace("1 1", "1 5"))
+    mesh = read_morphs(tmp_path / "head.OBJ", shapes)
+    assert mesh.faces.tolist() == [[0, 1, 2], [3, 4, 2]]
+    assert mesh.uv[1].tolist() == [[0.5, 0], [0, 0], [0, 0]]
+    assert mesh.part_names == ("", "teeth")
+    assert mesh.targets["jawOpen"].tolist() == [[0, 0, 0]] * 5 + [[0, 0, 4]]
 
 
 def test_textures_of_nobody_are_refused(folder):

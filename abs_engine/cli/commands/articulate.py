@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
-from abs_engine.cli.drawing import opened
+from abs_engine.cli.drawing import note, opened
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import check_free, write_new
@@ -29,7 +29,7 @@ first two examples.
 CORPUS, points of a face in a posture for each viseme:
   C3D   markers, in the unit that the file states
   CSV   frame,point,x,y,z with a line for each point, or frame,NAME_x,NAME_y,NAME_z,... with a line
-        for each frame; the cells of a point that is missing are empty
+        for each frame; the cells of a point that is missing are empty, or all three 0
   NPZ   names (N) and points (T, N, 3), NaN where missing; or what 'observe -o' wrote; or a
         corpus.npz of this command, which needs no table
 --roles, a CSV:                      or JSON:
@@ -38,12 +38,12 @@ CORPUS, points of a face in a posture for each viseme:
   viseme,ipi,12                      "upper_teeth": ["m80", "m81", "m82"]}
   viseme,a,30-34
   teeth,right,m80                    likewise left and front
-  A point may be in several groups; one in no group is left out. Frames count from 0; several
-  frames of a viseme are averaged. teeth are three points of the upper teeth (a molar on either
-  side, the front edge), by which the head's motion is removed; without them the points must
-  already be in the frame of the upper teeth: x to the subject's left, y up, z forward. The usual
-  predictors ask for the groups lips, upper_lip, lower_lip, jaw_line, lower_teeth and face (all
-  but lips and teeth).
+  A point may be in several groups; one in no group is left out. Frames have the numbers of the
+  CSV's column frame; elsewhere they count from 0. Several frames of a viseme are averaged. teeth
+  are three points of the upper teeth (a molar on either side, the front edge), by which the head's
+  motion is removed; without them the points must already be in the frame of the upper teeth: x to
+  the subject's left, y up, z forward. The usual predictors ask for the groups lips, upper_lip,
+  lower_lip, jaw_line, lower_teeth and face (all but lips and teeth).
 --predictors, a TOML file, if a language, a speaker or a set of points needs others:
   format = "abs_engine.predictors"
   version = 1
@@ -141,7 +141,7 @@ def _check(chosen: Chosen) -> None:
 def _read(chosen: Chosen) -> Corpus:
     from abs_engine.capture.corpus_file import read_corpus
 
-    return read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit)
+    return read_corpus(chosen.corpus, chosen.roles, unit=chosen.unit, say=note)
 
 
 def _predictors(path: Path | None) -> tuple[Predictor, ...]:
@@ -161,8 +161,8 @@ def _apply(chosen: Chosen) -> Done:
     from abs_engine.report.articulation.model_page import applied_lines
 
     model = load_articulatory(chosen.model)
-    names, points = read_recording(chosen.corpus, chosen.roles, chosen.unit)
-    done = apply_model(model, names, points)
+    spoken = read_recording(chosen.corpus, chosen.roles, chosen.unit, note)
+    done = apply_model(model, spoken.names, spoken.points, spoken.first)
     write_new(chosen.output, done.as_csv().encode())
     return Done([*applied_lines(done), f"wrote {chosen.output}"], {"output": chosen.output})
 

@@ -13,6 +13,7 @@ from abs_engine.cli import options as take
 from abs_engine.cli.calibrate import board_options, calibrate
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.dots_film import DotsFilm
+from abs_engine.cli.drawing import note
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
 from abs_engine.io.files import check_free, write_new
@@ -35,6 +36,8 @@ observe again with --corrections. The head frame needs one of --rigid, --pose an
 """
 _CALIBRATE = Path("calibrate")
 _MARKERS = (".c3d", ".csv")
+_NOT_RIGID = 2.0
+"""mm RMS, by which points disagree that are not rigid. Chosen: rigid ones do by 0.1 to 0.7."""
 
 
 def _rename(text: str) -> tuple[str, str]:
@@ -187,7 +190,7 @@ def _markers(chosen: Chosen, files: Sequence[Path]) -> Done:
 
     if len(files) > 1:
         raise ParameterError("several marker files were given", "give one")
-    markers = read_markers(files[0], chosen.rate, chosen.unit).renamed(dict(chosen.rename))
+    markers = read_markers(files[0], chosen.rate, chosen.unit, note).renamed(dict(chosen.rename))
     head = _head(chosen, len(markers.points))
     observed = points_of_markers(markers, head, source=f"markers of {files[0].name}")
     write_observations(chosen.output, observed)
@@ -209,6 +212,11 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
     if chosen.rigid:
         rigid = np.sqrt(np.nanmean(observed.rigid_error**2))
         lines.append(f"rigid points agree to {rigid:.2f} mm RMS")
+        if rigid > _NOT_RIGID:
+            lines.append(
+                "warning: these points are not rigid: name others, or look for frames in which one "
+                "was lost or taken for another"
+            )
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
     lines += [f"{head} frames without the head", *more, f"wrote {chosen.output}"]
     facts = {"frames": observed.frames, "missing": missing, "uncertain": uncertain}

@@ -48,7 +48,13 @@ def _read(path: Path, kind: str, deltas: Path | None) -> MorphMesh:
         return read_ict(path)
     check_file(path)
     if kind == ".obj":
-        return read_obj(path, deltas)
+        mesh = read_obj(path, deltas)
+        if not mesh.targets:
+            raise InputFileError(
+                f"no OBJ file of a morph target was found in {deltas}",
+                "give the folder that holds one for each, such as jawOpen.obj",
+            )
+        return mesh
     if kind in (".glb", ".gltf"):
         from abs_engine.io.morphs.gltf import read_gltf  # not for every head: slow to import
 

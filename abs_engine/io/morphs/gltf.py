@@ -125,7 +125,8 @@ class _Reader:
         key = primitive.attributes.POSITION
         known = self.shared.get(key) if uv is None else None  # materials may share vertices
         first = self.count if known is None else known
-        self.faces.append(corners[: len(corners) // 3 * 3].reshape(-1, 3) + first)
+        facets = corners[: len(corners) // 3 * 3].reshape(-1, 3) + first
+        self.faces.append(facets[:, ::-1] if np.linalg.det(world[:3, :3]) < 0 else facets)
         if len(self.names) == _MOST_PARTS:
             raise InputFileError(f"{self.path} has more than {_MOST_PARTS} parts", "join some")
         self.names.append(f"{name} / {material.name if material else ''}")

@@ -6,7 +6,7 @@ merge them do not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +34,16 @@ def read_obj(path: Path, deltas: Path | None) -> MorphMesh:
     uv = _on_texture(path, _triangles(seen)[0]) if any(map(any, seen)) else None
     names = tuple(dict.fromkeys(parts)) or ("",)
     part = np.array([names.index(parts[k]) for k in of], np.int32)
-    files = [] if deltas is None else sorted(p for p in deltas.glob("*.obj") if p != path)
+    files = (
+        [] if deltas is None else sorted(p for p in deltas.glob("*") if _is_obj(p) and p != path)
+    )
     targets = {p.stem: displacement(p.stem, read_places(p), places) for p in files}
     whole = None if uv is None else tiled(uv)
     return MorphMesh(str(path), places, faces, part, names, targets, uv=whole)
+
+
+def _is_obj(path: Path) -> bool:
+    return path.suffix.lower() == ".obj"
 
 
 def read_places(path: Path) -> NDArray[np.float64]:
@@ -49,13 +55,14 @@ def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str]
     """Vertices, and of each polygon the corners, the part and the places on the texture."""
     lines = _lines(path)
     places, corners, parts, seen = _places(path, lines), [], [], []
-    now = dict.fromkeys(_PARTS, "")
-    for line in lines:
-        word, _, rest = line.partition(" ")
-        if word in now:
-            now[word] = rest.strip()
+    now, read = dict.fromkeys(_PARTS, ""), {"v": 0, "vt": 0}
+    for word, rest in lines:
+        if word in read:
+            read[word] += 1
+        elif word in now:
+            now[word] = rest
         elif word == "f":
-            at, on_texture = _corners(path, rest, len(places))
+            at, on_texture = _corners(path, rest, len(places), read)
             corners.append(at)
             parts.append(" / ".join(name for name in now.values() if name))
             seen.append(on_texture)
@@ -66,7 +73,7 @@ def _parsed(path: Path) -> tuple[NDArray[np.float64], list[list[int]], list[str]
 
 def _on_texture(path: Path, corners: NDArray[np.int32]) -> NDArray[np.float32]:
     """Places (F, 3, 2) on a texture, in its tiles."""
-    rows = [line.split()[1:3] for line in _lines(path) if line.startswith("vt ")]
+    rows = [rest.split()[:2] for word, rest in _lines(path) if word == "vt"]
     try:
         numbers = [[0.0, 0.0], *([to_number(cell) for cell in row] for row in rows)]
         places = np.array(numbers, np.float32).reshape(len(numbers), 2)[corners]
@@ -83,17 +90,20 @@ def tiled(uv: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(uv / [tiles, 1.0], np.float32)
 
 
-def _lines(path: Path) -> list[str]:
+def _lines(path: Path) -> list[tuple[str, str]]:
+    """The first word of each line, and the rest of it."""
     check_file(path, "give an OBJ file")
     try:
-        return path.read_text(encoding="utf-8", errors="replace").splitlines()
+        text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputFileError(f"{path} cannot be read", "give an OBJ file") from error
+    cells = (line.split(maxsplit=1) for line in text.replace("\\\n", " ").splitlines())
+    return [(c[0], c[1].strip() if len(c) > 1 else "") for c in cells if c]
 
 
-def _places(path: Path, lines: Sequence[str]) -> NDArray[np.float64]:
+def _places(path: Path, lines: Sequence[tuple[str, str]]) -> NDArray[np.float64]:
     try:
-        rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
+        rows = [rest.split()[:3] for word, rest in lines if word == "v"]
         places = np.array([[to_number(cell) for cell in row] for row in rows]).reshape(len(rows), 3)
     except ValueError as error:
         raise InputFileError(f"{path} has a vertex that is no place", "export it again") from error
@@ -102,20 +112,22 @@ def _places(path: Path, lines: Sequence[str]) -> NDArray[np.float64]:
     return places
 
 
-def _corners(path: Path, rest: str, count: int) -> tuple[list[int], list[int]]:
+def _corners(
+    path: Path, rest: str, count: int, read: Mapping[str, int]
+) -> tuple[list[int], list[int]]:
     """Vertices of a polygon, from 0, and its places on the texture, from 1, 0 for none.
 
-    `OBJ` counts from 1, or backwards from the last one.
+    `OBJ` counts from 1, or backwards from the last one that was read above the polygon.
     """
     try:
         cells = [f"{corner}/".split("/") for corner in rest.split()]
         numbers, seen = ([int(cell[k] or 0) for cell in cells] for k in (0, 1))
     except ValueError:
         numbers = seen = []
-    out = [n - 1 if n > 0 else count + n for n in numbers]
+    out = [n - 1 if n > 0 else read["v"] + n for n in numbers]
     if len(out) < 3 or 0 in numbers or min(out) < 0 or max(out) >= count:
         raise InputFileError(f"{path} has a face 'f {rest}' of other vertices", "export it again")
-    return out, seen
+    return out, [n if n >= 0 else read["vt"] + 1 + n for n in seen]
 
 
 def _triangles(polygons: Sequence[Sequence[int]]) -> tuple[NDArray[np.int32], list[int]]:

@@ -19,6 +19,7 @@ from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places
 from abs_engine.io.pictures import read_image
+from abs_engine.learn.heads.checks import check_rings, check_units
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contours
@@ -66,8 +67,8 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     InputFileError, ModelFormatError
         If a person's file cannot be read, or is another mesh.
     ParameterError
-        If the table lacks a landmark or names what is not there, no target opens the mouth, or the
-        head is of no human size.
+        If the table lacks a landmark or names what is not there, lists lips in another order, no
+        target opens the mouth, one moves eyes or nose far, or the head is of no human size.
     MeshError
         If the mesh cannot be drawn.
     """
@@ -81,7 +82,9 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     frame = head_frame(mesh.vertices, marks, table.length)
     units, unused = _units(mesh, table.units, frame)
     vertices = frame.places(mesh.vertices)
+    check_units(units, vertices, marks)
     jaw = units[FACE_UNITS.index("jawOpen")].astype(np.float64)
+    check_rings(marks, vertices + jaw)
     weld = welded(vertices, jaw)
     words = named_regions(mesh, table.regions)
     face = mesh.faces[words != "none"]

@@ -7,6 +7,7 @@ from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
@@ -20,8 +21,12 @@ _USUAL = np.array(
     np.float64,
 )
 """Corners of the eyes, tip of the nose and chin of a usual head, mm, head frame."""
-_LIKE = 0.85  # least correlation of a face's landmarks with the usual ones
-_FAR = 300.0  # mm from the origin; a head farther away is moved to it
+_LIKE = 0.9
+"""Least correlation of a face's landmarks with the usual ones. Chosen: ICT's people have 0.98."""
+_OBLIQUE = 5.0
+"""Degrees from right angles that are left: ICT's people nod by 4, in the median. Chosen."""
+_FAR = 20.0
+"""mm that eyes may lie beside their usual place; those of ICT's people lie by up to 10. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +36,7 @@ class HeadFrame:
     Parameters
     ----------
     matrix : (3, 3) float64
-        A turn by right angles, times the millimetres of the file's unit.
+        A turn, times the millimetres of the file's unit.
     origin : (3,) float64, mm
         Of the head frame, once turned.
     """
@@ -51,6 +56,8 @@ class HeadFrame:
 def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFrame:
     """The frame of a head (V, 3) by its landmarks, and by its unit of length if that is given.
 
+    A head that lies in the head frame but for right angles and its unit is left as it lies there.
+
     Raises
     ------
     ParameterError
@@ -58,27 +65,28 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     """
     at = vertices[np.r_[marks.eye_corners[:4], marks.nose_tip[:1], marks.chin[:1]]]
     own, usual = at - at.mean(axis=0), _USUAL - _USUAL.mean(axis=0)
-    size = np.linalg.norm(own) * np.linalg.norm(usual)
-    turns = [t for t in _turns() if np.linalg.det(t) > 0]
-    likeness = [float((own @ t.T * usual).sum() / max(size, 1e-12)) for t in turns]
-    turned = at @ turns[int(np.argmax(likeness))].T
-    if max(likeness) < _LIKE or turned[4, 2] < turned[:4, 2].max():
+    whole = Rotation.align_vectors(usual, own)[0].as_matrix()
+    turned, size = own @ whole.T, np.linalg.norm(own) * np.linalg.norm(usual)
+    likeness = float((turned * usual).sum() / max(size, 1e-12))
+    if likeness < _LIKE or turned[4, 2] < turned[:4, 2].max():
         raise ParameterError(
             "the landmarks do not lie as a face's do",
             "check their order: the subject's right eye comes first, outer corner before inner",
         )
+    right = max(_turns(), key=lambda turn: float((turn * whole).sum()))
+    upright = Rotation.from_matrix(whole @ right.T).magnitude() <= np.radians(_OBLIQUE)
     eyes = float(np.linalg.norm(at[3] - at[0]))
-    matrix = turns[int(np.argmax(likeness))] * _millimetres(eyes, length)
-    middle = matrix @ vertices[marks.eye_corners].mean(axis=0)
-    usual_middle = _USUAL[:4].mean(axis=0)
-    far = np.linalg.norm(middle - usual_middle) > _FAR
-    return HeadFrame(matrix, middle - usual_middle if far else np.zeros(3))
+    matrix = (right if upright else whole) * _millimetres(eyes, length)
+    off = matrix @ vertices[marks.eye_corners].mean(axis=0) - _USUAL[:4].mean(axis=0)
+    stays = upright and np.linalg.norm(off) <= _FAR
+    return HeadFrame(matrix, np.zeros(3) if stays else off)
 
 
 def _turns() -> list[FloatArray]:
-    """Matrices that permute axes and their directions."""
+    """Rotations that permute axes and their directions."""
     signs = product((1.0, -1.0), repeat=3)
-    return [np.eye(3)[list(p)] * np.array(s) for s in signs for p in permutations(range(3))]
+    all_ = [np.eye(3)[list(p)] * np.array(s) for s in signs for p in permutations(range(3))]
+    return [turn for turn in all_ if np.linalg.det(turn) > 0]
 
 
 def _millimetres(eyes: float, length: str | None) -> float:

@@ -30,6 +30,8 @@ class Applied:
         How many of the model's points are seen.
     lacking : tuple of str
         The model's points that are in no frame.
+    first : int
+        Number of the first frame.
     """
 
     names: tuple[str, ...]
@@ -37,6 +39,7 @@ class Applied:
     error: FloatArray
     seen: IntArray
     lacking: tuple[str, ...]
+    first: int = 0
 
     @property
     def found(self) -> BoolArray:
@@ -49,13 +52,15 @@ class Applied:
         table = csv.writer(text, lineterminator="\n")
         table.writerow(("frame", *self.names, "rms_mm", "points"))
         rows = zip(self.alpha, self.error, self.seen, self.found, strict=True)
-        for frame, (alpha, error, seen, found) in enumerate(rows):
+        for frame, (alpha, error, seen, found) in enumerate(rows, self.first):
             values = [f"{v:.4f}" if found else "" for v in (*alpha, error)]
             table.writerow((frame, *values, seen))
         return text.getvalue()
 
 
-def apply_model(model: ArticulatoryModel, names: Sequence[str], points: FloatArray) -> Applied:
+def apply_model(
+    model: ArticulatoryModel, names: Sequence[str], points: FloatArray, first: int = 0
+) -> Applied:
     """The direct inversion of each frame; points go together by their names.
 
     Parameters
@@ -65,6 +70,8 @@ def apply_model(model: ArticulatoryModel, names: Sequence[str], points: FloatArr
         Of the recorded points; those that the model lacks are not used.
     points : (T, N, 3) float64, mm, the frame of the model's corpus
         NaN where one is missing.
+    first : int
+        Number of the first frame.
 
     Raises
     ------
@@ -98,6 +105,7 @@ def apply_model(model: ArticulatoryModel, names: Sequence[str], points: FloatArr
         model.parameters, alpha, np.where(found, error, np.nan),
         np.asarray(there.sum(axis=1), np.int64),
         tuple(name for name, ever in zip(model.names, seen, strict=True) if not ever),
+        first,
     )  # fmt: skip
 
 

@@ -100,7 +100,7 @@ def applied_lines(done: Applied) -> list[str]:
     lines = [
         f"{len(done.found)} frames, {int((~done.found).sum())} without parameters; error, RMS over "
         f"the points: median {np.median(error):.2f} mm, worst {error.max():.2f} mm (frame "
-        f"{int(np.nanargmax(done.error))})"
+        f"{done.first + int(np.nanargmax(done.error))})"
     ]
     if np.median(error) > _FAR:
         lines.append(

@@ -1,0 +1,62 @@
+"""Recorded points of any file: what they must be, and what stands for a point that was lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from abs_engine.core.arrays import FloatArray
+from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.io.inputs import MOST
+
+UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+"""Millimetres of each unit."""
+SMALLEST = 35.0
+"""mm that a face's points extend over at least. Chosen: lips alone over 40, a face in cm 23."""
+
+
+def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray) -> None:
+    """Raise `InputFileError` if a point (T, N, 3) is infinite, which is not to pass for a gap."""
+    frames, which = np.nonzero((np.abs(points) > MOST).any(axis=2))
+    if len(frames):
+        raise InputFileError(
+            f"{path}: '{names[which[0]]}' is out of all bounds in frame {frames[0]}",
+            "leave its place empty where a point is missing",
+        )
+
+
+def check_size(points: FloatArray) -> None:
+    """Raise `ParameterError` if a face's points (T, N, 3), mm, extend too little in every frame.
+
+    Those in another unit, which the file does not say, do.
+    """
+    there = np.asarray(np.isfinite(points).all(axis=2), np.bool_)
+    low, high = (
+        end(np.where(there[..., None], points, far), axis=1)
+        for end, far in ((np.min, np.inf), (np.max, -np.inf))
+    )
+    size = np.linalg.norm(high - low, axis=1)[there.any(axis=1)].max(initial=0.0)
+    if 0 < size < SMALLEST:
+        raise ParameterError(
+            f"the points of the face measure {size:.2g} mm from end to end",
+            f"are they in mm? say so with --unit, such as --unit {'cm' if size > 1 else 'm'}",
+        )
+
+
+def without_zeros(points: FloatArray, say: Callable[[str], None] | None = None) -> FloatArray:
+    """Points (T, N, 3) with NaN for those at exactly 0, 0, 0, as many systems write lost ones.
+
+    A single point that lies there throughout is the origin of its frame. `say` is called with a
+    line that counts the others.
+    """
+    lost = np.asarray((points == 0).all(axis=2), np.bool_)
+    gaps = np.asarray(np.isnan(points).any(axis=2), np.bool_)
+    throughout = (lost | gaps).all(axis=0) & lost.any(axis=0)
+    if throughout.sum() == 1:
+        lost[:, throughout] = False
+    if say is not None and lost.any():
+        places = "1 place" if lost.sum() == 1 else f"{lost.sum()} places"
+        say(f"{places} at exactly 0, 0, 0 taken for missing")
+    return np.where(lost[..., None], np.nan, points)

@@ -1,0 +1,81 @@
+"""Checks of a head before it is made: its units and the rings of its lips are to be a face's.
+
+Files that hold something else are whole, and would make a head that moves wrongly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.errors import ParameterError
+from abs_engine.face.schema import FACE_UNITS
+from abs_engine.learn.heads.marks import Marks
+
+LARGEST = 20.0
+"""mm that no face unit moves the eyes' corners or the nose by. Chosen: ICT's do by up to 3."""
+_ALIKE = 0.9
+"""Correlation of displacements with the head itself, above which they are places. Chosen."""
+_ASIDE = 0.15
+"""Of a mouth's width, by which a ring may begin beside its right end. Chosen."""
+_BELOW = 0.05
+"""Of a mouth's width, by which its upper half may lie lower, as lips overlap. Chosen."""
+
+
+def check_units(units: NDArray[np.float32], vertices: FloatArray, marks: Marks) -> None:
+    """Raise `ParameterError` where a face unit (V, 3) moves what no posture of a face does."""
+    fixed = np.r_[marks.eye_corners[:4], marks.nose_tip[:1]]
+    far = np.linalg.norm(units[:, fixed], axis=2).max(axis=1)
+    worst = int(far.argmax())
+    if far[worst] > LARGEST:
+        raise ParameterError(
+            f"{FACE_UNITS[worst]} moves the corners of the eyes or the tip of the nose by "
+            f"{far[worst]:.0f} mm",
+            _remedy(_likeness(units[worst], vertices)),
+        )
+
+
+def _remedy(likeness: float) -> str:
+    if likeness < -_ALIKE:
+        return "its file seems to hold differences from the neutral head: give whole heads"
+    if likeness > _ALIKE:
+        return "its morph target seems to hold places: give displacements from the neutral head"
+    return "give the face's motion alone, of a head that stays where it is"
+
+
+def _likeness(moved: NDArray[np.float32], vertices: FloatArray) -> float:
+    """Correlation of displacements with places (V, 3)."""
+    one, other = moved - moved.mean(axis=0), vertices - vertices.mean(axis=0)
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float((one * other).sum() / max(size, 1e-12))
+
+
+def check_rings(marks: Marks, opened: FloatArray) -> None:
+    """Raise `ParameterError` where the lips of an open mouth (V, 3) are listed in another order."""
+    for name, ring in (("outer_lip", marks.outer_lip), ("inner_lip", marks.inner_lip)):
+        problem = _problem(ring, opened)
+        if problem:
+            raise ParameterError(
+                f"{name} {problem}",
+                "list it from the subject's right corner over the upper lip to the left and back",
+            )
+    outer, inner = (np.ptp(opened[ring, 0]) for ring in (marks.outer_lip, marks.inner_lip))
+    if inner > outer:
+        raise ParameterError(
+            "inner_lip is wider than outer_lip",
+            "give the edge of the lips as outer_lip, and where they meet as inner_lip",
+        )
+
+
+def _problem(ring: IntArray, opened: FloatArray) -> str:
+    across, up = opened[ring, 0], opened[ring, 1]
+    wide, left = float(np.ptp(across)), int(across.argmax())
+    if across[0] - across.min() > _ASIDE * wide:
+        return "does not begin at the right corner of the mouth"
+    upper, lower = up[1:left], up[left + 1 :]
+    if not len(upper) or not len(lower):
+        return "does not go round the mouth"
+    if upper.mean() < lower.mean() - _BELOW * wide:
+        return "goes over the lower lip first"
+    return ""
