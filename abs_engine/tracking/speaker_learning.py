@@ -28,7 +28,13 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.recordings import Recording, check_one_camera, check_same, check_variety
+from abs_engine.tracking.recordings import (
+    Recording,
+    check_distinct,
+    check_one_camera,
+    check_same,
+    check_variety,
+)
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -158,7 +164,10 @@ class Learner:
         """
         head = self.head(recordings)
         self.tell("tracking the recordings with it")
-        again = [Recording.of(r.video, self.followed(r.video, head)) for r in recordings]
+        again = [
+            Recording.of(r.path, r.video, self.followed(r.video, head), head.scale)
+            for r in recordings
+        ]
         check_variety(again)
         self.tell("learning the postures")
         clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in again]
@@ -218,10 +227,11 @@ def learn_speaker(
     TooFewFramesError
         If they show too little: no open mouth, no closed one, or hardly a frame.
     ParameterError
-        If the videos are of several sizes.
+        If the videos are of several sizes, or one comes twice.
     """
     sizes = [(one.video, probe(one.video).size) for one in recordings]
     check_one_camera(sizes)
+    check_distinct([(one.path, one.video) for one in recordings])
     speaker = load_speaker(options.speaker)
     check_same(recordings, speaker)
     check_variety(recordings)
@@ -249,7 +259,7 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     with closed_after(tracker.results()) as results:
         for _, result in results:
             recorder.add(result)
-    return Recording.of(video, recorder)
+    return Recording.of(video, video, recorder, tracker.scale)
 
 
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
