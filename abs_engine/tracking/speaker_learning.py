@@ -81,13 +81,23 @@ class Learned:
         told = [
             f"postures: {self.frames} frames; share of the variance: {shares}"
             if self.space.own
-            else "postures: anybody's, as the speaker's own explain left-out frames clearly worse"
+            else f"postures: anybody's, as {self._lack}"
         ]
         if self.space.left_out:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
         rounds = ", ".join(f"{share:.3f}" for share in self.explained)
         told.append(f"explained of frames left out, by round: {rounds}; kept: {self.kept}")
         return [*told, self._appearance_line]
+
+    @property
+    def _lack(self) -> str:
+        """Reason why postures are not the speaker's own."""
+        if self.frames < LEARNING.least_frames:
+            return (
+                f"{self.frames} frames show the mouth well, a speaker's own need "
+                f"{LEARNING.least_frames}"
+            )
+        return "the speaker's own explain left-out frames clearly worse"
 
     @property
     def _appearance_line(self) -> str:
@@ -160,7 +170,7 @@ class Learner:
         """A face of what was tracked, that tracked again with its head, and what it explains.
 
         The share is that of the frames that were left out. Where the speaker's own postures explain
-        them clearly worse than anybody's, or all are noise, the face moves by anybody's.
+        them clearly worse than anybody's, or there are none, the face moves by anybody's.
         """
         head = self.head(recordings)
         self.tell("tracking the recordings with it")
@@ -170,18 +180,25 @@ class Learner:
         ]
         check_variety(again)
         self.tell("learning the postures")
-        clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in again]
-        rate = float(again[0].run["rate"])
-        space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
-        face = head.moving(space)
+        space = self.postures(head, again)
         self.tell("tracking frames that were left out")
         anybody = _mean([self.explained(r, head) for r in again])
-        if len(space.spec):
+        if space is not None:
+            face = head.moving(space)
             own = _mean([self.explained(r, face) for r in again])
             if own >= anybody - LEARNING.worse:
                 return face, space, again, own
         space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
         return head, space, again, anybody
+
+    def postures(self, head: SpeakerFace, recordings: Sequence[Recording]) -> PostureSpace | None:
+        """The speaker's own postures; None where too few frames show them, or all are noise."""
+        if _usable(recordings) < LEARNING.least_frames:
+            return None
+        clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in recordings]
+        rate = float(recordings[0].run["rate"])
+        space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
+        return space if len(space.spec) else None
 
     def looks(self, learned: Learned, recordings: Sequence[Recording]) -> Learned:
         """The same with texture and local appearance, from recordings of the round it is of."""
@@ -225,7 +242,7 @@ def learn_speaker(
     OtherPersonError
         If a recording shows another person.
     TooFewFramesError
-        If they show too little: no open mouth, no closed one, or hardly a frame.
+        If they show too little: no open mouth, or no closed one.
     ParameterError
         If the videos are of several sizes, or one comes twice.
     """
@@ -243,9 +260,8 @@ def learn_speaker(
     tracked_then: list[Sequence[Recording]] = []
     for number in range(1, rounds + 1):
         face, space, recordings, share = learner.round(recordings)
-        frames = int(sum(one.usable.sum() for one in recordings))
         explained = (*(one.explained[-1] for one in learned), share)
-        learned.append(Learned(face, space, frames, explained, number))
+        learned.append(Learned(face, space, _usable(recordings), explained, number))
         tracked_then.append(recordings)
     best = int(np.argmax(learned[-1].explained))
     done = learner.looks(learned[best], tracked_then[best])
@@ -273,6 +289,11 @@ def _turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
     looked = np.linspace(0, len(usable) - 1, min(len(usable), PREPARATION.speaker_most))
     seen = pictures(recording.video, [int(k) for k in usable[looked.round().astype(int)]])
     return [seen[k] for k in turned_apart([marks for _, marks in seen], count)] if seen else []
+
+
+def _usable(recordings: Sequence[Recording]) -> int:
+    """Number of frames of all recordings that are learned from."""
+    return int(sum(one.usable.sum() for one in recordings))
 
 
 def _mean(clips: Sequence[FloatArray]) -> float:

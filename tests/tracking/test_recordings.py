@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from abs_engine.tracking.recordings import (
     load_recording,
 )
 from abs_engine.tracking.scale import USUAL_PUPILS
-from abs_engine.tracking.speaker_learning import learn_speaker
+from abs_engine.tracking.speaker_learning import Learned, Learner, learn_speaker
 
 FRAMES = 50
 
@@ -156,3 +157,16 @@ def test_a_face_is_not_learned_from_a_video_and_its_copy(tmp_path):
     given = [replace(recording(), path=path, video=path) for path in (one, other)]
     with pytest.raises(ParameterError, match="are of the same video"):
         learn_speaker(given, CpuRenderer())
+
+
+def test_of_too_few_frames_no_postures_are_learned_and_a_line_says_so():
+    few = recording(aperture=np.linspace(0, 12, 48))
+    assert few.usable.sum() == 38
+    learner = Learner(*[None] * 5)
+    assert learner.postures(None, [few]) is None
+    face = SimpleNamespace(posture=SimpleNamespace(names=()), appearance=None)
+    space = SimpleNamespace(own=False, left_out=(), expression=SimpleNamespace(variance=()))
+    said = Learned(face, space, 38, (0.9,), 1).lines()[0]
+    assert said == (
+        "postures: anybody's, as 38 frames show the mouth well, a speaker's own need 40"
+    )
