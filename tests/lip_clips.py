@@ -79,6 +79,9 @@ def write_lip_run(folder: Path, frames: range, pose: Pose) -> Path:
     moved = HEADS[list(frames)] - neutral
     RunMesh(neutral, moved, np.eye(len(frames)), SPEAKER.faces).save(folder)
     classes().save(folder / "colours.npz")
-    settings = {"video": video.name, "video_sha256": digest(video), "model": "head"}
+    settings = {
+        "video": video.name, "video_sha256": digest(video), "model": "head",
+        "scale": {"pupils": 63.4},
+    }  # fmt: skip
     (folder / "run.json").write_text(json.dumps({"settings": settings}))
     return folder

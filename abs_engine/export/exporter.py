@@ -19,7 +19,7 @@ from abs_engine.face.neutral import neutral_face
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.measures import closure_arrays, closures, cuts
 from abs_engine.tracking.record import load_run, run_settings
-from abs_engine.tracking.run_mesh import RunMesh, load_mesh
+from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
 
 
 @dataclass(frozen=True)
@@ -173,11 +173,8 @@ def read_run(folder: Path, speaker: Path | None = None, needs: tuple[str, ...] =
     ModelFormatError
         If its files do not fit together, or are of another head.
     """
-    arrays, mesh, head = load_run(folder), load_mesh(folder), load_speaker(speaker)
-    if not np.array_equal(head.faces, mesh.faces):
-        raise ModelFormatError(
-            f"the run {folder} was tracked with another head", "give that head with --speaker"
-        )
+    arrays, head = load_run(folder), load_speaker(speaker)
+    mesh = load_mesh_of(folder, head)
     if len(mesh) != len(arrays["found"]):
         raise ModelFormatError(f"{folder} has meshes of other frames", "track the video again")
     missing = [name for name in (*_NEEDED, *needs) if name not in arrays]

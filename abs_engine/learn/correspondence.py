@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -103,11 +104,13 @@ def correspond(
     Raises
     ------
     ParameterError
-        If there is no such person, or the dots are another's, in another frame or another unit.
+        If there is no such person, or the dots are another's, in another frame or another unit, or
+        two of them bear each other's names.
     """
     points, at = shell_points(speaker, shell), lips17(speaker)[: len(LIPS16)]
     mean = np.asarray(seen, np.float64).mean(axis=0)
     _check_depth(mean)
+    _check_names(mean, speaker.vertices[at].astype(np.float64))
     if person is not None:
         head = speaker.named(person).astype(np.float64)
         scale, turn, shift = 1.0, np.eye(3), np.zeros(3)
@@ -145,6 +148,33 @@ def _check_depth(mean: FloatArray) -> None:
             "lips do not",
             "give points in 3D, seen from two sides",
         )
+
+
+def _check_names(mean: FloatArray, home: FloatArray) -> None:
+    """Refuse mean dots (16, 3) of which two, exchanged, come far nearer to the average head's."""
+    pairs = list(combinations(range(len(home)), 2))
+    exchanged = [_laid(_exchanged(mean, pair), home) for pair in pairs]
+    best, own = int(np.argmin(exchanged)), _laid(mean, home)
+    if exchanged[best] < LEARNING.exchanged * own:
+        one, other = (LIPS16[k] for k in pairs[best])
+        raise ParameterError(
+            f"the dots {one} and {other} have each other's place: laid on the average head, the "
+            f"mean dots are {own:.1f} mm RMS from its own, {exchanged[best]:.1f} if these two are "
+            "exchanged",
+            "exchange their names in the marker file, or correct them and observe again",
+        )
+
+
+def _exchanged(dots: FloatArray, pair: tuple[int, int]) -> FloatArray:
+    out = dots.copy()
+    out[list(pair)] = dots[list(pair[::-1])]
+    return out
+
+
+def _laid(dots: FloatArray, home: FloatArray) -> float:
+    """RMS distance, mm, of dots (K, 3) from others that they are laid on."""
+    scale, turn, shift = similarity(home, dots)
+    return _rms((dots - shift) @ turn / scale - home)
 
 
 def _check_misfit(misfit: float, person: str | None) -> None:

@@ -195,6 +195,8 @@ class ClipSetting:
         Whether the head's poses are taken as they are, and only postures are fitted.
     landmarks : MouthLandmarks or None
         How landmarks are weighed, where the network is asked.
+    warnings : tuple of str
+        What a user should know before believing the run, whatever its frames show.
     clock : Clock
         What frames cost, by part.
     """
@@ -212,4 +214,5 @@ class ClipSetting:
     charged: bool = False
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
+    warnings: tuple[str, ...] = ()
     clock: Clock = field(default_factory=lambda: Clock(time.thread_time))

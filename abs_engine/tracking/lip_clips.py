@@ -32,8 +32,8 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.record import SUMMARY
-from abs_engine.tracking.recordings import Recording, load_recording
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.recordings import Recording, check_distinct, load_recording
+from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.shells import BUNDLED
 
 LEAST, MOST = 5, 60
@@ -93,6 +93,15 @@ class LipRun:
         return out
 
 
+def load_lip_runs(
+    groups: Sequence[Sequence[Path]], speaker: Speaker, shell: LipShell
+) -> list[list[LipRun]]:
+    """Runs of clips, each a group of cameras; raises as `load_lip_run`, and for a video twice."""
+    runs = [[load_lip_run(folder, speaker, shell) for folder in group] for group in groups]
+    check_distinct([(run.folder, run.recording.video) for group in runs for run in group])
+    return runs
+
+
 def load_lip_run(folder: Path, speaker: Speaker, shell: LipShell) -> LipRun:
     """A run as one camera's part of a clip.
 
@@ -100,19 +109,20 @@ def load_lip_run(folder: Path, speaker: Speaker, shell: LipShell) -> LipRun:
     ------
     InputFileError, ModelFormatError
         If it cannot be read, its video or the physics that it was tracked with is not there, or it
-        was tracked with another head.
+        was tracked with another head or without colours.
     """
-    recording, mesh = load_recording(folder), load_mesh(folder)
-    if mesh.mean.shape != speaker.vertices.shape:
-        raise ModelFormatError(
-            f"{folder} was tracked with another head", "give that head with --speaker"
-        )
+    recording, mesh = load_recording(folder, speaker), load_mesh_of(folder, speaker)
     if "camera_matrix" not in recording.run or "covered" not in recording.run:
         raise ModelFormatError(f"{folder} is of an early release", "track the video again")
     rest = _rest(folder, mesh.mean, speaker, shell)
     moved = shell.nodes(mesh.modes.astype(np.float64)).reshape(len(mesh.modes), -1)
     offset = shell.nodes(mesh.mean.astype(np.float64) - rest)
     tracked = (mesh.weights @ moved).reshape(len(mesh), *offset.shape) + offset
+    if not (folder / COLOURS).is_file():
+        raise InputFileError(
+            f"{folder} was tracked without colours, as with --worn",
+            "track its video by colour, which is the default",
+        )
     colours = ColourClasses.load(folder / COLOURS)
     return LipRun(folder, recording, colours, rest, tracked)
 

@@ -57,26 +57,25 @@ ANY_DRIVER = "simplex"
 def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     """The options with nothing left open, and what makes a clip ready by them.
 
-    What is chosen itself counts more than what a preset says.
+    What is chosen itself counts more than what a preset says, but for a model of another kind: what
+    else the preset says would be of no use to it.
 
     Raises
     ------
     InputFileError, ModelFormatError
         If a model's file cannot be read.
     ParameterError
-        If there is no preset or model of such a name.
+        If there is no preset or model of such a name, or they do not go together.
     PluginError
         If one cannot be imported.
     """
     preset: Preset = USUAL if options.preset is None else PRESETS.get(options.preset)
-    name, own = options.model or (CLOSE_UP if options.worn else preset).model, preset.prepare
+    name = options.model or (CLOSE_UP if options.worn else preset).model
     file = _file(name)
     kind = name if file is None else model_of_file(file)
-    if kind == CLOSE_UP.model:
+    _check_kind(options, preset, kind)
+    if options.preset is None and kind == CLOSE_UP.model:
         preset = CLOSE_UP
-    _check_worn(options, kind)
-    if kind != preset.model:
-        own = None
     if file is not None and kind == USUAL.model:
         options = replace(options, speaker=file)
     terms = preset.terms if options.terms is None else options.terms
@@ -87,22 +86,23 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
         terms=terms,
         driver=options.driver or _driver(preset, kind, terms),
         start=options.start or preset.start,
-        preset=options.preset if kind == preset.model else None,
     )
-    prepare: Prepare = own or model_named(kind)
+    prepare: Prepare = preset.prepare or model_named(kind)
     return chosen, prepare
 
 
-def _check_worn(options: TrackOptions, kind: str) -> None:
-    """Raise `ParameterError` for what does not go with a camera worn before the mouth."""
+def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
+    """Raise `ParameterError` for a kind of model that is not of a worn camera, or of a preset."""
     if options.worn and kind != CLOSE_UP.model:
         raise ParameterError(
             f"a close-up of a mouth is not tracked by the model '{kind}'",
             "leave out --worn, or give the file that 'mouths' learned with --model",
         )
-    if kind == CLOSE_UP.model and options.preset is not None:
+    if options.preset is not None and kind != preset.model:
+        other = "--worn" if options.worn else "--model"
         raise ParameterError(
-            f"the preset '{options.preset}' is of a whole face", "leave out --preset, or --worn"
+            f"the preset '{options.preset}' is of the model '{preset.model}', not of '{kind}'",
+            f"leave out --preset, or {other}",
         )
 
 

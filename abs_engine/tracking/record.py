@@ -183,7 +183,7 @@ class Recorder:
 
     def summary(self) -> dict[str, Any]:
         """Counts of frames, means of those tracked, and warnings; see `run_summary.summary`."""
-        return summary(self._arrays(self._rows.columns()), self._setting.face)
+        return summary(self._arrays(self._rows.columns()), self._setting)
 
     def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
         """Write tables, arrays and mesh into an existing folder.
@@ -210,7 +210,7 @@ class Recorder:
             with (folder / name).open("w", encoding="utf-8", newline="") as file:
                 csv.writer(file).writerows(written(table))
         heading = {k: arrays[k] for k in ("format", "version", "renderer")} | self._made
-        counts = summary(arrays, self._setting.face)
+        counts = summary(arrays, self._setting)
         told = {**heading, **facts, "summary": {**counts, **facts.get("summary", {})}}
         (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
         return told

@@ -23,7 +23,8 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.record import SUMMARY, Recorder, load_run
-from abs_engine.tracking.run_mesh import load_mesh
+from abs_engine.tracking.run_mesh import load_mesh_of
+from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 Arrays = dict[str, NDArray[Any]]
@@ -35,6 +36,8 @@ class Recording:
 
     Parameters
     ----------
+    path : Path
+        What was given: the video, or the folder of its run.
     video : Path
     run : dict of str to array
         As ``results.npz`` has them.
@@ -42,18 +45,22 @@ class Recording:
         The person's whole head by this video alone.
     postures : (T, P) float64
         NaN in lost frames.
+    pupils : float, mm
+        Distance of the pupils that the head's size rests on; see `Scale`.
     """
 
+    path: Path
     video: Path
     run: Arrays
     head: NDArray[np.float32]
     postures: FloatArray
+    pupils: float
 
     @classmethod
-    def of(cls, video: Path, recorder: Recorder) -> Recording:
+    def of(cls, path: Path, video: Path, recorder: Recorder, scale: Scale) -> Recording:
         """Recording of the clip that was just tracked."""
         mesh = recorder.mesh()
-        return cls(video, recorder.arrays(), mesh.mean, mesh.weights)
+        return cls(path, video, recorder.arrays(), mesh.mean, mesh.weights, scale.pupils)
 
     @property
     def count(self) -> int:
@@ -87,31 +94,43 @@ class Recording:
         return np.unique(chosen)
 
 
-def load_recording(folder: Path) -> Recording:
+def load_recording(folder: Path, speaker: Speaker) -> Recording:
     """A run, and its video: where it was, beside the run, or where the command was typed.
+
+    Parameters
+    ----------
+    folder : Path
+    speaker : Speaker
+        The head that it was tracked with.
 
     Raises
     ------
     InputFileError, ModelFormatError
-        If the run cannot be read, or its video is not there.
+        If the run cannot be read or is of another head, or its video is not there or has changed.
     """
-    run, mesh = load_run(folder), load_mesh(folder)
+    run, mesh = load_run(folder), load_mesh_of(folder, speaker)
     try:
         told = read_json(folder / SUMMARY)["settings"]
         name, known = str(told["video"]), str(told["video_sha256"])
-        stored = str(told.get("video_path", name))
+        stored, pupils = str(told.get("video_path", name)), float(told["scale"]["pupils"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFormatError(
-            f"{folder / SUMMARY} does not say which video it is of", "track the video again"
+            f"{folder / SUMMARY} does not say which video it is of, or at which scale",
+            "track the video again",
         ) from error
-    places = [folder / stored, folder.parent / name, Path(name)]
-    video = next((p for p in places if p.is_file() and digest(p) == known), None)
-    if video is None:
+    there = [p for p in (folder / stored, folder.parent / name, Path(name)) if p.is_file()]
+    video = next((p for p in there if digest(p) == known), None)
+    if video is not None:
+        return Recording(folder, video, run, mesh.mean, mesh.weights, pupils)
+    if there:
         raise InputFileError(
-            f"{name}, the video of {folder}, is not there",
-            "put it beside the run or into this folder, or give the video in place of the run",
+            f"{name}, the video of {folder}, is there, but its content has changed",
+            "track it again, or give the video in place of the run",
         )
-    return Recording(video, run, mesh.mean, mesh.weights)
+    raise InputFileError(
+        f"{name}, the video of {folder}, is not there",
+        "put it beside the run or into this folder, or give the video in place of the run",
+    )
 
 
 def check_variety(recordings: Sequence[Recording]) -> None:
@@ -135,10 +154,12 @@ def check_variety(recordings: Sequence[Recording]) -> None:
 def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     """Raise `OtherPersonError` if a recording's head is not the others'.
 
-    Of three and more the one is named that lies farthest from the median of all; of two, both.
+    Heads are compared in the size that they have by the usual distance of pupils. Of three and more
+    the one is named that lies farthest from the median of all; of two, both.
     """
     at = speaker.points["face"]
-    heads = np.stack([one.head[at].astype(np.float64) for one in recordings])
+    sized = [one.head[at].astype(np.float64) * USUAL_PUPILS / one.pupils for one in recordings]
+    heads = np.stack(sized)
     heads -= heads.mean(axis=1, keepdims=True)
     away = np.sqrt(((heads - np.median(heads, axis=0)) ** 2).sum(axis=2).mean(axis=1))
     if len(heads) < 3:
@@ -146,13 +167,27 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     worst = int(np.argmax(away))
     if away[worst] <= FRAME_LOOP.same_speaker:
         return
-    names = [one.video.name for one in recordings]
-    who = f"{names[worst]} does not show the same person as the others"
+    who = f"{recordings[worst].path} does not show the same person as the others"
     if len(heads) < 3:
-        who = f"{names[0]} and {names[1]} do not show the same person"
+        who = f"{recordings[0].path} and {recordings[1].path} do not show the same person"
     raise OtherPersonError(
         f"{who}: the head differs by {away[worst]:.1f} mm", "leave it out, or learn a face of each"
     )
+
+
+def check_distinct(videos: Sequence[tuple[Path, Path]]) -> None:
+    """Raise `ParameterError` if a video comes twice; each is what was given, and the video of it.
+
+    What a copy shows would pass for what a recording shows that nothing was learned from.
+    """
+    known: dict[str, Path] = {}
+    for given, video in videos:
+        content = digest(video)
+        if content in known:
+            raise ParameterError(
+                f"{known[content]} and {given} are of the same video", "give it once"
+            )
+        known[content] = given
 
 
 def check_one_camera(sizes: Sequence[tuple[Path, tuple[int, int]]]) -> None:

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import InputFileError
+from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.kinds import to_path
 from abs_engine.io.arrays import Layout, index, real
+from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_npz
 
 MESH, FORMAT, VERSION = "mesh.npz", "abs_engine.run_mesh", 1
@@ -79,3 +80,13 @@ def load_mesh(folder: Path) -> RunMesh:
     if not path.is_file():
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
     return RunMesh(**read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again"))
+
+
+def load_mesh_of(folder: Path, speaker: Speaker) -> RunMesh:
+    """Mesh of a run that was tracked with a head; raises as `load_mesh`, and for another head."""
+    mesh = load_mesh(folder)
+    if not np.array_equal(mesh.faces, speaker.faces):
+        raise ModelFormatError(
+            f"the run {folder} was tracked with another head", "give that head with --speaker"
+        )
+    return mesh

@@ -10,23 +10,26 @@ from numpy.typing import NDArray
 
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
+from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
 from abs_engine.tracking.run_warnings import doubts
 from abs_engine.tracking.shot_cuts import cut_line
 
 
-def summary(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, Any]:
+def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[str, Any]:
     """Counts of frames; mean evaluations and score of the tracked. Covered ones are lost.
 
     Parameters
     ----------
     arrays : mapping of str to (T, ...)
         As ``results.npz`` has them.
-    face : Face
+    setting : ClipSetting
     """
+    face = setting.face
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
     landmarks = _by_landmarks(arrays, face)
-    warnings = [*([cut_line(cuts)] if cuts else []), *landmarks.get("warnings", ())]
+    shots = [cut_line(cuts)] if cuts else []
+    warnings = [*setting.warnings, *shots, *landmarks.get("warnings", ())]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),

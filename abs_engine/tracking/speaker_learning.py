@@ -28,7 +28,13 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.recordings import Recording, check_one_camera, check_same, check_variety
+from abs_engine.tracking.recordings import (
+    Recording,
+    check_distinct,
+    check_one_camera,
+    check_same,
+    check_variety,
+)
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -75,13 +81,23 @@ class Learned:
         told = [
             f"postures: {self.frames} frames; share of the variance: {shares}"
             if self.space.own
-            else "postures: anybody's, as the speaker's own explain left-out frames clearly worse"
+            else f"postures: anybody's, as {self._lack}"
         ]
         if self.space.left_out:
             told.append(f"left out, below the noise: {', '.join(self.space.left_out)}")
         rounds = ", ".join(f"{share:.3f}" for share in self.explained)
         told.append(f"explained of frames left out, by round: {rounds}; kept: {self.kept}")
         return [*told, self._appearance_line]
+
+    @property
+    def _lack(self) -> str:
+        """Reason why postures are not the speaker's own."""
+        if self.frames < LEARNING.least_frames:
+            return (
+                f"{self.frames} frames show the mouth well, a speaker's own need "
+                f"{LEARNING.least_frames}"
+            )
+        return "the speaker's own explain left-out frames clearly worse"
 
     @property
     def _appearance_line(self) -> str:
@@ -154,25 +170,35 @@ class Learner:
         """A face of what was tracked, that tracked again with its head, and what it explains.
 
         The share is that of the frames that were left out. Where the speaker's own postures explain
-        them clearly worse than anybody's, or all are noise, the face moves by anybody's.
+        them clearly worse than anybody's, or there are none, the face moves by anybody's.
         """
         head = self.head(recordings)
         self.tell("tracking the recordings with it")
-        again = [Recording.of(r.video, self.followed(r.video, head)) for r in recordings]
+        again = [
+            Recording.of(r.path, r.video, self.followed(r.video, head), head.scale)
+            for r in recordings
+        ]
         check_variety(again)
         self.tell("learning the postures")
-        clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in again]
-        rate = float(again[0].run["rate"])
-        space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
-        face = head.moving(space)
+        space = self.postures(head, again)
         self.tell("tracking frames that were left out")
         anybody = _mean([self.explained(r, head) for r in again])
-        if len(space.spec):
+        if space is not None:
+            face = head.moving(space)
             own = _mean([self.explained(r, face) for r in again])
             if own >= anybody - LEARNING.worse:
                 return face, space, again, own
         space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
         return head, space, again, anybody
+
+    def postures(self, head: SpeakerFace, recordings: Sequence[Recording]) -> PostureSpace | None:
+        """The speaker's own postures; None where too few frames show them, or all are noise."""
+        if _usable(recordings) < LEARNING.least_frames:
+            return None
+        clips = [np.where(r.usable[:, None], r.postures, np.nan) for r in recordings]
+        rate = float(recordings[0].run["rate"])
+        space = learn_postures(head.expression, choose_points(self.speaker), clips, rate)
+        return space if len(space.spec) else None
 
     def looks(self, learned: Learned, recordings: Sequence[Recording]) -> Learned:
         """The same with texture and local appearance, from recordings of the round it is of."""
@@ -216,12 +242,13 @@ def learn_speaker(
     OtherPersonError
         If a recording shows another person.
     TooFewFramesError
-        If they show too little: no open mouth, no closed one, or hardly a frame.
+        If they show too little: no open mouth, or no closed one.
     ParameterError
-        If the videos are of several sizes.
+        If the videos are of several sizes, or one comes twice.
     """
     sizes = [(one.video, probe(one.video).size) for one in recordings]
     check_one_camera(sizes)
+    check_distinct([(one.path, one.video) for one in recordings])
     speaker = load_speaker(options.speaker)
     check_same(recordings, speaker)
     check_variety(recordings)
@@ -233,9 +260,8 @@ def learn_speaker(
     tracked_then: list[Sequence[Recording]] = []
     for number in range(1, rounds + 1):
         face, space, recordings, share = learner.round(recordings)
-        frames = int(sum(one.usable.sum() for one in recordings))
         explained = (*(one.explained[-1] for one in learned), share)
-        learned.append(Learned(face, space, frames, explained, number))
+        learned.append(Learned(face, space, _usable(recordings), explained, number))
         tracked_then.append(recordings)
     best = int(np.argmax(learned[-1].explained))
     done = learner.looks(learned[best], tracked_then[best])
@@ -249,7 +275,7 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     with closed_after(tracker.results()) as results:
         for _, result in results:
             recorder.add(result)
-    return Recording.of(video, recorder)
+    return Recording.of(video, video, recorder, tracker.scale)
 
 
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
@@ -263,6 +289,11 @@ def _turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
     looked = np.linspace(0, len(usable) - 1, min(len(usable), PREPARATION.speaker_most))
     seen = pictures(recording.video, [int(k) for k in usable[looked.round().astype(int)]])
     return [seen[k] for k in turned_apart([marks for _, marks in seen], count)] if seen else []
+
+
+def _usable(recordings: Sequence[Recording]) -> int:
+    """Number of frames of all recordings that are learned from."""
+    return int(sum(one.usable.sum() for one in recordings))
 
 
 def _mean(clips: Sequence[FloatArray]) -> float:

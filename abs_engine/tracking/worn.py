@@ -45,6 +45,7 @@ from abs_engine.tracking.worn_fit import WornHead
 from abs_engine.tracking.worn_place import find_mouth
 
 FORMAT, VERSION = "abs_engine.worn_mouths", 1
+_WHOLE = "these frames show whole faces, which are followed better without --worn"
 _LAYERS = 3
 _LAYOUT: Layout = {
     "mean": real("width 0", dtype=np.float32),
@@ -108,7 +109,10 @@ def prepare_worn(
     speaker = load_speaker(options.speaker)
     images, opening = found_mouth(clip, options, looks, tell)
     tell("fitting the head")
-    return fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
+    made = fitted_clip(clip, speaker, opening, images, options, leaves, renderer)
+    if options.mouth is not None or not _whole_faces(images):
+        return made
+    return replace(made, setting=replace(made.setting, warnings=(_WHOLE,)), remarks=_WHOLE)
 
 
 def found_mouth(
@@ -117,8 +121,6 @@ def found_mouth(
     """Frames of a clip, where its mouth lies and what it looks like; errors as `prepare_worn`."""
     tell("finding the mouth")
     images = _spread(clip)
-    if options.mouth is None and _whole_faces(images):
-        tell("warning: these frames show whole faces, which are followed better without --worn")
     spot, points = find_mouth(images)
     if options.mouth is not None:
         x, y, width, height = options.mouth

@@ -84,9 +84,10 @@ def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
         ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
         ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
         ({"terms": "+"}, "no evidence is named; choose one of colour"),
+        ({"preset": "basu1998", "model": "head"}, "'basu1998' is of the model 'shell', not of 'he"),
     ],
 )
-def test_a_misspelt_leaf_is_refused_with_the_nearest(options, said):
+def test_a_leaf_that_is_misspelt_or_of_another_preset_is_refused(options, said):
     chosen = TrackOptions(**options)
     with pytest.raises(ParameterError) as caught:
         Leaves.of(resolved(chosen)[0])
@@ -104,8 +105,6 @@ def test_what_is_chosen_counts_more_than_the_preset():
     assert (usual.model, usual.terms, usual.driver) == ("head", ("colour",), "newton")
     shell, _ = resolved(TrackOptions(model="shell"))
     assert shell.driver == "simplex"
-    face, _ = resolved(TrackOptions(preset="basu1998", model="head"))
-    assert (face.model, face.preset) == ("head", None)
 
 
 @pytest.mark.parametrize(

@@ -189,12 +189,16 @@ class TestAdd:
         write_lip_run(folder / "short", range(5, 12), LEFT)
         write_lip_run(folder / "moved", range(5, 12), LEFT)
         (folder / "moved.mp4").unlink()
+        worn = write_lip_run(folder / "worn", range(5, 10), LEFT)
+        (worn / "colours.npz").unlink()
         write_lip_run(folder / "few", range(5, 8), LEFT)
         cases = {
             f"{folder / 'front'},{folder / 'short'}": "begin and end at the same time",
             str(folder / "moved"): "is not there",
             str(folder / "few"): "in 3 frames",
             str(folder / "none"): "none",
+            str(folder / "worn"): "tracked without colours, as with --worn",
+            f"{folder / 'front'},{folder / 'front'}": "are of the same video",
             ",": "names no run",
         }
         for runs, told in cases.items():

@@ -240,6 +240,13 @@ class TestWhoseHead:
             with pytest.raises(ParameterError, match=told):
                 train(seen, SPEAKER, person, shell=SHELL)
 
+    @pytest.mark.parametrize("person", ["clara", None])
+    def test_dots_with_each_others_names_in_all_frames_are_named(self, person):
+        order = [k if k not in (1, 3) else 4 - k for k in range(len(SEEN.names))]
+        told = "upper_outer_1 and upper_outer_3 have each other's place: .* if these two are"
+        with pytest.raises(ParameterError, match=told):
+            train(replace(SEEN, points=SEEN.points[:, order]), SPEAKER, person, shell=SHELL)
+
     def test_what_is_left_of_somebody_else_goes_into_the_mean(self):
         done = train(SEEN, SPEAKER, shell=SHELL)
         assert "average head" in done.physics.source

@@ -68,7 +68,8 @@ def learn(video, name, **settings):
     path, said = video.with_name(f"{name}.face"), video.with_name(f"{name}.json")
     with pytest.MonkeyPatch.context() as patch, said.open("w") as file:
         patch.setattr(posture_space, "LEARNING", replace(LEARNING, least_frames=6))
-        patch.setattr(speaker_learning, "LEARNING", replace(LEARNING, **settings))
+        few = replace(LEARNING, **({"least_frames": 6} | settings))
+        patch.setattr(speaker_learning, "LEARNING", few)
         patch.setattr(speaker_learning, "PREPARATION", replace(PREPARATION, speaker_most=6))
         with contextlib.redirect_stdout(file):
             words = "--renderer", "cpu", "--rounds", 1, "--quiet", "--json"

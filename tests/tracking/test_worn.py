@@ -11,6 +11,7 @@ from drawn import lit, speaker, vertices_of
 from heads import seen_at
 from runs import write_kind
 
+import abs_engine
 from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.face.appearance.opening import MouthSpot, OpeningLooks
@@ -97,12 +98,21 @@ def test_a_close_up_is_followed(run):
     tracked, setting = load_run(run), json.loads((run / "run.json").read_text())
     assert tracked["found"].all()
     assert setting["settings"]["model"] == "worn"
+    assert setting["summary"]["warnings"] == []
     true = np.array([inner_points("amara", a) for a in NEW])
     width = np.ptp(true[0, :2, 0])
     labelled = (true[:, 5] - true[:, 4])[:, 1] / width
     shares = np.asarray(tracked["aperture"]) / np.asarray(tracked["width"])
     assert np.corrcoef(labelled, shares)[0, 1] > 0.95
     assert np.abs(shares - labelled).max() < 0.08
+
+
+def test_a_run_of_whole_faces_keeps_the_warning(folder):
+    whole = lit("walter", seen_at([0, 0, 0], [0, 0, 700]), Camera.ideal((320, 320)))
+    video = write_kind(folder / "whole.mp4", "libx264", [whole] * 2)
+    run = abs_engine.track(video, worn=True, model=folder / "mouths.face", renderer="cpu")
+    assert [line for line in run.warnings if "without --worn" in line]
+    assert run.settings["remarks"] == run.warnings[0]
 
 
 def test_the_mouth_is_found_in_a_close_up():
@@ -165,7 +175,7 @@ def test_labels_that_do_not_fit_are_refused(folder, tmp_path, capsys, change, sa
     ("more", "said"),
     [
         (["--model", "head"], "is not tracked by the model 'head'"),
-        (["--preset", "basu1998"], "is of a whole face"),
+        (["--preset", "basu1998"], "is of the model 'shell', not of 'worn'"),
         (["--terms", "colour"], "has no colour to compare"),
         (["--person", "clara"], "does nothing for the model 'worn'"),
     ],

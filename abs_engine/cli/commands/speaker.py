@@ -40,7 +40,7 @@ def speaker(chosen: Chosen) -> Done:
     from abs_engine.io.assets import load_speaker
     from abs_engine.io.video import probe
     from abs_engine.tracking.options import TrackOptions
-    from abs_engine.tracking.recordings import check_one_camera, load_recording
+    from abs_engine.tracking.recordings import check_distinct, check_one_camera, load_recording
     from abs_engine.tracking.speaker_learning import learn_speaker, tracked
 
     options = TrackOptions(
@@ -48,11 +48,12 @@ def speaker(chosen: Chosen) -> Done:
         pupil_distance=chosen.pupil_distance,
         speaker=chosen.speaker,
     )
-    load_speaker(options.speaker)
+    head = load_speaker(options.speaker)
     paths = list(dict.fromkeys(chosen.recordings))
-    runs = {path: load_recording(path) for path in paths if path.is_dir()}
+    runs = {path: load_recording(path, head) for path in paths if path.is_dir()}
     videos = [runs[path].video if path in runs else path for path in paths]
     check_one_camera([(video, probe(video).size) for video in videos])
+    check_distinct(list(zip(paths, videos, strict=True)))
     with opened(chosen.renderer) as renderer, Progress("learning") as progress:
         print_hints(renderer)
         for number, path in enumerate(paths, 1):

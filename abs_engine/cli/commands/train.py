@@ -61,12 +61,14 @@ def train(chosen: Chosen) -> Done:
     check_free(chosen.output, ".npz")
 
     from abs_engine.capture.observations import read_observations
+    from abs_engine.face.shape.lip_shell import cut_lip_shell
     from abs_engine.io.assets import load_speaker
     from abs_engine.learn.training import train as learn
+    from abs_engine.tracking.lip_clips import load_lip_runs
 
     observations = read_observations(chosen.observations)
     speaker = load_speaker(chosen.speaker)
-    groups = [[_loaded(run, speaker) for run in group] for group in chosen.add]
+    groups = load_lip_runs(chosen.add, speaker, cut_lip_shell(speaker)) if chosen.add else []
     done = learn(observations, speaker, chosen.person, n_modes=chosen.modes, n_train=chosen.train)
     lines, physics, evidence = report_lines(done), done.physics, list[float]()
     if groups:
@@ -83,13 +85,6 @@ def train(chosen: Chosen) -> Done:
         "left_out_nats": evidence,
     }
     return Done([*lines, f"wrote {chosen.output}"], facts)
-
-
-def _loaded(run: Path, speaker: Speaker) -> LipRun:
-    from abs_engine.face.shape.lip_shell import cut_lip_shell
-    from abs_engine.tracking.lip_clips import load_lip_run
-
-    return load_lip_run(run, speaker, cut_lip_shell(speaker))
 
 
 def _further(

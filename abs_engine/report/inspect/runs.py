@@ -17,9 +17,9 @@ from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
 from abs_engine.report.drawing.view import View
-from abs_engine.report.inspect.body import Body, check_same_mesh
+from abs_engine.report.inspect.body import Body
 from abs_engine.tracking.record import load_run
-from abs_engine.tracking.run_mesh import RunMesh, load_mesh
+from abs_engine.tracking.run_mesh import RunMesh, load_mesh_of
 
 _CAMERA = ("camera_matrix", "camera_size", "camera_distortion", "rate")
 
@@ -95,12 +95,9 @@ def load_run_head(folder: Path, speaker: Speaker) -> RunHead:
     InputFileError
         If the folder is no run.
     ModelFormatError
-        If its files have another format or do not fit together.
-    ParameterError
-        If it was made with another speaker.
+        If its files have another format, do not fit together, or are of another head.
     """
-    arrays, mesh = load_run(folder), load_mesh(folder)
-    check_same_mesh(speaker, mesh.faces, f"the run {folder}")
+    arrays, mesh = load_run(folder), load_mesh_of(folder, speaker)
     if len(mesh) != len(arrays["found"]):
         raise ModelFormatError(
             f"{folder} has {len(arrays['found'])} frames and {len(mesh)} meshes",
