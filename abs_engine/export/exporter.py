@@ -43,6 +43,8 @@ class Loss:
     note: str = ""
 
     def __str__(self) -> str:
+        if np.isnan(self.value):
+            return f"{self.of}: nothing to compare"
         return " ".join(filter(None, (f"{self.of}: {self.value:.3g}", self.unit, "RMS")))
 
 

@@ -114,22 +114,23 @@ def _losses(
     moved, turned = sizes.keys() & given.keys(), np.rad2deg(_AU)
     long, true = (np.concatenate([one[k] * sizes[k] for k in moved]) for one in (columns, given))
     read, angles = (np.stack([one[k] for k in _HEAD], axis=1) for one in (columns, given))
+    begun = run.arrays["time"] - run.arrays["time"][0]
     return (
-        compared(times, run.arrays["time"], "s", "times", _note(run, times)),
+        compared(times, begun, "s", "times", _note(run, begun - times)),
         compared(long, true, "mm", "coordinates that have a parameter"),
         compared(rebuilt[:, lips], run.landmarks[:, lips], "mm", "points of the lips, whole"),
         compared(read * turned, angles * turned, "degrees", "head angles"),
     )
 
 
-def _note(run: TrackedRun, times: FloatArray) -> str:
+def _note(run: TrackedRun, late: FloatArray) -> str:
     """Line about times that the format, which has but a rate, cannot state; mostly empty."""
-    off = np.abs(times - run.arrays["time"]).max()
+    off = np.abs(late).max()
     if off <= 0.5 / run.rate:
         return ""
     return (
-        f"FAP has even frames, the video has not: times are off by up to {off:.3f} s; convert the "
-        "video to a constant rate before it is tracked"
+        f"FAP frames are evenly spaced; this video's are not: times are off by up to {off:.3f} s; "
+        "convert the video to a constant rate before it is tracked"
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, rms
-from abs_engine.export.reading import compared
+from abs_engine.export.reading import compared, differs
 from abs_engine.tracking.run_table import time_cell
 
 
@@ -27,9 +27,13 @@ def _write(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
 
 def _read_back(run: TrackedRun, folder: Path) -> tuple[Loss, ...]:
     times, apart = [], []
-    for frame, path in zip(run.frames, sorted(folder.iterdir()), strict=False):
-        head, *lines = path.read_text(encoding="ascii").splitlines()
-        places = [line.split()[1:] for line in lines if line.startswith("v ")]
+    files = sorted(folder.iterdir())
+    if len(files) != len(run.frames):
+        raise differs("frames")
+    for frame, path in zip(run.frames, files, strict=True):
+        head, _, body = path.read_text(encoding="ascii").partition("\n")
+        numbers = body.partition("vt ")[0].replace("v ", "")
+        places = np.fromstring(numbers, sep=" ").reshape(-1, 3)
         apart.append(compared(places, run.mesh.vertices(frame), "mm", "vertices").value)
         times.append(head.split()[3])
     return (

@@ -24,10 +24,10 @@ def _write(run: TrackedRun, path: Path) -> tuple[Loss, ...]:
     written = table({k: v.tolist() if v.dtype.kind == "U" else v for k, v in columns.items()})
     parquet.write_table(written, path)
     back = parquet.read_table(path)
-    text = [name for name, values in columns.items() if values.dtype.kind == "U"]
-    if any(back[name].to_pylist() != columns[name].tolist() for name in text):
-        raise differs(f"columns {', '.join(text)}")
-    numbers = columns.keys() - text
+    exact = [k for k, v in columns.items() if v.dtype.kind == "U" or np.ma.isMaskedArray(v)]
+    if any(back[name].to_pylist() != columns[name].tolist() for name in exact):
+        raise differs(f"columns {', '.join(exact)}")
+    numbers = columns.keys() - exact
     read, true = (np.concatenate([one[k] for k in numbers]) for one in (back, columns))
     return (compared(read, true, "", "numbers of the table"),)
 

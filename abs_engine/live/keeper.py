@@ -34,7 +34,7 @@ class Keeper:
     def __init__(self, folder: Path, tracker: ClipTracker) -> None:
         self._folder, self._tracker = folder, tracker
         info = tracker.info
-        self._video = VideoWriter(folder / RECORDING, info.size, info.rate, *_CODING)
+        self._video = VideoWriter(folder / RECORDING, info.size, info.rate, *_CODING, uneven=True)
         self._behind = Behind()
         self._times: list[float] = []
         self._frames = FrameJournal(folder / FRAMES, "")

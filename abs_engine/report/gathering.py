@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -107,8 +107,11 @@ def write_report(
         If the file exists or cannot be written.
     """
     check_kind("options", options, (is_of(ReportOptions), "ReportOptions"))
-    check_kind("results", results, (is_of(list, tuple), "a list of paths"))
+    several = isinstance(results, Iterable) and not isinstance(results, str)
+    check_kind("results", results, (lambda _: several, "a list of paths"))
     paths = [to_path("a result", path) for path in results]
+    if not paths:
+        raise ParameterError("there is no result to report", "give the folder of a run")
     output = check_free(to_path("output", output))
     if options.video is not None:
         probe(options.video)  # refused before anything is scored

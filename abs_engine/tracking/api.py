@@ -27,6 +27,7 @@ from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_mesh import RunMesh
+from abs_engine.tracking.run_table import OF_LIPS
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -161,7 +162,7 @@ class Run:
         return tuple(self.summary.get("warnings", ()))
 
     def to_pandas(self) -> DataFrame:
-        """The table of ``results.csv``, a row for each frame.
+        """The table of ``results.csv``, a row for each frame; truths are 0, 1 and, if lost, NA.
 
         Raises
         ------
@@ -172,7 +173,8 @@ class Run:
             import pandas
         except ImportError as error:
             raise ParameterError("pandas is not installed", "pip install pandas") from error
-        return pandas.DataFrame(self.rows, columns=list(self.names))
+        table = pandas.DataFrame(self.rows, columns=list(self.names))
+        return table.astype({name: "Int8" for name in OF_LIPS if name in self.names})
 
 
 def track(

@@ -259,7 +259,9 @@ def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> Frame
         told = problem.blocks.part(marks.told, POSTURE)
         by_landmarks = face.measures(told)[2]
     belief = belief_of(told_by, face, x)
-    off = disagreement(aperture, belief.aperture if belief else float("nan"), by_landmarks)
+    own = belief.aperture if belief else float("nan")
+    # Landmarks alone are no second measure beside themselves
+    off = float("nan") if alone else disagreement(aperture, own, by_landmarks)
     return FrameResult(
         index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
         work.explained(value), found.best.n_evaluations, found.best.status,

@@ -23,8 +23,10 @@ _REST = (
     "protrusion", *(f"{name}_sd" for name in BELIEVED), "closed_probability", "contradicted",
     *NAMES, "status",
 )  # fmt: skip
-_OF_LIPS = ("closed", "contradicted")  # where they were not found, neither is true nor false
+OF_LIPS = ("closed", "contradicted")
+"""Columns that are neither true nor false where the lips were not found."""
 _TIMES = {"time", "onset", "release"}
+_BLOCK = 1000  # rows that are made of columns at once
 
 
 def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[str, NDArray[Any]]:
@@ -35,6 +37,11 @@ def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[s
     arrays : mapping of str to (T, ...)
         As ``results.npz`` has them; measures that an older run lacks are left out.
     points : (T, 20, 3) float64, mm, head frame
+
+    Returns
+    -------
+    dict
+        `closed` and `contradicted` are masked where the lips were not found.
     """
     names = [
         *(f"head_{name}" for name in POSE_NAMES),
@@ -45,7 +52,8 @@ def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[s
     numbers = (arrays["rotation"], arrays["translation"], arrays["parameters"], places)
     moved = zip(names, (column for one in numbers for column in one.T), strict=True)
     first, rest = ({k: arrays[k] for k in part if k in arrays} for part in (_FIRST, _REST))
-    seen = {k: np.where(arrays["found"], rest[k], np.nan) for k in _OF_LIPS if k in rest}
+    lost = ~arrays["found"]
+    seen = {k: np.ma.masked_array(rest[k], lost) for k in OF_LIPS if k in rest}
     return {**first, **dict(moved), **rest, **seen}
 
 
@@ -59,9 +67,10 @@ def table_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> Iterator
     """
     columns = columns_of(arrays, points)
     yield list(columns)
-    plain = (v.astype(np.int8) if v.dtype == np.bool_ else v for v in columns.values())
-    for row in zip(*plain, strict=True):
-        yield [cell.item() for cell in row]
+    plain = [v.astype(np.int8) if v.dtype == np.bool_ else v for v in columns.values()]
+    for first in range(0, len(points), _BLOCK):
+        part = (column[first : first + _BLOCK].tolist() for column in plain)
+        yield from map(list, zip(*part, strict=True))
 
 
 def closure_table(found: Iterable[Closure]) -> list[list[Any]]:
@@ -74,7 +83,8 @@ def closure_table(found: Iterable[Closure]) -> list[list[Any]]:
 def written(table: Iterable[Sequence[Any]]) -> Iterator[list[Any]]:
     """A table, its heading first, as it is written: numbers short enough to read.
 
-    Times have the same decimals however long the clip is; cells are empty where numbers are NaN.
+    Times have the same decimals however long the clip is; cells are empty where numbers are NaN or
+    None.
 
     Yields
     ------

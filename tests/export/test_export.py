@@ -206,6 +206,7 @@ def test_parquet_is_the_table(folder, run, tmp_path):
     table = pd.read_parquet(exported(folder, "parquet", tmp_path))
     written = pd.read_csv(folder / "results.csv")
     assert list(table.columns) == list(written.columns)
+    assert table["closed"].isna().tolist() == (~run.arrays["found"]).tolist()
     numbers = [one.drop(columns="status").astype(float) for one in (table, written)]
     np.testing.assert_allclose(*numbers, rtol=1e-5, atol=1e-5)
     assert np.array_equal(table["aperture"], run.arrays["aperture"], equal_nan=True)

@@ -81,7 +81,10 @@ def test_what_is_given_may_be_a_copy_but_not_of_another_length(run, tmp_path, ca
     (line,) = caplog.records
     assert "copy.mp4 is not the file that was tracked: its checksum is" in line.getMessage()
     longer = write_video(tmp_path / "longer.mp4", times=2)
-    with pytest.raises(ParameterError, match=r"longer.mp4 has 6 frames, the run 3; give the video"):
+    with pytest.raises(
+        ParameterError,
+        match=r"longer.mp4 and the run have other numbers of frames: 6 and 3; give the video",
+    ):
         find_video(run, longer)
 
 

@@ -13,6 +13,7 @@ from runs import write_kind
 
 import abs_engine
 from abs_engine.core.errors import InputFileError, OutputError, ParameterError
+from abs_engine.tracking import loop
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
 
@@ -52,6 +53,13 @@ def test_a_run_has_arrays_and_writes_nothing(run, video):
         run[3]
 
 
+def test_landmarks_alone_are_no_second_measure_of_themselves(video, monkeypatch):
+    monkeypatch.setattr(loop, "disagreement", None)  # is not asked
+    alone = abs_engine.track(str(video), renderer="cpu", evidence="landmarks")
+    assert alone.found.all()
+    assert not alone["contradicted"].any()
+
+
 def test_the_table_is_that_of_the_file(run, video, tmp_path):
     written = abs_engine.track(str(video), str(tmp_path / "run"), renderer="cpu")
     np.testing.assert_array_equal(written.aperture, run.aperture)
@@ -60,6 +68,8 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
     frame = run.to_pandas()
     assert list(frame.columns) == heading == list(run.names)
     assert len(frame) == len(rows)
+    assert str(frame["closed"].dtype) == "Int8"
+    assert (frame["closed"] == run.closed).all()
     column = [float(row[heading.index("aperture")]) for row in rows]
     np.testing.assert_allclose(frame["aperture"], column, rtol=1e-5)
     assert written.summary["frames"] == len(OPEN)

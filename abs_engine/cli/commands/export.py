@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 
 from abs_engine.cli import options as take
@@ -44,4 +45,6 @@ def export(chosen: Chosen) -> Done:
     said = [f"{how[min(k, len(how) - 1)]}, {one}" for k, one in enumerate(lost)]
     notes = [one.note for one in lost if one.note]
     lines = [*said, *notes, f"wrote {chosen.output}"]
-    return Done(lines, {"output": chosen.output, "loss": [asdict(one) for one in lost]})
+    known = [one.value if math.isfinite(one.value) else None for one in lost]
+    facts = [asdict(one) | {"value": value} for one, value in zip(lost, known, strict=True)]
+    return Done(lines, {"output": chosen.output, "loss": facts})

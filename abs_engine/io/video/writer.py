@@ -73,7 +73,7 @@ class VideoWriter:
     def write(self, frame: Frame, time: float | None = None) -> None:
         """Append one frame, (H, W, 3) uint8 RGB; shown at `time`, s, if that is later.
 
-        Without a time it is shown a step after the last frame.
+        Unless frames are uneven, that is the nearest step of 1 / `rate`; without a time, the next.
         """
         cut = np.ascontiguousarray(frame[: self._size[1], : self._size[0]])
         picture = av.VideoFrame.from_ndarray(cut, format="rgb24")

@@ -70,7 +70,7 @@ class OverlayPainter:
         """A frame with the head over it and its number below, (H, W, 3) uint8 RGB."""
         window = Window(0, 0, *self._run.camera.size, self._scale)
         large = np.ascontiguousarray(window.sample(image), np.uint8)
-        caption = f"frame {frame}   {frame / self._run.rate:.2f} s"
+        caption = f"frame {frame}   {self._run.times[frame]:.2f} s"
         if not self._run.found(frame):
             status = str(self._run.arrays["status"][frame])
             return captioned(large, f"{caption}   {status}", 15, LOST)

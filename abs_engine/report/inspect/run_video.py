@@ -13,6 +13,7 @@ from abs_engine.report.same_clip import video_sum
 from abs_engine.tracking.record import SUMMARY, run_settings
 
 _log = logging.getLogger(__name__)
+_TRACKED = "give the video that was tracked with --video"
 
 
 def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> Path:
@@ -39,9 +40,12 @@ def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> 
     ParameterError
         If its pictures have another size than the run's, or another number.
     """
-    video = given or _found(run.folder, beside)
-    check_video(video, run.camera.size, len(run), video_sum(run.folder))
-    return video
+    if given is None:
+        video = _found(run.folder, beside)
+        _check_size(video, probe(video).size, run.camera.size)
+        return video
+    check_video(given, run.camera.size, len(run), video_sum(run.folder))
+    return given
 
 
 def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | None) -> None:
@@ -64,17 +68,24 @@ def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | N
     ParameterError
         If its pictures have another size, or there are more or fewer.
     """
-    info, remedy = probe(video), "give the video that was tracked with --video"
-    if info.size != size:
-        raise ParameterError(
-            "{} has {}x{} pixels, the run {}x{}".format(video, *info.size, *size), remedy
-        )
-    if digest(video) == wanted:
+    info = probe(video)
+    _check_size(video, info.size, size)
+    if wanted is not None and digest(video) == wanted:
         return
     if info.frames != frames:
-        raise ParameterError(f"{video} has {info.frames} frames, the run {frames}", remedy)
+        raise ParameterError(
+            f"{video} and the run have other numbers of frames: {info.frames} and {frames}",
+            _TRACKED,
+        )
     if wanted is not None:
         _log.warning("%s is not the file that was tracked: its checksum is another", video)
+
+
+def _check_size(video: Path, size: tuple[int, int], wanted: tuple[int, int]) -> None:
+    if size != wanted:
+        raise ParameterError(
+            "{} has {}x{} pixels, the run {}x{}".format(video, *size, *wanted), _TRACKED
+        )
 
 
 def _found(folder: Path, beside: Path | None) -> Path:

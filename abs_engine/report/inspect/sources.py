@@ -88,7 +88,7 @@ class RunSource:
         """The labels of a frame; nothing is seen where the head was not found."""
         run = self._run
         run.check(number)
-        caption = frame_caption(number, run.rate)
+        caption = frame_caption(number, float(run.times[number]))
         if run.found(number):
             return drawn_labels(self._renderer, run.body(number), run.view(number), caption)
         none = np.zeros(run.camera.size[::-1], np.int32)
@@ -124,7 +124,7 @@ class TruthSource:
             return np.where(known[..., None], moved, np.float32("nan"))
 
         return LabelFrame(
-            frame_caption(number, truth.rate),
+            frame_caption(number, number / truth.rate),
             truth.facet_ids(number),
             {
                 "depth": lambda: truth.depth(number),
@@ -167,6 +167,6 @@ def check_pair(run: RunHead, truth: Truth) -> None:
         )
 
 
-def frame_caption(number: int, rate: float) -> str:
+def frame_caption(number: int, seconds: float) -> str:
     """Such as 'frame 12   0.48 s'."""
-    return f"frame {number}   {number / rate:.2f} s"
+    return f"frame {number}   {seconds:.2f} s"
