@@ -28,7 +28,7 @@ from abs_engine.io.npz import format_of, read_arrays
 
 _Say = Callable[[str], None] | None
 _BEHIND = -10.0
-"""mm before the edge of the upper front teeth, where lips lie at least. Chosen: usual 2 to 12."""
+"""mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def read_corpus(
     unit : {"mm", "cm", "m"}, optional
         Of a marker file, or of plain arrays, which do not say; mm by default.
     say : callable, optional
-        Called with a line on places at exactly 0, 0, 0, which are taken for missing.
+        Called with a line on positions at exactly 0, 0, 0, which count as missing.
 
     Returns
     -------
@@ -225,7 +225,7 @@ def _assembled(path: Path, recording: Recording, table: CorpusTable) -> Corpus:
             raise ParameterError(
                 f"the table names frame {first + (start if start < 0 else end)} for '{name}', "
                 f"{path} has {recording.numbers}",
-                "count as its column frame does; where there is none, from 0",
+                "use the numbers of its column frame, or count from 0 if it has none",
             )
     names = recording.names
     if table.upper_teeth:

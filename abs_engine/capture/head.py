@@ -111,7 +111,7 @@ def head_motion(points: FloatArray, names: Sequence[str], choice: HeadChoice) ->
         placed = placed[np.isfinite(placed[:, nose]).all(axis=1)]
         if not len(placed):
             raise TooFewPointsError(
-                "'nose' is found in no frame, and is the origin of the head frame",
+                "'nose', the origin of the head frame, is found in no frame",
                 "record it, or give a reference of the rigid points (--reference)",
             )
     steady = placed[_whole(placed)]

@@ -76,7 +76,7 @@ def read_markers(
 
     A CSV has a column ``frame`` and/or ``time`` (seconds), and ``NAME_x``, ``NAME_y``, ``NAME_z``
     for each marker; or a line for each marker with ``point``, ``x``, ``y``, ``z``. Empty cells: the
-    marker is missing; so it is where it lies at exactly 0, 0, 0, see `without_zeros`.
+    marker is missing, as it is where it lies at exactly 0, 0, 0; see `without_zeros`.
 
     Parameters
     ----------
@@ -168,9 +168,7 @@ def _read_csv(path: Path, rate: float | None, unit: str | None) -> Markers:
     if frame is not None and np.any(np.diff(frame) != 1):
         raise InputFileError(f"{path} skips or repeats a frame", "give a line for every frame")
     if not first.is_integer():
-        raise InputFileError(
-            f"{path}: '{first:g}' is no number of a frame", "count in whole numbers"
-        )
+        raise InputFileError(f"{path}: '{first:g}' is not a frame number", "use whole numbers")
     rate = _rate(path, rate or _rate_of(path, time))
     return Markers(names, points, np.zeros(points.shape[:2]), rate, int(first))
 
@@ -193,7 +191,7 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
         if len(row) != len(header):
             raise InputFileError(
                 f"{path}, frame {k + 1} has {len(row)} values for {len(header)} columns",
-                "check the file: commas stand between columns only, not before decimals",
+                "check the file: use commas only between columns, and decimal points in numbers",
             )
         try:
             table[k] = [to_number(cell, gaps=True) for cell in row]
@@ -203,17 +201,17 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
 
 
 def _header(path: Path, row: list[str]) -> list[str]:
-    """Column names of the first row, which has to hold some."""
+    """Column names in the first row; raises where it holds none."""
     between = [word for mark, word in _SEPARATORS.items() if len(row) == 1 and mark in row[0]]
     if between:
         raise InputFileError(
             f"{path} has {between[0]} between its columns",
-            "put commas there, and a point before the decimals",
+            "separate columns with commas, and use decimal points",
         )
     if any(_is_number(cell) for cell in row):
         raise InputFileError(
             f"{path} has no column names in its first line",
-            "put them there, such as frame,point,x,y,z",
+            "add them, such as frame,point,x,y,z",
         )
     return [name.strip() for name in row]
 

@@ -1,4 +1,4 @@
-"""Recorded points of any file: what they must be, and what stands for a point that was lost."""
+"""Checks of recorded points from any file, and the marks of lost ones."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray) -> Non
 def check_size(points: FloatArray) -> None:
     """Raise `ParameterError` if a face's points (T, N, 3), mm, extend too little in every frame.
 
-    Those in another unit, which the file does not say, do.
+    Points in cm or m do, if the file does not state the unit.
     """
     there = np.asarray(np.isfinite(points).all(axis=2), np.bool_)
     low, high = (
@@ -46,7 +46,7 @@ def check_size(points: FloatArray) -> None:
 
 
 def without_zeros(points: FloatArray, say: Callable[[str], None] | None = None) -> FloatArray:
-    """Points (T, N, 3) with NaN for those at exactly 0, 0, 0, as many systems write lost ones.
+    """Points (T, N, 3) with NaN for those at exactly 0, 0, 0, as many systems write lost points.
 
     A single point that lies there throughout is the origin of its frame. `say` is called with a
     line that counts the others.
@@ -57,6 +57,6 @@ def without_zeros(points: FloatArray, say: Callable[[str], None] | None = None) 
     if throughout.sum() == 1:
         lost[:, throughout] = False
     if say is not None and lost.any():
-        places = "1 place" if lost.sum() == 1 else f"{lost.sum()} places"
-        say(f"{places} at exactly 0, 0, 0 taken for missing")
+        places = "1 position" if lost.sum() == 1 else f"{lost.sum()} positions"
+        say(f"{places} at exactly 0, 0, 0 treated as missing")
     return np.where(lost[..., None], np.nan, points)

@@ -14,7 +14,7 @@ Kind = tuple[Callable[[Any], bool], str]
 
 
 def is_of(*kinds: type) -> Callable[[Any], bool]:
-    """Test of whether a value is of some kinds; True and False are no numbers."""
+    """Test of whether a value is of some kinds; True and False are not numbers."""
     return lambda value: isinstance(value, kinds) and (not isinstance(value, bool) or bool in kinds)
 
 
@@ -23,7 +23,7 @@ PATH: Kind = (is_of(str, os.PathLike), "a path")
 
 
 def check_kind(name: str, value: object, kind: Kind) -> None:
-    """Raise `ParameterError` for a value of another kind than what has this name."""
+    """Raise `ParameterError` if the value given under a name is of another kind."""
     fits, what = kind
     if not fits(value):
         raise ParameterError(f"{name} is {value!r}", f"give {what}")
@@ -35,7 +35,7 @@ def to_path(name: str, value: str | os.PathLike[str]) -> Path:
     Raises
     ------
     ParameterError
-        If it is none.
+        If it is not a path.
     """
     check_kind(name, value, PATH)
     return Path(value)

@@ -15,7 +15,7 @@ BASES = (24, 25, 30, 48, 50, 60, 120)
 """Frames that timecodes usually count in a second."""
 
 _BARELY = 1.002
-"""Share of a rate that its base may have: 30 frames are counted where 29.97 are taken."""
+"""Times a rate that its base may be: 29.97 frames a second are counted as 30."""
 _DAY = 86400.0
 _CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
@@ -59,15 +59,15 @@ def seconds_since_first(
 def timecodes(times: NDArray[np.float64], rate: float) -> list[str]:
     """Timecodes of times (N,), s, with thousandths of a frame, as Live Link Face writes them.
 
-    They count the usual frames that are next below the rate, 24 at least, so that
-    `seconds_since_first` knows them; times between those frames are parts of one.
+    They count frames at the nearest usual rate that is not above `rate`, at least 24, so that
+    `seconds_since_first` recognises it; times between those frames are fractions of one.
     """
     base = base_below(rate)
     return [_timecode(round(1000 * base * float(time)), base) for time in times]
 
 
 def base_below(rate: float) -> int:
-    """The usual number of frames in a second that is next below a rate; 24 at least."""
+    """The nearest usual number of frames in a second that is not above a rate; at least 24."""
     return max((base for base in BASES if base <= _BARELY * rate), default=BASES[0])
 
 

@@ -19,7 +19,7 @@ Systems = Mapping[str, Mapping[str, Score]]
 def lines(systems: Systems) -> list[str]:
     """The table for a terminal: a row for each metric, a column for each system.
 
-    In brackets the 95 % confidence interval. Shares are in percent.
+    The 95 % confidence interval is in brackets. Shares are in percent.
     """
     labels = [m for m in catalogue() if any(m.key in scores for scores in systems.values())]
     rows = [["", *systems]]

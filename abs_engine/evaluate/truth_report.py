@@ -92,7 +92,7 @@ def score(run: Run | Tracked, truth: Truth, closures: Closures | None = None) ->
 
     Parameters
     ----------
-    run : mapping of str to array, or what holds one as `arrays`
+    run : mapping of str to array, or an object with one as `arrays`
         `lip_points` (T, N, 3), mm, head frame; `lip_vertex` (N,), their vertex indices in the
         truth's mesh; `rotation` (T, 3), rotation vectors, and `translation` (T, 3), mm, head
         to camera; `aperture` and `width` (T,), mm, defined as `Truth.aperture` and `Truth.width`.

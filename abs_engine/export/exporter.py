@@ -34,7 +34,7 @@ class Loss:
     of : str
         What was compared.
     note : str
-        What else there is to know of it, in a line; mostly empty.
+        Remark for the user, in one line; usually empty.
     """
 
     value: float
@@ -61,7 +61,7 @@ class Exporter:
     suffix : str
         How the file's name ends; empty for a format that is a folder.
     needs : tuple of str
-        Arrays without which it cannot be written, of those that older runs lack.
+        Arrays that it cannot be written without, and that older runs may lack.
     """
 
     text: str

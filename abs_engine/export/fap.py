@@ -124,13 +124,13 @@ def _losses(
 
 
 def _note(run: TrackedRun, late: FloatArray) -> str:
-    """Line about times that the format, which has but a rate, cannot state; mostly empty."""
+    """Line about times that the format, with its one rate, cannot state; usually empty."""
     off = np.abs(late).max()
     if off <= 0.5 / run.rate:
         return ""
     return (
         f"FAP frames are evenly spaced; this video's are not: times are off by up to {off:.3f} s; "
-        "convert the video to a constant rate before it is tracked"
+        "convert the video to a constant rate before you track it"
     )
 
 

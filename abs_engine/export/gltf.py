@@ -174,8 +174,8 @@ def _note(apart: FloatArray) -> str:
     if off <= _SEEN:
         return ""
     return (
-        "glTF's cameras have no principal point, second focal length or distortion: through the "
-        f"file's camera the face lies up to {off:.1f} px off"
+        "glTF cameras have no principal point, second focal length or distortion: seen by the "
+        f"file's camera, the face is up to {off:.1f} px off"
     )
 
 

@@ -1,4 +1,4 @@
-"""Exports read back: the numbers of a table that was written, and what they differ by."""
+"""Exports read back: the numbers of a written table, and their differences from the run."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from abs_engine.core.errors import OutputError
 from abs_engine.export.exporter import Loss, rms
 
 UNDEFINED = "--undefined--"
-"""Praat's word for a number that is not known."""
+"""Praat's word for an unknown number."""
 
 
 def compared(read: ArrayLike, true: ArrayLike, unit: str, of: str, note: str = "") -> Loss:
-    """Difference between numbers that are read back and a run's; NaN is what is not known.
+    """Difference between numbers that are read back and a run's; NaN where unknown.
 
     Raises
     ------
     OutputError
-        If some are missing, or more than there should be.
+        If some are missing, or there are too many.
     """
     given, wanted = np.asarray(read, np.float64), np.asarray(true, np.float64)
     if given.shape != wanted.shape or (np.isnan(given) != np.isnan(wanted)).any():
@@ -34,8 +34,8 @@ def compared(read: ArrayLike, true: ArrayLike, unit: str, of: str, note: str = "
 def differs(what: str) -> OutputError:
     """The error of a file that, read back, does not hold what was written."""
     return OutputError(
-        f"what was written, read back, does not have the run's {what}",
-        "write it again; if that fails, too, report it as a bug",
+        f"the export, read back, does not have the run's {what}",
+        "export again; if that fails, too, report a bug",
     )
 
 

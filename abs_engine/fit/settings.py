@@ -173,8 +173,8 @@ class BeliefSettings:
         pupil distance and camera given, where 90 % intervals of the aperture hold 93 %, of the
         width 89 %. Of ICT's widths the mean difference is left out: its corners are other points.
     agreed : float, share of the aperture's deviation
-        That is left where the landmarks agree; how far they are off, in joint deviations, is added
-        in quadrature. Chosen of 0.6 to 1 on eight films of ICT heads (seed 2): with 0.9, 90 %
+        What is left where the landmarks agree; how far they are off, in joint deviations, is added
+        in quadrature. Chosen from 0.6 to 1 on eight films of ICT heads (seed 2): with 0.9, 90 %
         intervals hold 58 % of openings of 1 to 5 mm instead of 45 %, and are 6 % narrower.
     grey_aperture, grey_width : tuple of float, 1, mm and share
         The same of a video without colour. Chosen on four clips (bbaf2n, brbk7n, lbbc2a of GRID,

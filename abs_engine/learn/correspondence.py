@@ -105,7 +105,7 @@ def correspond(
     ------
     ParameterError
         If there is no such person, or the dots are another's, in another frame or another unit, or
-        two of them bear each other's names.
+        the names of two are exchanged.
     """
     points, at = shell_points(speaker, shell), lips17(speaker)[: len(LIPS16)]
     mean = np.asarray(seen, np.float64).mean(axis=0)
@@ -159,8 +159,8 @@ def _check_names(mean: FloatArray, home: FloatArray) -> None:
         one, other = (LIPS16[k] for k in pairs[best])
         raise ParameterError(
             f"the dots {one} and {other} have each other's place: laid on the average head, the "
-            f"mean dots are {own:.1f} mm RMS from its own, {exchanged[best]:.1f} if these two are "
-            "exchanged",
+            f"mean dots are {own:.1f} mm RMS from its own, and {exchanged[best]:.1f} if these two "
+            "are exchanged",
             "exchange their names in the marker file, or correct them and observe again",
         )
 

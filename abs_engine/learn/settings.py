@@ -33,10 +33,10 @@ class LearningSettings:
         That mean dots may be from where they are on the head at rest. Measured: 4 of a person who
         speaks, 8 and more of most others.
     exchanged : float, share of the mean dots' distance from the average head's
-        That is left if two dots are exchanged, below which they bear each other's names. Measured:
-        of the bundled people, who speak, open or round their mouths or smile on one side, marked to
-        2 mm, 0.92 and more is left with right names; with two exchanged, of 118 among 120 pairs
-        less if they speak, of 107 if they are marked to 2 mm. The others lie near each other.
+        What is left if two dots are exchanged, below which their names are taken to be exchanged.
+        Measured on the bundled people, who speak, open or round their mouths or smile on one side,
+        marked to 2 mm: 0.92 and more is left with right names; with two exchanged, less is left for
+        118 of 120 pairs if they speak, for 107 if marked to 2 mm. Dots of the others lie close.
     flattest : float, share of their width
         That mean dots at least extend across their best plane, RMS each. Measured: the bundled
         people have 0.13 to 0.27.

@@ -22,7 +22,7 @@ _CODING = 18, "ultrafast"
 
 
 class Keeper:
-    """Records each result and its frame; these are numbered, and their times count, from the first.
+    """Records each result and its frame; their numbers and times count from the first.
 
     Parameters
     ----------

@@ -255,7 +255,7 @@ def _check_result(path: Path) -> None:
 def _doubts(scores: Mapping[str, Score]) -> tuple[str, ...]:
     """A question, if the numbers are such as those of another view would be.
 
-    Results that lie well in the picture are of this view, however far away they are in space.
+    Results that fit the picture are of this view, however far off they are in space.
     """
     seen = [scores[key].value for key in ("landmarks_nme", "lips_nme") if key in scores]
     if any(error <= LIMIT_NORMALISED for error in seen):

@@ -162,7 +162,7 @@ class Run:
         return tuple(self.summary.get("warnings", ()))
 
     def to_pandas(self) -> DataFrame:
-        """The table of ``results.csv``, a row for each frame; truths are 0, 1 and, if lost, NA.
+        """The table of ``results.csv``, a row for each frame; booleans are 0, 1 or, if lost, NA.
 
         Raises
         ------

@@ -57,8 +57,8 @@ ANY_DRIVER = "simplex"
 def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     """The options with nothing left open, and what makes a clip ready by them.
 
-    What is chosen itself counts more than what a preset says, but for a model of another kind: what
-    else the preset says would be of no use to it.
+    Explicit choices take precedence over a preset, except for a model of another kind, to which the
+    rest of the preset would not apply.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
     if options.preset is not None and kind != preset.model:
         other = "--worn" if options.worn else "--model"
         raise ParameterError(
-            f"the preset '{options.preset}' is of the model '{preset.model}', not of '{kind}'",
+            f"the preset '{options.preset}' is for the model '{preset.model}', not for '{kind}'",
             f"leave out --preset, or {other}",
         )
 

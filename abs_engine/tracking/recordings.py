@@ -115,7 +115,7 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
         stored, pupils = str(told.get("video_path", name)), float(told["scale"]["pupils"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFormatError(
-            f"{folder / SUMMARY} does not say which video it is of, or at which scale",
+            f"{folder / SUMMARY} does not state its video, or its scale",
             "track the video again",
         ) from error
     there = [p for p in (folder / stored, folder.parent / name, Path(name)) if p.is_file()]
@@ -124,7 +124,7 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
         return Recording(folder, video, run, mesh.mean, mesh.weights, pupils)
     if there:
         raise InputFileError(
-            f"{name}, the video of {folder}, is there, but its content has changed",
+            f"{name}, the video of {folder}, has changed since it was tracked",
             "track it again, or give the video in place of the run",
         )
     raise InputFileError(
@@ -154,8 +154,8 @@ def check_variety(recordings: Sequence[Recording]) -> None:
 def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     """Raise `OtherPersonError` if a recording's head is not the others'.
 
-    Heads are compared in the size that they have by the usual distance of pupils. Of three and more
-    the one is named that lies farthest from the median of all; of two, both.
+    Heads are compared at the size that the usual pupil distance gives them. Of three or more, the
+    one farthest from the median of all is named; of two, both.
     """
     at = speaker.points["face"]
     sized = [one.head[at].astype(np.float64) * USUAL_PUPILS / one.pupils for one in recordings]
@@ -176,9 +176,9 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
 
 
 def check_distinct(videos: Sequence[tuple[Path, Path]]) -> None:
-    """Raise `ParameterError` if a video comes twice; each is what was given, and the video of it.
+    """Raise `ParameterError` if a video comes twice; each item is what was given, and its video.
 
-    What a copy shows would pass for what a recording shows that nothing was learned from.
+    Frames of a copy would count as left out although they were learned from.
     """
     known: dict[str, Path] = {}
     for given, video in videos:

@@ -58,7 +58,7 @@ def columns_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> dict[s
 
 
 def table_of(arrays: Mapping[str, NDArray[Any]], points: FloatArray) -> Iterator[list[Any]]:
-    """The table of all frames, its heading first, truths as 0 and 1; see `columns_of`.
+    """The table of all frames, its heading first, booleans as 0 and 1; see `columns_of`.
 
     Yields
     ------

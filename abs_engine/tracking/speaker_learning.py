@@ -91,10 +91,10 @@ class Learned:
 
     @property
     def _lack(self) -> str:
-        """Reason why postures are not the speaker's own."""
+        """The reason that postures are not the speaker's own."""
         if self.frames < LEARNING.least_frames:
             return (
-                f"{self.frames} frames show the mouth well, a speaker's own need "
+                f"{self.frames} frames show the mouth well; a speaker's own need "
                 f"{LEARNING.least_frames}"
             )
         return "the speaker's own explain left-out frames clearly worse"

@@ -211,7 +211,7 @@ def test_places_at_zero_are_missing_and_counted(tmp_path: Path, kind: str):
         (write_c3d if kind == "c3d" else write_long)(path, NAMES, own)
     said: list[str] = []
     found = read_corpus(path, table(tmp_path), say=said.append).points
-    assert said == ["2 places at exactly 0, 0, 0 taken for missing"]
+    assert said == ["2 positions at exactly 0, 0, 0 treated as missing"]
     expected = np.stack([own[1], [own[3, 0], own[2, 1], *own[2:, 2:].mean(axis=0)]])
     expected[1, 0], expected[1, 1] = own[2, 0], own[3, 1]  # where the other frame lacks it
     np.testing.assert_allclose(found, expected, atol=1e-3)

@@ -114,7 +114,7 @@ def test_zeros_are_counted_and_points_that_are_not_rigid_named(tmp_path: Path, c
     path = write_wide(tmp_path / "m.csv", NAMES, points)
     assert main(["observe", str(path), "--rigid", "a,b,c", "-o", str(tmp_path / "o.npz")]) == 0
     told = capsys.readouterr().out
-    assert "1 place at exactly 0, 0, 0 taken for missing" in told
+    assert "1 position at exactly 0, 0, 0 treated as missing" in told
     assert "warning: these points are not rigid" in told
     assert not read_observations(tmp_path / "o.npz").found[2, 4]
 
@@ -153,10 +153,10 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
     cases = [
         (cut, "export it again"), (none, "not a C3D file"), (empty, "not a C3D file"),
         (gap, "skips or repeats"), (words, "left"), (few, "4 of the 17 points are missing"),
-        (noseless, "'nose' is found in no frame"),
+        (noseless, "'nose', the origin of the head frame, is found in no frame"),
         (metres, "0.15 mm from end to end; are they in mm? say so with --unit"),
         (semi, "has semicolons between its columns"), (tabs, "has tabs between its columns"),
-        (bare, "has no column names in its first line"), (decimals, "not before decimals"),
+        (bare, "has no column names in its first line"), (decimals, "use commas only between"),
         (timeless, "frame rate"), (inches, "is in 'in'"), (tmp_path / "x.c3d", "does not exist"),
     ]  # fmt: skip
     for path, told in cases:

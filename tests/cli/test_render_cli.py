@@ -274,7 +274,7 @@ def test_runs_and_data_that_do_not_fit(fails, place, tmp_path):
     short = tmp_path / "short.mp4"
     write_small(short, CAMERA.size)
     line = fails("overlay", place / "run", "--video", short, name="f.mp4")
-    assert "other numbers of frames: 1 and 3; give the video that was tracked" in line
+    assert "differ in number of frames: 1 and 3; give the tracked video" in line
 
 
 def write_small(path: Path, size: tuple[int, int] = (32, 24)) -> None:

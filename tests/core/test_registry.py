@@ -84,7 +84,7 @@ def test_an_installed_entry_that_fails_is_named_and_the_rest_works(monkeypatch):
         ({"terms": ("colur",)}, "no term 'colur'; did you mean 'colour'"),
         ({"driver": "simplx"}, "no driver 'simplx'; did you mean 'simplex'"),
         ({"terms": "+"}, "no evidence is named; choose one of colour"),
-        ({"preset": "basu1998", "model": "head"}, "'basu1998' is of the model 'shell', not of 'he"),
+        ({"preset": "basu1998", "model": "head"}, "'basu1998' is for the model 'shell', not for '"),
     ],
 )
 def test_a_leaf_that_is_misspelt_or_of_another_preset_is_refused(options, said):

@@ -214,7 +214,7 @@ def test_tables_that_are_wrong(folder, told, error, says):
 
 @pytest.mark.parametrize(
     ("sign", "says"),
-    [(-1, "its file seems to hold differences"), (1, "seems to hold places")],
+    [(-1, "its file seems to hold differences"), (1, "seems to hold positions")],
 )
 def test_targets_that_are_no_motion_are_refused(folder, sign, says):
     mesh = read_morphs(folder / "head.glb")

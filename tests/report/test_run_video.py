@@ -79,11 +79,11 @@ def test_what_is_given_may_be_a_copy_but_not_of_another_length(run, tmp_path, ca
     copy = write_video(tmp_path / "copy.mp4", crf=0)
     assert find_video(run, copy) == copy
     (line,) = caplog.records
-    assert "copy.mp4 is not the file that was tracked: its checksum is" in line.getMessage()
+    assert "copy.mp4 is not the file that was tracked: its checksum differs" in line.getMessage()
     longer = write_video(tmp_path / "longer.mp4", times=2)
     with pytest.raises(
         ParameterError,
-        match=r"longer.mp4 and the run have other numbers of frames: 6 and 3; give the video",
+        match=r"longer.mp4 and the run differ in number of frames: 6 and 3; give the tracked",
     ):
         find_video(run, longer)
 

@@ -132,7 +132,7 @@ def test_its_video_is_taken_from_where_the_run_says_that_it_was(run, tmp_path):
     assert load_recording(run, load_speaker()).video.samefile(tmp_path / "talk.mp4")
     with (tmp_path / "talk.mp4").open("ab") as file:
         file.write(b"more")
-    with pytest.raises(InputFileError, match="is there, but its content has changed"):
+    with pytest.raises(InputFileError, match="has changed since it was tracked"):
         load_recording(run, load_speaker())
     (tmp_path / "talk.mp4").unlink()
     with pytest.raises(InputFileError, match="is not there"):
@@ -168,5 +168,5 @@ def test_of_too_few_frames_no_postures_are_learned_and_a_line_says_so():
     space = SimpleNamespace(own=False, left_out=(), expression=SimpleNamespace(variance=()))
     said = Learned(face, space, 38, (0.9,), 1).lines()[0]
     assert said == (
-        "postures: anybody's, as 38 frames show the mouth well, a speaker's own need 40"
+        "postures: anybody's, as 38 frames show the mouth well; a speaker's own need 40"
     )

@@ -175,7 +175,7 @@ def test_labels_that_do_not_fit_are_refused(folder, tmp_path, capsys, change, sa
     ("more", "said"),
     [
         (["--model", "head"], "is not tracked by the model 'head'"),
-        (["--preset", "basu1998"], "is of the model 'shell', not of 'worn'"),
+        (["--preset", "basu1998"], "is for the model 'shell', not for 'worn'"),
         (["--terms", "colour"], "has no colour to compare"),
         (["--person", "clara"], "does nothing for the model 'worn'"),
     ],

@@ -29,7 +29,7 @@ first two examples.
 CORPUS, points of a face in a posture for each viseme:
   C3D   markers, in the unit that the file states
   CSV   frame,point,x,y,z with a line for each point, or frame,NAME_x,NAME_y,NAME_z,... with a line
-        for each frame; the cells of a point that is missing are empty, or all three 0
+        for each frame; the cells of a missing point are empty, or all three 0
   NPZ   names (N) and points (T, N, 3), NaN where missing; or what 'observe -o' wrote; or a
         corpus.npz of this command, which needs no table
 --roles, a CSV:                      or JSON:
@@ -38,8 +38,8 @@ CORPUS, points of a face in a posture for each viseme:
   viseme,ipi,12                      "upper_teeth": ["m80", "m81", "m82"]}
   viseme,a,30-34
   teeth,right,m80                    likewise left and front
-  A point may be in several groups; one in no group is left out. Frames have the numbers of the
-  CSV's column frame; elsewhere they count from 0. Several frames of a viseme are averaged. teeth
+  A point may be in several groups; one in no group is left out. Frames have the numbers in the
+  CSV's column frame, or else count from 0. Several frames of a viseme are averaged. teeth
   are three points of the upper teeth (a molar on either side, the front edge), by which the head's
   motion is removed; without them the points must already be in the frame of the upper teeth: x to
   the subject's left, y up, z forward. The usual predictors ask for the groups lips, upper_lip,

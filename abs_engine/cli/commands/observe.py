@@ -37,7 +37,7 @@ observe again with --corrections. The head frame needs one of --rigid, --pose an
 _CALIBRATE = Path("calibrate")
 _MARKERS = (".c3d", ".csv")
 _NOT_RIGID = 2.0
-"""mm RMS, by which points disagree that are not rigid. Chosen: rigid ones do by 0.1 to 0.7."""
+"""mm RMS of disagreement above which points are not rigid. Chosen: rigid ones have 0.1 to 0.7."""
 
 
 def _rename(text: str) -> tuple[str, str]:
@@ -215,7 +215,7 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
         if rigid > _NOT_RIGID:
             lines.append(
                 "warning: these points are not rigid: name others, or look for frames in which one "
-                "was lost or taken for another"
+                "was lost or mistaken for another"
             )
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
     lines += [f"{head} frames without the head", *more, f"wrote {chosen.output}"]

@@ -67,7 +67,7 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     InputFileError, ModelFormatError
         If a person's file cannot be read, or is another mesh.
     ParameterError
-        If the table lacks a landmark or names what is not there, lists lips in another order, no
+        If the table lacks a landmark or names what is not there, lists lips in the wrong order, no
         target opens the mouth, one moves eyes or nose far, or the head is of no human size.
     MeshError
         If the mesh cannot be drawn.

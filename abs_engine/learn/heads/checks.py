@@ -1,6 +1,6 @@
-"""Checks of a head before it is made: its units and the rings of its lips are to be a face's.
+"""Checks of a head before it is made: its units and the rings of its lips must be a face's.
 
-Files that hold something else are whole, and would make a head that moves wrongly.
+Files that hold something else can be read, and would make a head that moves wrongly.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ LARGEST = 20.0
 _ALIKE = 0.9
 """Correlation of displacements with the head itself, above which they are places. Chosen."""
 _ASIDE = 0.15
-"""Of a mouth's width, by which a ring may begin beside its right end. Chosen."""
+"""Share of a mouth's width that a ring may begin away from its right end. Chosen."""
 _BELOW = 0.05
-"""Of a mouth's width, by which its upper half may lie lower, as lips overlap. Chosen."""
+"""Share of a mouth's width that its upper half may lie lower, as lips overlap. Chosen."""
 
 
 def check_units(units: NDArray[np.float32], vertices: FloatArray, marks: Marks) -> None:
-    """Raise `ParameterError` where a face unit (V, 3) moves what no posture of a face does."""
+    """Raise `ParameterError` where a face unit (V, 3) moves what no posture of a face moves."""
     fixed = np.r_[marks.eye_corners[:4], marks.nose_tip[:1]]
     far = np.linalg.norm(units[:, fixed], axis=2).max(axis=1)
     worst = int(far.argmax())
@@ -40,8 +40,8 @@ def _remedy(likeness: float) -> str:
     if likeness < -_ALIKE:
         return "its file seems to hold differences from the neutral head: give whole heads"
     if likeness > _ALIKE:
-        return "its morph target seems to hold places: give displacements from the neutral head"
-    return "give the face's motion alone, of a head that stays where it is"
+        return "its morph target seems to hold positions: give displacements from the neutral head"
+    return "give the motion of the face alone, with the head at rest"
 
 
 def _likeness(moved: NDArray[np.float32], vertices: FloatArray) -> float:
@@ -52,19 +52,19 @@ def _likeness(moved: NDArray[np.float32], vertices: FloatArray) -> float:
 
 
 def check_rings(marks: Marks, opened: FloatArray) -> None:
-    """Raise `ParameterError` where the lips of an open mouth (V, 3) are listed in another order."""
+    """Raise `ParameterError` where the lips of an open mouth (V, 3) are listed in a wrong order."""
     for name, ring in (("outer_lip", marks.outer_lip), ("inner_lip", marks.inner_lip)):
         problem = _problem(ring, opened)
         if problem:
             raise ParameterError(
                 f"{name} {problem}",
-                "list it from the subject's right corner over the upper lip to the left and back",
+                "list it from the subject's right corner over the upper lip to the left, and back",
             )
     outer, inner = (np.ptp(opened[ring, 0]) for ring in (marks.outer_lip, marks.inner_lip))
     if inner > outer:
         raise ParameterError(
             "inner_lip is wider than outer_lip",
-            "give the edge of the lips as outer_lip, and where they meet as inner_lip",
+            "give the outline of the lips as outer_lip, and the line where they meet as inner_lip",
         )
 
 

@@ -13,7 +13,7 @@ from abs_engine.report.same_clip import video_sum
 from abs_engine.tracking.record import SUMMARY, run_settings
 
 _log = logging.getLogger(__name__)
-_TRACKED = "give the video that was tracked with --video"
+_TRACKED = "give the tracked video with --video"
 
 
 def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> Path:
@@ -38,7 +38,7 @@ def find_video(run: RunHead, given: Path | None, beside: Path | None = None) -> 
     VideoError
         If it is no video.
     ParameterError
-        If its pictures have another size than the run's, or another number.
+        If its pictures differ from the run's in size or number.
     """
     if given is None:
         video = _found(run.folder, beside)
@@ -66,7 +66,7 @@ def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | N
     VideoError
         If it is no video.
     ParameterError
-        If its pictures have another size, or there are more or fewer.
+        If the size or the number of its pictures differs.
     """
     info = probe(video)
     _check_size(video, info.size, size)
@@ -74,11 +74,11 @@ def check_video(video: Path, size: tuple[int, int], frames: int, wanted: str | N
         return
     if info.frames != frames:
         raise ParameterError(
-            f"{video} and the run have other numbers of frames: {info.frames} and {frames}",
+            f"{video} and the run differ in number of frames: {info.frames} and {frames}",
             _TRACKED,
         )
     if wanted is not None:
-        _log.warning("%s is not the file that was tracked: its checksum is another", video)
+        _log.warning("%s is not the file that was tracked: its checksum differs", video)
 
 
 def _check_size(video: Path, size: tuple[int, int], wanted: tuple[int, int]) -> None:
