@@ -16,7 +16,7 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterEr
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.dataset import load_truth
 from abs_engine.report.demo import film_clip
-from abs_engine.tracking import frame_choice, head_tracking
+from abs_engine.tracking import frame_choice, head_tracking, identity_fit, multistart
 from abs_engine.tracking.clip_setting import NO_POSE
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.poses_file import COLUMNS, read_poses
@@ -376,8 +376,13 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
 
 
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path, monkeypatch):
-    few = replace(PREPARATION, learn_from=4)  # half as many frames, in half the time
-    monkeypatch.setattr(frame_choice, "PREPARATION", few)
+    # Half the frames and rounds, and two starts: in half the time
+    few = replace(
+        PREPARATION, learn_from=4, view_rounds=PREPARATION.view_rounds[::2], good_score=0.0,
+        poor_score=0.0,
+    )  # fmt: skip
+    for module in (frame_choice, identity_fit, multistart):
+        monkeypatch.setattr(module, "PREPARATION", few)
     _, folder = run
     arrays = tracked(truth, tmp_path / "run", folder, "--colours", folder / "colours.npz")
     assert [read_poses(f).average_head for f in (folder, tmp_path / "run")] == [False, True]
