@@ -204,7 +204,10 @@ def test_runs_of_different_videos_are_refused(tmp_path):
         (["exact", "--truth", "exact"], "not ground truth"),
         (["exact"], "--video"),
         (["marks.csv"], "marks.csv"),
-        (["exact", "--truth", "data", "--video", "long.mp4"], "differ in number of frames: 31 and 30"),
+        (
+            ["exact", "--truth", "data", "--video", "long.mp4"],
+            "differ in number of frames: 31 and 30",
+        ),
     ],
 )
 def test_bad_input_takes_one_line(folder, capsys, monkeypatch, words, part):
