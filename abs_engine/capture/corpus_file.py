@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,13 @@ from abs_engine.capture.corpus_table import HOW, CorpusTable, read_table
 from abs_engine.capture.markers import read_markers
 from abs_engine.capture.observations import FORMAT as OBSERVATIONS
 from abs_engine.capture.observations import read_observations
-from abs_engine.capture.recorded import UNITS, check_size, refuse_infinite, without_zeros
+from abs_engine.capture.recorded import (
+    UNITS,
+    RecordedPoints,
+    check_size,
+    refuse_infinite,
+    without_zeros,
+)
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import (
     InputFileError,
@@ -29,29 +35,6 @@ from abs_engine.io.npz import format_of, read_arrays
 _Say = Callable[[str], None] | None
 _BEHIND = -10.0
 """mm in front of the upper front teeth's edge that lips lie at least. Chosen: usual 2 to 12."""
-
-
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """Recorded points of all frames.
-
-    Parameters
-    ----------
-    names : tuple of str, N
-    points : (T, N, 3) float64, mm
-        NaN where a point is missing.
-    first : int
-        Number of the first frame, as the file counts them.
-    """
-
-    names: tuple[str, ...]
-    points: FloatArray
-    first: int = 0
-
-    @property
-    def numbers(self) -> str:
-        """The numbers of its frames, as messages name them."""
-        return f"frames {self.first} to {self.first + len(self.points) - 1}"
 
 
 def read_corpus(
@@ -113,7 +96,7 @@ def read_recording(
     table: Path | None = None,
     unit: str | None = None,
     say: Callable[[str], None] | None = None,
-) -> Recording:
+) -> RecordedPoints:
     """Read all frames of recorded points, in the frame that a corpus has.
 
     Parameters
@@ -128,7 +111,7 @@ def read_recording(
 
     Returns
     -------
-    Recording
+    RecordedPoints
         With NaN in all of a frame where one of the upper teeth is missing, or where the three do
         not span a plane.
 
@@ -144,7 +127,7 @@ def read_recording(
     path = Path(path)
     if table is None and path.suffix.lower() == ".npz" and format_of(read_arrays(path)) == CORPUS:
         corpus = read_corpus(path, unit=unit)
-        return Recording(corpus.names, corpus.points)
+        return RecordedPoints(corpus.names, corpus.points)
     teeth = () if table is None else read_table(table).upper_teeth
     recording = _read_points(path, None, unit, say)
     if not teeth:
@@ -155,13 +138,13 @@ def read_recording(
     return _on_bite_plane(recording, marks, used or whole[:1])  # one error where all are flat
 
 
-def _read_points(path: Path, rate: float | None, unit: str | None, say: _Say) -> Recording:
+def _read_points(path: Path, rate: float | None, unit: str | None, say: _Say) -> RecordedPoints:
     """Points of a file of any kind."""
     if path.suffix.lower() == ".npz":
         recording = _read_npz(path, unit, say)
     else:
         markers = read_markers(path, _rate(path, rate), unit, say)
-        recording = Recording(markers.names, markers.points, markers.first)
+        recording = RecordedPoints(markers.names, markers.points, markers.first)
     for name in recording.names:
         if recording.names.count(name) > 1:
             raise ParameterError(f"{path}: two points are named {name!r}", "name each once")
@@ -175,7 +158,7 @@ def _is_plain(arrays: Mapping[str, NDArray[np.generic]]) -> bool:
     return "format" not in arrays and {"names", "points"} <= set(arrays)
 
 
-def _read_npz(path: Path, unit: str | None, say: _Say) -> Recording:
+def _read_npz(path: Path, unit: str | None, say: _Say) -> RecordedPoints:
     """Points of observations, or of an archive that holds just these and their names."""
     arrays = read_arrays(path)
     if "format" in arrays:
@@ -183,7 +166,7 @@ def _read_npz(path: Path, unit: str | None, say: _Say) -> Recording:
         if format_of(arrays) == CORPUS:
             raise ParameterError(f"{path} says itself what its points are", "give no table")
         seen = read_observations(path)
-        return Recording(seen.names, np.where(seen.found[..., None], seen.points, np.nan))
+        return RecordedPoints(seen.names, np.where(seen.found[..., None], seen.points, np.nan))
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
     if (
@@ -203,7 +186,7 @@ def _read_npz(path: Path, unit: str | None, say: _Say) -> Recording:
             "give points (T, N, 3) and N names",
         )
     refuse_infinite(path, names, points)
-    return Recording(names, without_zeros(points, say))
+    return RecordedPoints(names, without_zeros(points, say))
 
 
 def _check_mm(path: Path, unit: str | None) -> None:
@@ -216,7 +199,7 @@ def _rate(path: Path, rate: float | None) -> float | None:
     return 1.0 if rate is None and path.suffix.lower() != ".c3d" else rate
 
 
-def _assembled(path: Path, recording: Recording, table: CorpusTable) -> Corpus:
+def _assembled(path: Path, recording: RecordedPoints, table: CorpusTable) -> Corpus:
     """The corpus of a recording's frames."""
     first, count = recording.first, len(recording.points)
     spans = {name: (a - first, b - first) for name, (a, b) in table.visemes.items()}
@@ -291,7 +274,7 @@ def _marks(names: tuple[str, ...], teeth: tuple[str, ...]) -> list[int]:
     return [names.index(name) for name in teeth]
 
 
-def _on_bite_plane(recording: Recording, marks: list[int], used: list[int]) -> Recording:
+def _on_bite_plane(recording: RecordedPoints, marks: list[int], used: list[int]) -> RecordedPoints:
     """Points in the frame of the upper teeth; NaN in frames (from 0) that are not used."""
     points, out = recording.points, np.full_like(recording.points, np.nan)
     for frame in used:

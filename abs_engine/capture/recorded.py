@@ -1,8 +1,9 @@
-"""Checks of recorded points from any file, and the marks of lost ones."""
+"""Recorded points of any file, their checks, and the marks of lost ones."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,29 @@ UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """Millimetres of each unit."""
 SMALLEST = 35.0
 """mm that a face's points extend over at least. Chosen: lips alone over 40, a face in cm 23."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedPoints:
+    """Points of all frames of a file.
+
+    Parameters
+    ----------
+    names : tuple of str, N
+    points : (T, N, 3) float64, mm
+        NaN where a point is missing.
+    first : int
+        Number of the first frame, as the file counts them.
+    """
+
+    names: tuple[str, ...]
+    points: FloatArray
+    first: int = 0
+
+    @property
+    def numbers(self) -> str:
+        """The numbers of its frames, as messages name them."""
+        return f"frames {self.first} to {self.first + len(self.points) - 1}"
 
 
 def refuse_infinite(path: Path, names: Sequence[str], points: FloatArray) -> None:

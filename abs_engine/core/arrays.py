@@ -1,4 +1,4 @@
-"""Arrays by what they hold, for annotations."""
+"""Arrays by what they hold, for annotations; and the stretches of a mask."""
 
 from __future__ import annotations
 
@@ -10,3 +10,10 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 Image = NDArray[np.uint8]
 """(H, W, 3) RGB or (H, W) grey, row 0 at the top."""
+
+
+def stretches(mask: BoolArray) -> list[list[int]]:
+    """First of each run of true values in a mask (T,), and the one after its last."""
+    edges = np.flatnonzero(np.diff(np.r_[False, mask, False].astype(np.int8)))
+    found: list[list[int]] = edges.reshape(-1, 2).tolist()
+    return found

@@ -10,7 +10,7 @@ from praatio import textgrid
 from praatio.data_classes.interval_tier import IntervalTier
 from praatio.utilities.constants import Interval
 
-from abs_engine.core.arrays import FloatArray
+from abs_engine.core.arrays import FloatArray, stretches
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun
 from abs_engine.export.reading import UNDEFINED, compared, differs, numbers
 from abs_engine.tracking.footage import sound_line
@@ -34,8 +34,8 @@ def closures(run: TrackedRun) -> FloatArray:
 
 def lost(run: TrackedRun) -> FloatArray:
     """Begin and end of each stretch of frames without an aperture, (L, 2) s."""
-    gone = np.r_[False, np.isnan(run.arrays["aperture"]), False]
-    return _edges(run)[np.flatnonzero(np.diff(gone.astype(np.int8)))].reshape(-1, 2)
+    gone = np.array(stretches(np.isnan(run.arrays["aperture"])), np.int64)
+    return _edges(run)[gone.reshape(-1, 2)]
 
 
 def _edges(run: TrackedRun) -> FloatArray:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from plotly.graph_objects import Box, Figure, Scatter
 from plotly.subplots import make_subplots
 
-from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.arrays import BoolArray, FloatArray, stretches
 from abs_engine.report.data import Quantity, ReportData, Said, Series, System
 from abs_engine.report.drawing import colours
 from abs_engine.report.quantities import SHARE
@@ -172,7 +172,7 @@ def _outline(times: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[_
     """
     x: list[ArrayLike] = []
     y: list[ArrayLike] = []
-    for start, end in _runs(np.isfinite(lower) & np.isfinite(upper)):
+    for start, end in stretches(np.isfinite(lower) & np.isfinite(upper)):
         there, back = slice(start, end), slice(end - 1, start - 1 if start else None, -1)
         x += [times[there], times[back], [np.nan]]
         y += [lower[there], upper[back], [np.nan]]
@@ -181,13 +181,6 @@ def _outline(times: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[_
 
 def _joined(parts: Sequence[ArrayLike]) -> _Line:
     return np.concatenate([np.zeros(0), *parts]).astype(np.float32)
-
-
-def _runs(chosen: BoolArray) -> list[list[int]]:
-    """First frames of the runs of chosen frames (T,), and those after their last ones."""
-    edges = np.flatnonzero(np.diff(np.r_[False, chosen, False].astype(np.int8)))
-    found: list[list[int]] = edges.reshape(-1, 2).tolist()
-    return found
 
 
 def _stroke(stroke: colours.Stroke) -> dict[str, Any]:
@@ -229,7 +222,7 @@ def _say(figure: Figure, said: Sequence[Said]) -> None:
 
 def _shade(figure: Figure, closed: BoolArray, rate: float) -> None:
     """Shade the runs of true closures, each from half a frame before to half a frame after."""
-    for start, end in _runs(closed):
+    for start, end in stretches(closed):
         figure.add_shape(
             type="rect", xref="x", yref="paper", y0=0, y1=1, layer="below", line_width=0,
             x0=(start - 0.5) / rate, x1=(end - 0.5) / rate, fillcolor="rgba(120,120,140,0.18)",

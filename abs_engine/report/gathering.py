@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.kinds import check_kind, is_of, to_path
+from abs_engine.core.kinds import Kind, check_kind, is_of, to_path
 from abs_engine.core.provenance import caution, made_by
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
@@ -45,6 +45,7 @@ from abs_engine.report.scoring import landmarks_of, notes_of, read_result, same_
 
 MOST_PLAYED = 1000
 """Frames that the page's player shows at most, so that the page stays of a size to be sent."""
+_PATHS: Kind = (lambda x: isinstance(x, Iterable) and not isinstance(x, str), "a list of paths")
 
 
 @dataclass(frozen=True)
@@ -107,8 +108,7 @@ def write_report(
         If the file exists or cannot be written.
     """
     check_kind("options", options, (is_of(ReportOptions), "ReportOptions"))
-    several = isinstance(results, Iterable) and not isinstance(results, str)
-    check_kind("results", results, (lambda _: several, "a list of paths"))
+    check_kind("results", results, _PATHS)
     paths = [to_path("a result", path) for path in results]
     if not paths:
         raise ParameterError("there is no result to report", "give the folder of a run")

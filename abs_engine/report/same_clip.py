@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import OtherClipError
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import SUMS, read_sums
-from abs_engine.io.inputs import read_json
-from abs_engine.tracking.record import SUMMARY
+from abs_engine.tracking.record import run_settings
 
 FOCAL_WARNING = 0.2
 """Share of the true focal length by which a run's may differ without a warning."""
@@ -87,8 +86,5 @@ def _check_video(path: Path, truth: Truth) -> None:
 
 def video_sum(path: Path) -> str | None:
     """SHA-256 of the video that a run was made from; None where it does not say."""
-    try:
-        told = read_json(path / SUMMARY)
-        return str(told["settings"]["video_sha256"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+    known = run_settings(path).get("video_sha256")
+    return None if known is None else str(known)

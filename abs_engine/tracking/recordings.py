@@ -21,6 +21,7 @@ from abs_engine.core.errors import (
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
+from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.record import SUMMARY, Recorder, load_run
 from abs_engine.tracking.run_mesh import load_mesh_of
@@ -175,6 +176,28 @@ def check_same(recordings: Sequence[Recording], speaker: Speaker) -> None:
     )
 
 
+def check_videos(videos: Sequence[tuple[Path, Path]]) -> tuple[int, int]:
+    """The one size (width, height) of videos that a face can be learned from.
+
+    Each is what was given, and the video of it.
+
+    Raises
+    ------
+    ParameterError
+        If they are of several sizes, or one comes twice.
+    """
+    sizes = [probe(video).size for _, video in videos]
+    (_, first), size = videos[0], sizes[0]
+    for (_, video), own in zip(videos, sizes, strict=True):
+        if own != size:
+            raise ParameterError(
+                f"{video} has {own[0]}x{own[1]} pixels, {first} {size[0]}x{size[1]}",
+                "learn from recordings of one camera; the face then tracks those of others",
+            )
+    check_distinct(videos)
+    return size
+
+
 def check_distinct(videos: Sequence[tuple[Path, Path]]) -> None:
     """Raise `ParameterError` if a video comes twice; each item is what was given, and its video.
 
@@ -188,14 +211,3 @@ def check_distinct(videos: Sequence[tuple[Path, Path]]) -> None:
                 f"{known[content]} and {given} are of the same video", "give it once"
             )
         known[content] = given
-
-
-def check_one_camera(sizes: Sequence[tuple[Path, tuple[int, int]]]) -> None:
-    """Raise `ParameterError` unless all videos have one size (width, height)."""
-    first, size = sizes[0]
-    for path, own in sizes[1:]:
-        if own != size:
-            raise ParameterError(
-                f"{path} has {own[0]}x{own[1]} pixels, {first} {size[0]}x{size[1]}",
-                "learn from recordings of one camera; the face then tracks those of others",
-            )

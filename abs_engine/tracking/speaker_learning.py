@@ -28,13 +28,7 @@ from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
 from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.recordings import (
-    Recording,
-    check_distinct,
-    check_one_camera,
-    check_same,
-    check_variety,
-)
+from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
@@ -246,13 +240,11 @@ def learn_speaker(
     ParameterError
         If the videos are of several sizes, or one comes twice.
     """
-    sizes = [(one.video, probe(one.video).size) for one in recordings]
-    check_one_camera(sizes)
-    check_distinct([(one.path, one.video) for one in recordings])
+    size = check_videos([(one.path, one.video) for one in recordings])
     speaker = load_speaker(options.speaker)
     check_same(recordings, speaker)
     check_variety(recordings)
-    camera = options.camera or Camera.ideal(sizes[0][1])
+    camera = options.camera or Camera.ideal(size)
     correspondence = correspondence_of(speaker, renderer)
     average = AverageHead.of(speaker, correspondence, pupil_scale(options.pupil_distance))
     learner = Learner(speaker, average, camera, renderer, tell or _silent)

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from runs import write_noise, written_run
+from runs import noise, write_kind, write_noise, written_run
 
 from abs_engine.core.errors import (
     InputFileError,
@@ -24,9 +24,9 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.recordings import (
     Recording,
     check_distinct,
-    check_one_camera,
     check_same,
     check_variety,
+    check_videos,
     load_recording,
 )
 from abs_engine.tracking.scale import USUAL_PUPILS
@@ -102,10 +102,16 @@ def test_a_video_that_comes_twice_is_refused(tmp_path):
         check_distinct([(one, one), (other, other), (run, one)])
 
 
-def test_videos_of_two_sizes_are_refused():
-    sizes = [(Path("a.mp4"), (320, 240)), (Path("b.mp4"), (640, 480))]
-    with pytest.raises(ParameterError, match=r"b\.mp4 has 640x480 pixels"):
-        check_one_camera(sizes)
+def test_videos_of_one_size_are_asked_for(tmp_path):
+    small, large = (
+        write_kind(tmp_path / f"{name}.mp4", "libx264", noise(2, size, seed))
+        for seed, (name, size) in enumerate([("a", (96, 80)), ("b", (128, 96))])
+    )
+    assert check_videos([(small, small)]) == (96, 80)
+    with pytest.raises(ParameterError, match=r"b\.mp4 has 128x96 pixels, .*a\.mp4 96x80"):
+        check_videos([(small, small), (tmp_path / "run", large)])
+    with pytest.raises(ParameterError, match="are of the same video"):
+        check_videos([(small, small), (tmp_path / "run", small)])
 
 
 @pytest.fixture

@@ -38,9 +38,8 @@ def speaker(chosen: Chosen) -> Done:
     check_free(chosen.output)
     from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
-    from abs_engine.io.video import probe
     from abs_engine.tracking.options import TrackOptions
-    from abs_engine.tracking.recordings import check_distinct, check_one_camera, load_recording
+    from abs_engine.tracking.recordings import check_videos, load_recording
     from abs_engine.tracking.speaker_learning import learn_speaker, tracked
 
     options = TrackOptions(
@@ -52,8 +51,7 @@ def speaker(chosen: Chosen) -> Done:
     paths = list(dict.fromkeys(chosen.recordings))
     runs = {path: load_recording(path, head) for path in paths if path.is_dir()}
     videos = [runs[path].video if path in runs else path for path in paths]
-    check_one_camera([(video, probe(video).size) for video in videos])
-    check_distinct(list(zip(paths, videos, strict=True)))
+    check_videos(list(zip(paths, videos, strict=True)))
     with opened(chosen.renderer) as renderer, Progress("learning") as progress:
         print_hints(renderer)
         for number, path in enumerate(paths, 1):

@@ -18,6 +18,7 @@ from abs_engine.report.drawing.view import View
 from abs_engine.report.drawing.wire import draw_wire, quad_edges
 from abs_engine.report.inspect.body import Body, coat, unknown
 from abs_engine.report.inspect.runs import RunHead
+from abs_engine.report.inspect.sources import frame_caption
 from abs_engine.tracking.contours import LOWER, OUTER, UPPER
 
 STYLES = ("wireframe", "contour", "blend")
@@ -70,7 +71,7 @@ class OverlayPainter:
         """A frame with the head over it and its number below, (H, W, 3) uint8 RGB."""
         window = Window(0, 0, *self._run.camera.size, self._scale)
         large = np.ascontiguousarray(window.sample(image), np.uint8)
-        caption = f"frame {frame}   {self._run.times[frame]:.2f} s"
+        caption = frame_caption(frame, float(self._run.times[frame]))
         if not self._run.found(frame):
             status = str(self._run.arrays["status"][frame])
             return captioned(large, f"{caption}   {status}", 15, LOST)
