@@ -54,7 +54,7 @@ LINTERS = (
 )
 # A process for each core, at most four: each has an OpenGL context of its own, which on a CPU
 # keeps more than one core busy. A file's tests stay together, so that what they share is made once;
-# in their order, since the files with the fewest tests take the longest.
+# in the order of `tests/conftest.py`, since the files with the fewest tests take the longest.
 PYTEST = (
     *("-m", "pytest", "-q", "-n", "auto", "--maxprocesses=4"),
     *("--dist=loadfile", "--no-loadscope-reorder"),

@@ -16,6 +16,36 @@ from abs_engine.core.errors import OpenGLError
 from abs_engine.render.context import GLContext
 from abs_engine.render.raster import OpenGLRenderer
 
+TESTS = Path(__file__).parent
+FIRST = (
+    "report/test_demo.py",
+    "studio/test_studio_scene.py",
+    "package/test_leaves.py",
+    "evaluate/test_check.py",
+    "package/test_packaging.py",
+    "tracking/test_speaker.py",
+    "package/test_docs.py",
+    "fit/test_track_fit.py",
+    "clips/test_many_clips.py",
+    "tracking/test_external_poses.py",
+    "cli/test_articulate_cli.py",
+    "studio/test_speech_articulation.py",
+    "evaluate/test_bench.py",
+    "fit/test_shell_fit.py",
+)
+"""The files that take longest, in the order in which they are begun.
+
+The tests of a file are run by one process, and one that began with such a file at the end would
+still be at it while the others wait. The first two compile little that is the same, so that what
+either compiles is there for the other later on; the wheel's tests take it from there, too.
+"""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What takes longest begins first; the rest keeps its order."""
+    place = {TESTS / name: number for number, name in enumerate(FIRST)}
+    items.sort(key=lambda item: place.get(item.path, len(place)))
+
 
 def missing(what: str) -> None:
     """Skip, but under CI=true fail: there nothing that can exist may be left out."""

@@ -46,15 +46,16 @@ def lit_picture_of(
     window = type(camera.whole)(0, 0, *camera.size, 2.0)
     one = Candidates.one(np.zeros(head.n_modes), pose)
     buffers = CpuRenderer().draw(head, one, camera, window)[0]
+    seen = buffers.covered  # a head fills a quarter of a picture: the rest is not shaded
     normals = vertex_normals(head.mean.astype(np.float64), head.faces)[head.faces]
-    shown = np.einsum("hwc,hwcd->hwd", buffers.barycentrics, normals[buffers.facet_id - 1])
+    shown = np.einsum("nc,ncd->nd", buffers.barycentrics[seen], normals[buffers.facet_id[seen] - 1])
     shown = shown @ pose.rotation.T
     to_lamp = np.array(lamp) / np.linalg.norm(lamp)
     between = to_lamp - np.array([0, 0, 1])
     matt = 0.35 + 0.75 * np.clip(shown @ to_lamp, 0, None)
     shine = gloss * np.clip(shown @ (between / np.linalg.norm(between)), 0, 1) ** 24
-    fine = buffers.rgb * matt[..., None] + shine[..., None]
-    fine = np.where(buffers.covered[..., None], fine, 100)
+    fine = np.full(buffers.rgb.shape, 100.0)
+    fine[seen] = buffers.rgb[seen] * matt[:, None] + shine[:, None]
     small = cv2.resize(fine, camera.size, interpolation=cv2.INTER_AREA)
     return np.uint8(np.rint(np.clip(small, 0, 255)))
 

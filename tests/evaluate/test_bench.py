@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -15,10 +16,12 @@ from abs_engine.evaluate.bench_clip import BenchError, bench_clip
 from abs_engine.evaluate.bench_result import RATIOS, WAYS, BenchResult
 from abs_engine.evaluate.bench_work import N_CANDIDATES, ball_work
 from abs_engine.evaluate.bench_worker import PyrenderWorker, WorkerError
-from abs_engine.io.video import VideoWriter
+from abs_engine.io.video import VideoWriter, read_frames
 
 GL_WAYS = ("gl_thin", "gl_instanced", "gl_batched")
 PYRENDER_WAYS = ("pyrender_numpy", "pyrender_tuned")
+FEW = 20
+"""Frames of a real clip that are timed."""
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +158,7 @@ def test_a_clip_without_a_face_says_so(tmp_path):
 
 def test_a_clip_is_timed_beside_a_peer(tmp_path, grid_clip):
     peer = tmp_path / "python"
-    said = '{"frames": 75, "seen": 75, "version": "0.0"}'
+    said = f'{{"frames": {FEW}, "seen": {FEW}, "version": "0.0"}}'
     peer.write_text(f"#!/bin/sh\nsleep 0.2\necho '{said}'\n")
     peer.chmod(0o755)
     found = bench_clip(grid_clip, "cpu", peer, turns=1)
@@ -177,5 +180,11 @@ def written(path):
 
 
 @pytest.fixture
-def grid_clip(data_dir):
-    return data_dir / "grid" / "bbaf2n.mpg"
+def grid_clip(data_dir, tmp_path):
+    """The beginning of a clip of a real speaker."""
+    frames = read_frames(data_dir / "grid" / "bbaf2n.mpg")
+    first = next(frames)
+    with VideoWriter(tmp_path / "bbaf2n.mp4", first.shape[1::-1], 25.0) as writer:
+        for frame in (first, *islice(frames, FEW - 1)):
+            writer.write(frame)
+    return tmp_path / "bbaf2n.mp4"

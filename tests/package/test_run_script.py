@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from conftest import FIRST, TESTS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -357,6 +358,10 @@ def test_a_linter_that_is_missing_has_failed(tmp_path):
     name, status, output = bootstrap.check(bootstrap.Machine(tmp_path), ("ruff", "check"))
     assert (name, status) == ("ruff check", 1)
     assert "bin/ruff" in output
+
+
+def test_files_that_begin_first_are_there():
+    assert [name for name in FIRST if not (TESTS / name).is_file()] == []
 
 
 def test_tests_keep_what_python_compiles(tmp_path, monkeypatch, capfd):

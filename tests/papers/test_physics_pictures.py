@@ -17,6 +17,7 @@ from abs_engine.fit.shell import shell_window
 from abs_engine.io.assets import load_speaker
 from abs_engine.papers.basu1998.error_plot import error_plot
 from abs_engine.papers.basu1998.experiment import TrainedLips, learn_lips
+from abs_engine.papers.basu1998.motion import authored_motion
 from abs_engine.papers.basu1998.page import DRIVERS, reproduction_page
 from abs_engine.papers.basu1998.pictures import (
     TILE,
@@ -51,7 +52,8 @@ def mouth() -> Mouth:
     speaker, model = load_speaker(), head_of("clara")
     poses = {yaw: seen_at([0, np.radians(yaw), 0], [0, 0, 560]) for yaw in YAWS}
     pictures = {yaw: picture_of(model.head, pose, CAMERA) for yaw, pose in poses.items()}
-    lips = learn_lips(speaker, "clara", colours_of(model, poses[0], CAMERA), seed=0)
+    motion = authored_motion(speaker, "clara", frames=60)  # short: how they move is not seen here
+    lips = learn_lips(speaker, "clara", colours_of(model, poses[0], CAMERA), 0, motion)
     nodes = lips.model.shell.nodes(speaker.named("clara"))
     return Mouth(lips, pictures, poses, nodes)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hurried import hurried
 from runs import write_noise
 
 from abs_engine.cli import main
@@ -16,12 +16,11 @@ from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterEr
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.dataset import load_truth
 from abs_engine.report.demo import film_clip
-from abs_engine.tracking import frame_choice, head_tracking, identity_fit, multistart
+from abs_engine.tracking import head_tracking
 from abs_engine.tracking.clip_setting import NO_POSE
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.poses_file import COLUMNS, read_poses
 from abs_engine.tracking.record import load_run
-from abs_engine.tracking.settings.preparation import PREPARATION
 
 CAMERA = Camera.ideal((96, 80))
 MOUTH = np.array([0.0, -40.0, 90.0])
@@ -375,16 +374,10 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
     assert lip_error(again, truth) < lip_error(arrays, truth) + 0.3  # after the gap it starts anew
 
 
-def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path, monkeypatch):
-    # Half the frames and rounds, and two starts: in half the time
-    few = replace(
-        PREPARATION, learn_from=4, view_rounds=PREPARATION.view_rounds[::2], good_score=0.0,
-        poor_score=0.0,
-    )  # fmt: skip
-    for module in (frame_choice, identity_fit, multistart):
-        monkeypatch.setattr(module, "PREPARATION", few)
+def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):
     _, folder = run
-    arrays = tracked(truth, tmp_path / "run", folder, "--colours", folder / "colours.npz")
+    with hurried():
+        arrays = tracked(truth, tmp_path / "run", folder, "--colours", folder / "colours.npz")
     assert [read_poses(f).average_head for f in (folder, tmp_path / "run")] == [False, True]
     assert arrays["found"].all()
     assert arrays["parameters"][:, :6].any()

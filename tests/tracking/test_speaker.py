@@ -63,10 +63,29 @@ def nearer(tmp_path_factory):
     return write_kind(folder / "near.mp4", "libx264", pictures)
 
 
+def once(function):
+    """The function, which gives its first result again: what all that is learned here begins with.
+
+    What it is given is the same each time.
+    """
+    kept = []
+
+    def call(*given):
+        kept[:] = kept or [function(*given)]
+        return kept[0]
+
+    return call
+
+
+TRACKED, HEAD = once(speaker_learning.tracked), once(speaker_learning.Learner.head)
+
+
 def learn(video, name, **settings):
     """The file of a face, learned from hardly a second, and what the command said."""
     path, said = video.with_name(f"{name}.face"), video.with_name(f"{name}.json")
     with pytest.MonkeyPatch.context() as patch, said.open("w") as file:
+        patch.setattr(speaker_learning, "tracked", TRACKED)
+        patch.setattr(speaker_learning.Learner, "head", HEAD)
         patch.setattr(posture_space, "LEARNING", replace(LEARNING, least_frames=6))
         few = replace(LEARNING, **({"least_frames": 6} | settings))
         patch.setattr(speaker_learning, "LEARNING", few)
