@@ -6,22 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from clara_lips import SPEAKER, TRAINED
 
 from abs_engine.capture.dot_annotations import LIPS16
 from abs_engine.cli import main
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.face.shape.lip_shell import cut_lip_shell
-from abs_engine.io.assets import load_speaker
 from abs_engine.learn import cameras
 from abs_engine.learn.cameras import YAWS, camera_results, direction_of, rank_yaws
-from abs_engine.learn.training import train
-from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
 from abs_engine.papers.basu1998.page import reproduction_page
 
-SPEAKER = load_speaker()
-SEEN = observed_motion(SPEAKER, authored_motion(SPEAKER, "clara"), noise=0.1)
-PHYSICS = train(SEEN, SPEAKER, "clara", shell=cut_lip_shell(SPEAKER)).physics
+PHYSICS = TRAINED.physics
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from clara_lips import SEEN, SHELL, SPEAKER, TRAINED
 
 from abs_engine.core.errors import ParameterError, TooFewPointsError
 from abs_engine.face.shape.dots import ShellPoints
-from abs_engine.face.shape.lip_shell import cut_lip_shell
 from abs_engine.face.shape.modal import LearnedPhysics
-from abs_engine.io.assets import load_speaker
 from abs_engine.learn.reconstruction import (
     TABLE_1,
     UNITS,
@@ -19,13 +18,7 @@ from abs_engine.learn.reconstruction import (
 )
 from abs_engine.learn.training import train
 from abs_engine.papers.basu1998.figures import SIZE, draw_modes, mode_postures
-from abs_engine.papers.basu1998.motion import authored_motion, observed_motion
 from abs_engine.render.cpu import CpuRenderer
-
-SPEAKER = load_speaker()
-SHELL = cut_lip_shell(SPEAKER)
-SEEN = observed_motion(SPEAKER, authored_motion(SPEAKER, "clara"), noise=0.1)
-TRAINED = train(SEEN, SPEAKER, "clara", shell=SHELL)
 
 
 def test_the_shell_has_the_papers_size_in_its_units():

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clara_lips import MOTION, SEEN, SHELL, SPEAKER, TRAINED
 from scipy.spatial.transform import Rotation
 
 from abs_engine.capture.dot_annotations import LIPS16
@@ -22,9 +23,8 @@ from abs_engine.core.errors import (
     TooFewPointsError,
 )
 from abs_engine.face.shape.lip_dots import lips17
-from abs_engine.face.shape.lip_shell import COLUMNS, cut_lip_shell
+from abs_engine.face.shape.lip_shell import COLUMNS
 from abs_engine.face.shape.modal import load_physics
-from abs_engine.io.assets import load_speaker
 from abs_engine.learn.believed_dots import believe
 from abs_engine.learn.correspondence import correspond, similarity
 from abs_engine.learn.settings import LEARNING
@@ -44,11 +44,6 @@ from abs_engine.papers.basu1998.motion import (
 )
 from abs_engine.studio.speech import play_recording, read_livelink
 
-SPEAKER = load_speaker()
-SHELL = cut_lip_shell(SPEAKER)
-MOTION = authored_motion(SPEAKER, "clara")
-SEEN = observed_motion(SPEAKER, MOTION, noise=0.1)
-TRAINED = train(SEEN, SPEAKER, "clara", shell=SHELL)
 LIPS = slice(0, 3 * COLUMNS)
 
 
