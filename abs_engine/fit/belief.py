@@ -123,8 +123,8 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
     varied = (np.tensordot(posture, lips, 1) * lips).sum(axis=0)
     spread = np.sqrt(np.maximum(varied, 0.0))
     classes = face.appearance.get(COLOUR)
-    grey = classes is not None and not classes.chromatic
-    high, broad = (GREY_APERTURE, GREY_WIDTH) if grey else (APERTURE, WIDTH)
+    poor = classes is not None and (classes.exposure.burnt or not classes.chromatic)
+    high, broad = (GREY_APERTURE, GREY_WIDTH) if poor else (APERTURE, WIDTH)
     aperture = high.deviation(_along(lip_gap(moves), posture), max(height, 0.0))
     turn, shift = _of_pose(problem, x, pose)
     return Belief(

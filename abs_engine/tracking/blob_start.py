@@ -15,6 +15,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import in_colour
+from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
@@ -135,7 +136,8 @@ def calibrated_by_blobs(
         given.check(clip.info.frames, camera, model.pivot, held=model.known)
         motion = GivenMotion(given.poses)
         frames = _frames_of_poses(video, motion, camera, model)
-    chromatic = in_colour([(f.image, _outline(model, f.pose, camera)) for f in frames])
+    faces = [(f.image, _outline(model, f.pose, camera)) for f in frames]
+    chromatic = in_colour(faces)
     if not (chromatic or model.known):
         raise ParameterError(
             f"{video} has no colour, and a start by colour finds no lips in it",
@@ -146,7 +148,8 @@ def calibrated_by_blobs(
     tell(learning(colours))
     told = given is not None or options.mouth is not None
     found = calibrate_well(model, frames, camera, renderer, colours, placed=told)
-    calibration = replace(found, classes=replace(found.classes, chromatic=chromatic))
+    classes = replace(found.classes, chromatic=chromatic, exposure=Exposure.of(faces))
+    calibration = replace(found, classes=classes)
     if isinstance(motion, HeadMotion):
         motion = replace(motion, colours=calibration.classes, rate=clip.info.rate)
     return BlobCalibration(calibration, motion, frames, given is not None)

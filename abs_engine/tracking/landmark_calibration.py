@@ -20,6 +20,7 @@ from abs_engine.core.pose import PoseFrame, no_correction, parted
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads, workers
 from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.head import MouthModel
 from abs_engine.fit.evidence import Term
 from abs_engine.fit.head_frame import COLOUR
@@ -140,7 +141,8 @@ def calibrate_placed(
         person, shape, shift = found.person, head.known(placed, found), shift + found.shift
         head = replace(head, textured=replace(head.textured, shift=shift))
     agreement = _agreement(head, head.frames(shape, seen), found)
-    classes = replace(found.classes, agreement=agreement, chromatic=chromatic)
+    exposure = Exposure.of([(image, marks.pixels) for image, marks in seen])
+    classes = replace(found.classes, agreement=agreement, chromatic=chromatic, exposure=exposure)
     return replace(found, shift=shift, classes=classes), shape
 
 

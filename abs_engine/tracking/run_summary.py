@@ -78,5 +78,7 @@ def _by_landmarks(arrays: Mapping[str, NDArray[Any]], face: Face) -> dict[str, A
         "separability": dict(apart),
         "colour_agreement": classes.agreement,
         "colour_weight": classes.weight,
-        "warnings": doubts(against, held, apart, classes.agreement, classes.chromatic),
+        "warnings": doubts(
+            against, held, apart, classes.agreement, classes.chromatic, classes.exposure
+        ),
     }

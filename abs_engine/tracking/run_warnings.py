@@ -8,11 +8,20 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.face.appearance.exposure import USUAL, Exposure
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 NO_COLOUR = (
     "the video has no colour: its classes rest on brightness alone, and the result is less exact; "
     "landmarks and the prior go on as usual"
+)
+TOO_DARK = (
+    "the face is too dark for its colours to be seen: classes rest on brightness alone, and the "
+    "result is less exact"
+)
+BURNT_OUT = (
+    "{:.0%} of the face is overexposed: lips, teeth and skin merge in white, and parted lips may "
+    "come out closed; look at the overlay before you use it"
 )
 
 
@@ -36,6 +45,7 @@ def doubts(
     separability: Mapping[str, float],
     agreement: float = 1.0,
     chromatic: bool = True,
+    exposure: Exposure = USUAL,
 ) -> list[str]:
     """Doubts that a user should know before believing a run, a line each.
 
@@ -51,8 +61,12 @@ def doubts(
         See `ColourClasses`.
     chromatic : bool
         Whether the video is in colour.
+    exposure : Exposure
+        Of the face.
     """
-    lines = [] if chromatic else [NO_COLOUR]
+    lines = [] if chromatic else [TOO_DARK if exposure.dark else NO_COLOUR]
+    if exposure.burnt:
+        lines.append(BURNT_OUT.format(exposure.saturated))
     if separability and np.mean(list(separability.values())) < FRAME_LOOP.least_separability:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
         lines.append(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
+from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
@@ -110,6 +112,8 @@ def track_speaker(
         )
     if clip.colours is not None:
         face = face.coloured(clip.colours, SkinLight.of([seen]))
+    exposure = Exposure.of([(seen[0], seen[1].pixels)])
+    face = replace(face, classes=replace(face.classes, exposure=exposure))
     fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
     before = clip.first(follower.found)
     head = fitted.face

@@ -8,7 +8,7 @@ luminance; so all classes live in (r, g, y), y the logarithm of luminance relati
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.colour_prior import beside_teeth, lit_share
+from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.appearance.hamming import hamming
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
@@ -37,6 +38,7 @@ _PARTS: Layout = {
 LAYOUT: Layout = {
     "priors": real(len(CLASSES), low=0.0), "reference": real(low=0.0, high=255.0),
     "agreement": real(optional=True), "chromatic": truth(optional=True),
+    "saturated": real(optional=True), "luminance": real(optional=True),
     **{f"{name}_separability": real(optional=True) for name in EACH_LIP},
     **{
         f"{name}_{part}": replace(
@@ -99,6 +101,8 @@ class ColourClasses:
         mouth opens: about 1 where both are right; 1 where it was not measured.
     chromatic : bool
         Whether the clip is in colour: without it the classes differ in brightness alone.
+    exposure : Exposure
+        Of the face in the clip.
     """
 
     mixtures: dict[str, Mixture]
@@ -107,6 +111,7 @@ class ColourClasses:
     separability: Mapping[str, float] = field(default_factory=dict)
     agreement: float = 1.0
     chromatic: bool = True
+    exposure: Exposure = field(default_factory=Exposure)
 
     @property
     def lips_apart(self) -> bool:
@@ -237,6 +242,7 @@ class ColourClasses:
             for part in _PARTS
         }
         parts |= {"agreement": self.agreement, "chromatic": self.chromatic}
+        parts |= asdict(self.exposure)
         parts |= {f"{name}_separability": told for name, told in self.separability.items()}
         return {
             "classes": tuple(self.mixtures), "priors": self.priors, "reference": self.reference,
@@ -272,9 +278,11 @@ class ColourClasses:
         priors, reference = data["priors"], float(data["reference"])
         agreement = float(data.get("agreement", np.array(1.0)))
         chromatic = bool(data.get("chromatic", np.array(True)))
+        known = [part.name for part in fields(Exposure) if part.name in data]
+        exposure = Exposure(**{name: float(data[name]) for name in known})
         if not all(map(_sound, mixtures.values())):
             raise ValueError("the colour classes do not fit together")
-        return cls(mixtures, priors, reference, told, agreement, chromatic)
+        return cls(mixtures, priors, reference, told, agreement, chromatic, exposure)
 
 
 def _sound(mixture: Mixture) -> bool:

@@ -128,6 +128,17 @@ class ColourSettings:
     most_dim : float, share of that luminance
         That a darker face's luminance is taken to have at least. Chosen on the same clips: with 0.6
         one in sepia would almost pass for colour.
+    limit : int, levels of 255
+        From which on a channel is at its upper limit. Not measured.
+    most_saturated : float, share of a face
+        With two channels at their limit, from which on it is burnt out. Chosen between 0.02, the
+        most of the strangers' clips, GRID's and eight films of other heads, and 0.48, the least
+        of three clips (p05, p09, p15) that were brightened until parted lips came out closed;
+        p04, brightened alike, has 0.10 and is as it was.
+    least_light : float, luminance, 0 to 255
+        Of a face, below which a clip without chroma is said to be dark. Measured: 58 and more in
+        the darkest film of a dark brown head and all strangers' clips; 23 in p05 with 0.15 of its
+        light.
     cells_across : int, cells across a face
         That chroma is averaged in: coarser than the blocks that video keeps one chroma for. Not
         measured.
@@ -186,6 +197,9 @@ class ColourSettings:
     least_spread: float = 2.7
     light_face: float = 100.0
     most_dim: float = 0.65
+    limit: int = 250
+    most_saturated: float = 0.25
+    least_light: float = 40.0
     cells_across: int = 24
     luminance_levels: int = 12
     inside_components: int = 2
