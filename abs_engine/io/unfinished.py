@@ -156,6 +156,8 @@ class Unfinished(NewFolder):
     ----------
     resumed : bool
         Whether something is gone on with.
+    replaced : bool
+        Whether what was begun with other choices was removed.
 
     Raises
     ------
@@ -172,7 +174,8 @@ class Unfinished(NewFolder):
     def __init__(
         self, folder: Path, choices: str, anew: bool = False, also: str = "", by: str = ""
     ) -> None:
-        self._choices, self._anew, self._also, self.resumed = choices, anew, also, False
+        self._choices, self._anew, self._also = choices, anew, also
+        self.resumed = self.replaced = False
         self._basis = f"{choices}\n{by}" if choices and by else choices
         super().__init__(folder)
 
@@ -187,10 +190,12 @@ class Unfinished(NewFolder):
                     f"{self.target} is there already, whole: the same command made it",
                     "remove it to make it again",
                 )
+            gone = sorted(set(made[1:]) - set(now))
+            why = "of other input, options or another release"
+            if made[0] == now[0]:
+                why = f"made by the same command, but {gone[0]} is missing from it"
             raise OutputError(
-                f"{self.target} exists already, of other input, options or another release, or it "
-                "is no longer whole",
-                "choose another name or remove it",
+                f"{self.target} exists already, {why}", "choose another name or remove it"
             )
         super()._check()
 
@@ -220,6 +225,7 @@ class Unfinished(NewFolder):
             self.resumed = begun == self._basis != ""
             if not self.resumed and not self._anew:
                 raise OutputError(f"{self.partial} holds {self.what}", self.remedy)
+            self.replaced = not self.resumed and begun != ""
         if not self.resumed:
             super()._begin()
             made = basis.with_name(f".{CHOICES}")

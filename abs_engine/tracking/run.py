@@ -31,6 +31,8 @@ from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.settings.stages import SETTINGS
 from abs_engine.tracking.smoothing import Smoothing
 
+DISCARDED = "what an interrupted command of other options, video or release had kept is discarded"
+
 
 def prepare(
     video: Path,
@@ -154,6 +156,8 @@ def track_video(
     choices, by = _choices(video, options, beside), renderer.description
     with Unfinished(folder, choices, anew=True, by=by) as made:
         frames = made.partial / FRAMES
+        if made.replaced and remark is not None:
+            remark(DISCARDED)
         with kept_if_of_use(made, frames):
             start = time.perf_counter()
             tracker = prepare(video, renderer, options, stage)

@@ -288,6 +288,25 @@ def test_what_is_no_longer_whole_exists_already(tmp_path, harm):
         Unfinished(tmp_path / "out", "same")
 
 
+def test_a_file_that_is_missing_is_named(tmp_path):
+    finished(tmp_path / "out", "same")
+    (tmp_path / "out" / "deep" / "file").unlink()
+    with pytest.raises(OutputError, match="by the same command, but deep/file is missing"):
+        Unfinished(tmp_path / "out", "same")
+    with pytest.raises(OutputError, match="of other input"):
+        Unfinished(tmp_path / "out", "other")
+
+
+def test_what_was_begun_with_other_choices_is_known_to_be_gone(tmp_path):
+    with Unfinished(tmp_path / "out", "same", anew=True) as made:
+        assert not made.replaced
+    with Unfinished(tmp_path / "out", "same", anew=True) as made:
+        assert made.resumed
+        assert not made.replaced
+    with Unfinished(tmp_path / "out", "other", anew=True) as made:
+        assert made.replaced
+
+
 def test_what_another_machine_finished_is_known_but_not_gone_on_with(tmp_path):
     with Unfinished(tmp_path / "out", "same", anew=True, by="one") as made:
         (made.work / "done").touch()

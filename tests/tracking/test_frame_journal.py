@@ -19,17 +19,18 @@ from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.clip_setting import FrameResult
 from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.frame_state import Memory
-from abs_engine.tracking.run import kept_if_of_use, track_video
+from abs_engine.tracking.run import DISCARDED, kept_if_of_use, track_video
 
 
-def track(video, folder, until=None, error=None, stage=None, **beside):
+def track(video, folder, until=None, error=None, stage=None, remark=None, **beside):
     """Track, or fail after so many frames."""
 
     def progress(done, _frames):
         if done == until:
             raise error
 
-    return track_video(video, folder, CpuRenderer(), progress=progress, stage=stage, beside=beside)
+    asked = {"progress": progress, "stage": stage, "remark": remark, "beside": beside}
+    return track_video(video, folder, CpuRenderer(), **asked)
 
 
 def contents(folder):
@@ -42,9 +43,11 @@ def test_cut_off_twice_it_ends_with_the_same_bytes_and_leaves_nothing_beside(tmp
     video, folder = film(tmp_path / "head.mp4", frames=3, factor=0.5), tmp_path / "run"
     with pytest.raises(KeyboardInterrupt, match="the same command resumes"):
         track(video, folder, until=1, error=KeyboardInterrupt, note="another command")
+    said = []
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with pytest.raises(OutputError, match="No space left"):
-        track(video, folder, until=2, error=full)
+        track(video, folder, until=2, error=full, remark=said.append)
+    assert said == [DISCARDED]
     with (partial_of(folder) / FRAMES).open("ab") as journal:
         journal.write(b'1234abcd {"result": ')  # cut off within a line
     (partial_of(folder) / "whole" / "results.csv").write_text("half of a table")
@@ -55,8 +58,9 @@ def test_cut_off_twice_it_ends_with_the_same_bytes_and_leaves_nothing_beside(tmp
             track(video, folder)
         busy.append(True)
 
-    told = track(video, folder, stage=other)
+    told = track(video, folder, stage=other, remark=said.append)
     assert busy
+    assert said == [DISCARDED]
     assert told["timing"]["resumed_frames"] == 2
     assert track(video, tmp_path / "own")["timing"]["resumed_frames"] == 0
     assert contents(folder) == contents(tmp_path / "own")
