@@ -15,6 +15,11 @@ def footage_lines(info: VideoInfo) -> list[str]:
             "the video is marked as interlaced: fast motion may leave combs in its frames, and "
             "openings are then less exact; deinterlace it first"
         )
+    if info.askew:
+        lines.append(
+            "the video is to be shown at an angle that is no quarter turn: it is read at the "
+            "nearest; turn it upright and export it first"
+        )
     if abs(info.sound) >= _HEARD:
         lines.append(sound_line(info.sound, "a run's times"))
     return lines

@@ -10,13 +10,19 @@ import av
 import cv2
 import numpy as np
 import pytest
-from runs import drift, write_kind
+from av.sidedata.sidedata import Type
+from runs import drift, turned, write_kind
 
 from abs_engine.io.video import probe, read_frames
-from abs_engine.io.video.shown import shown, shown_size
+from abs_engine.io.video.shown import Turn, shown, shown_size
 from abs_engine.tracking.footage import footage_lines
 
 SIZE = (96, 80)
+
+
+def matrix(a, b, c, d):
+    """A display matrix as FFmpeg has it, see its libavutil/display.h."""
+    return struct.pack("=9i", *(round(v * 65536) for v in (a, b, 0, c, d, 0, 0, 0, 16384)))
 
 
 def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0, heard=0.0):
@@ -64,14 +70,40 @@ def test_pixels_are_square(tmp_path, aspect, size):
 @pytest.mark.parametrize(("aspect", "size"), [(4 / 3, (128, 80)), (2 / 3, (96, 120))])
 def test_pixels_are_stretched_before_the_picture_is_turned(aspect, size):
     coded = cv2.GaussianBlur(drift(1)[0], (0, 0), 2)
-    frame = SimpleNamespace(height=80, width=96, rotation=90, to_ndarray=lambda format: coded)
+    held = {Type.DISPLAYMATRIX: matrix(0, -1, 1, 0)}  # a quarter turn counter-clockwise
+    frame = SimpleNamespace(height=80, width=96, side_data=held, to_ndarray=lambda format: coded)
     assert shown_size(frame, aspect) == size
     np.testing.assert_array_equal(shown(frame, aspect), np.rot90(cv2.resize(coded, size)))
 
 
 def test_stretched_pictures_have_even_sides():
-    frame = SimpleNamespace(height=480, width=720, rotation=0)
+    frame = SimpleNamespace(height=480, width=720, side_data={})
     assert shown_size(frame, 32 / 27) == (480, 854)
+
+
+@pytest.mark.parametrize(
+    ("angle", "turn", "askew"),
+    [
+        (0.0, 0, False), (0.5, 0, False), (10.0, 0, True), (80.0, -1, True), (90.4, -1, False),
+        (170.0, 2, True), (-90.0, 1, False),
+    ],
+)  # fmt: skip
+def test_another_angle_is_read_as_the_nearest_quarter_turn(angle, turn, askew):
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    found = Turn.of(SimpleNamespace(side_data={Type.DISPLAYMATRIX: matrix(c, s, -s, c)}))
+    picture = drift(1)[0]
+    np.testing.assert_array_equal(found(picture), np.rot90(picture, turn))
+    assert found.askew == askew
+
+
+def test_a_video_that_is_shown_askew_is_named(tmp_path):
+    path = write(tmp_path / "v.mp4", drift(3))
+    assert not probe(path).askew
+    c, s = np.cos(0.5), np.sin(0.5)
+    info = probe(turned(path, (c, s, -s, c)))
+    assert info.askew
+    (line,) = footage_lines(info)
+    assert "no quarter turn" in line
 
 
 def test_frames_that_an_edit_list_leaves_out_are_not_counted(tmp_path):

@@ -12,7 +12,7 @@ import av.error
 
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video.ending import Ending, broken_off
-from abs_engine.io.video.shown import pixel_aspect, shown, shown_size
+from abs_engine.io.video.shown import Turn, pixel_aspect, shown, shown_size
 from abs_engine.io.video.source import open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
@@ -26,7 +26,7 @@ class VideoInfo:
     Parameters
     ----------
     size : tuple of int
-        Width and height in square pixels, as shown: a phone's rotation is applied.
+        Width and height in square pixels, as shown: turned and mirrored as the file has it.
     rate : float
         Frames per second, on average.
     frames : int
@@ -38,6 +38,8 @@ class VideoInfo:
     sound : float
         When the sound begins, seconds from the first frame; 0 without sound, or where the file does
         not say.
+    askew : bool
+        Whether the file asks for its pictures to be shown at an angle that is no quarter turn.
     """
 
     size: tuple[int, int]
@@ -46,6 +48,7 @@ class VideoInfo:
     times: tuple[float, ...] = ()
     interlaced: bool = False
     sound: float = 0.0
+    askew: bool = False
 
 
 def probe(path: Path) -> VideoInfo:
@@ -66,7 +69,8 @@ def probe(path: Path) -> VideoInfo:
         guessed = float(stream.average_rate or stream.guessed_rate or 0)
         sound = _sound(container, begins)
     rate = _rate(times, guessed)
-    return VideoInfo((width, height), rate, count, times, first.interlaced_frame, sound)
+    askew = Turn.of(first).askew
+    return VideoInfo((width, height), rate, count, times, first.interlaced_frame, sound, askew)
 
 
 def read_frames(path: Path) -> Iterator[Frame]:
