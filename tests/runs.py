@@ -126,11 +126,12 @@ def write_kind(
     pixels: str = "yuv420p",
     gop: int | None = None,
     stamps: list[int] | None = None,
+    rate: int = 25,
 ) -> Path:
     """A video in the container that the suffix names; `stamps` are in milliseconds."""
     faststart = {"movflags": "faststart"} if path.suffix in (".mp4", ".mov") else {}
     with av.open(str(path), "w", options=faststart) as container:
-        stream = container.add_stream(codec, rate=Fraction(25))
+        stream = container.add_stream(codec, rate=Fraction(rate))
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else pixels
         if codec == "libx264":  # with several threads it writes other bytes each time

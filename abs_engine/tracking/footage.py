@@ -15,6 +15,12 @@ def footage_lines(info: VideoInfo) -> list[str]:
             "the video is marked as interlaced: fast motion may leave combs in its frames, and "
             "openings are then less exact; deinterlace it first"
         )
+    if info.clock != "file" and info.frames > 1:
+        why = "its stream states that" if info.clock == "stream" else "no rate is stated"
+        lines.append(
+            f"the file holds no times: {info.rate:g} frames a second are assumed, as {why}; if "
+            "that is wrong, put it in MP4 at the right rate (ffmpeg -r RATE -i IN -crf 16 OUT.mp4)"
+        )
     if info.askew:
         lines.append(
             "the video is to be shown at an angle that is no quarter turn: it is read at the "

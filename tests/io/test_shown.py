@@ -129,6 +129,27 @@ def test_interlaced_video_is_named(tmp_path):
     assert not probe(write(tmp_path / "w.mp4", drift(4))).interlaced
 
 
+@pytest.mark.parametrize(
+    ("codec", "suffix", "rate", "clock"),
+    [
+        ("libx264", "h264", 50, "stream"), ("mpeg2video", "m2v", 50, "stream"),
+        ("mjpeg", "mjpeg", 25, "nothing"),
+    ],
+)  # fmt: skip
+def test_a_raw_stream_has_the_rate_that_it_states(tmp_path, codec, suffix, rate, clock):
+    info = probe(write_kind(tmp_path / f"v.{suffix}", codec, drift(10), rate=50))
+    assert (info.rate, info.frames, info.times, info.clock) == (rate, 10, (), clock)
+    (line,) = footage_lines(info)
+    assert line.startswith(f"the file holds no times: {rate} frames a second are assumed")
+    assert ("its stream states that" in line) == (clock == "stream")
+
+
+def test_a_file_that_holds_times_is_not_named(tmp_path):
+    info = probe(write_kind(tmp_path / "v.mp4", "libx264", drift(10), rate=50))
+    assert (info.rate, info.clock) == (50, "file")
+    assert footage_lines(info) == []
+
+
 @pytest.mark.parametrize("kind", ["mp4", "mkv"])
 def test_sound_that_begins_before_the_pictures_is_named(tmp_path, kind):
     info = probe(write(tmp_path / f"v.{kind}", drift(5), sound=1.0, begins=0.5))

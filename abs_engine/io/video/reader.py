@@ -18,6 +18,8 @@ from abs_engine.io.video.writer import Frame
 
 _LONGEST_TAIL = 1000  # packets; with rarer key frames only `read_frames` judges the last frames
 
+_TIMELESS = 0x80  # AVFMT_NOTIMESTAMPS of FFmpeg's libavformat/avformat.h; PyAV types it wrongly
+
 
 @dataclass(frozen=True)
 class VideoInfo:
@@ -40,6 +42,9 @@ class VideoInfo:
         not say.
     askew : bool
         Whether the file asks for its pictures to be shown at an angle that is no quarter turn.
+    clock : str
+        What `rate` rests on: "file"; or, in a raw stream, whose file holds no times, "stream", the
+        rate that it states, or "nothing", 25 for want of one.
     """
 
     size: tuple[int, int]
@@ -49,6 +54,7 @@ class VideoInfo:
     interlaced: bool = False
     sound: float = 0.0
     askew: bool = False
+    clock: str = "file"
 
 
 def probe(path: Path) -> VideoInfo:
@@ -66,11 +72,22 @@ def probe(path: Path) -> VideoInfo:
     with open_video(path) as container:
         stream = picture_stream(container)
         begins, times, count = _survey(path, container, stream)
-        guessed = float(stream.average_rate or stream.guessed_rate or 0)
+        stated = float(stream.average_rate or stream.guessed_rate or 0)
+        clock = "file"
+        if container.format.flags & _TIMELESS:  # what there is, FFmpeg made up
+            stated = float(stream.codec_context.framerate or 0)
+            begins, times, clock = None, (), "stream" if stated else "nothing"
         sound = _sound(container, begins)
-    rate = _rate(times, guessed)
-    askew = Turn.of(first).askew
-    return VideoInfo((width, height), rate, count, times, first.interlaced_frame, sound, askew)
+    return VideoInfo(
+        size=(width, height),
+        rate=_rate(times, stated),
+        frames=count,
+        times=times,
+        interlaced=first.interlaced_frame,
+        sound=sound,
+        askew=Turn.of(first).askew,
+        clock=clock,
+    )
 
 
 def read_frames(path: Path) -> Iterator[Frame]:
