@@ -10,6 +10,12 @@ _HEARD = 0.04  # seconds; a shorter gap between sound and pictures is not mentio
 def footage_lines(info: VideoInfo) -> list[str]:
     """Lines about a video before it is tracked; empty where nothing is unusual."""
     lines = []
+    if info.streams > 1:
+        width, height = info.size
+        lines.append(
+            f"the file holds {info.streams} videos: its default is read, or else the largest, here "
+            f"{width}x{height} pixels; export the one that you want if it is another"
+        )
     if info.interlaced:
         lines.append(
             "the video is marked as interlaced: fast motion may leave combs in its frames, and "

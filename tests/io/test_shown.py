@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from av.sidedata.sidedata import Type
+from av.stream import Disposition
 from runs import drift, turned, write_kind
 
 from abs_engine.io.video import probe, read_frames
@@ -148,6 +149,40 @@ def test_a_file_that_holds_times_is_not_named(tmp_path):
     info = probe(write_kind(tmp_path / "v.mp4", "libx264", drift(10), rate=50))
     assert (info.rate, info.clock) == (50, "file")
     assert footage_lines(info) == []
+
+
+def write_two(path, default):
+    """A small and a large video in one file, and whether each is its default."""
+    with av.open(str(path), "w") as container:
+        streams = [container.add_stream("libx264", rate=25) for _ in range(2)]
+        for stream, size, chosen in zip(streams, ((48, 40), SIZE), default, strict=True):
+            stream.width, stream.height = size
+            stream.pix_fmt = "yuv420p"
+            stream.disposition = Disposition.default if chosen else Disposition(0)
+        for picture in drift(5):
+            for stream in streams:
+                small = cv2.resize(picture, (stream.width, stream.height))
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(small, format="rgb24")))
+        for stream in streams:
+            container.mux(stream.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("default", "size"),
+    [
+        ((False, False), SIZE), ((True, True), SIZE), ((False, True), SIZE),
+        ((True, False), (48, 40)),
+    ],
+)  # fmt: skip
+def test_of_several_videos_the_default_or_the_largest_is_read(tmp_path, default, size):
+    path = write_two(tmp_path / "v.mkv", default)
+    info = probe(path)
+    assert (info.size, info.frames, info.streams) == (size, 5, 2)
+    assert {frame.shape for frame in read_frames(path)} == {(size[1], size[0], 3)}
+    (line,) = footage_lines(info)
+    assert line.startswith("the file holds 2 videos")
+    assert f"here {size[0]}x{size[1]} pixels" in line
 
 
 @pytest.mark.parametrize("kind", ["mp4", "mkv"])

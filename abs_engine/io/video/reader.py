@@ -13,7 +13,7 @@ import av.error
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video.ending import Ending, broken_off
 from abs_engine.io.video.shown import Turn, pixel_aspect, shown, shown_size
-from abs_engine.io.video.source import open_video, picture_stream
+from abs_engine.io.video.source import moving_streams, open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
 _LONGEST_TAIL = 1000  # packets; with rarer key frames only `read_frames` judges the last frames
@@ -45,6 +45,8 @@ class VideoInfo:
     clock : str
         What `rate` rests on: "file"; or, in a raw stream, whose file holds no times, "stream", the
         rate that it states, or "nothing", 25 for want of one.
+    streams : int
+        Number of videos in the file; one is read, see `picture_stream`.
     """
 
     size: tuple[int, int]
@@ -55,6 +57,7 @@ class VideoInfo:
     sound: float = 0.0
     askew: bool = False
     clock: str = "file"
+    streams: int = 1
 
 
 def probe(path: Path) -> VideoInfo:
@@ -77,7 +80,7 @@ def probe(path: Path) -> VideoInfo:
         if container.format.flags & _TIMELESS:  # what there is, FFmpeg made up
             stated = float(stream.codec_context.framerate or 0)
             begins, times, clock = None, (), "stream" if stated else "nothing"
-        sound = _sound(container, begins)
+        sound, streams = _sound(container, begins), len(moving_streams(container))
     return VideoInfo(
         size=(width, height),
         rate=_rate(times, stated),
@@ -87,6 +90,7 @@ def probe(path: Path) -> VideoInfo:
         sound=sound,
         askew=Turn.of(first).askew,
         clock=clock,
+        streams=streams,
     )
 
 
