@@ -52,6 +52,16 @@ class TestWrongFiles:
         with pytest.raises(InputFileError, match="is a folder"):
             read(tmp_path)
 
+    @pytest.mark.parametrize(
+        ("name", "options"),
+        [("", r"-pattern_type glob -i '.*/\*\.png'"), ("%04d.png", r"-i '.*%04d\.png'")],
+    )
+    def test_a_sequence_of_pictures(self, read, name, options, tmp_path):
+        (tmp_path / "0001.png").touch()
+        with pytest.raises(InputFileError, match="sequences of pictures are not read") as caught:
+            read(tmp_path / name)
+        assert re.search(f"ffmpeg -framerate RATE {options} -crf 16", str(caught.value))
+
     def test_a_file_in_place_of_a_folder(self, read, tmp_path):
         (tmp_path / "file").touch()
         with pytest.raises(InputFileError, match="does not exist"):
