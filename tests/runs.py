@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import struct
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -125,11 +126,12 @@ def write_kind(
     pixels: str = "yuv420p",
     gop: int | None = None,
     stamps: list[int] | None = None,
+    rate: int = 25,
 ) -> Path:
     """A video in the container that the suffix names; `stamps` are in milliseconds."""
     faststart = {"movflags": "faststart"} if path.suffix in (".mp4", ".mov") else {}
     with av.open(str(path), "w", options=faststart) as container:
-        stream = container.add_stream(codec, rate=Fraction(25))
+        stream = container.add_stream(codec, rate=Fraction(rate))
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else pixels
         if codec == "libx264":  # with several threads it writes other bytes each time
@@ -168,3 +170,13 @@ def full(size: int) -> Iterator[None]:
             yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def turned(path: Path, matrix: tuple[float, float, float, float]) -> Path:
+    """An MP4 with another a, b, c, d in its track header's matrix, see ISO/IEC 14496-12, 8.3.2."""
+    content = bytearray(path.read_bytes())
+    at = content.index(b"tkhd") + 4 + 40
+    for place, value in zip((0, 1, 3, 4), matrix, strict=True):
+        struct.pack_into(">i", content, at + 4 * place, round(value * 65536))
+    path.write_bytes(content)
+    return path

@@ -10,10 +10,27 @@ _HEARD = 0.04  # seconds; a shorter gap between sound and pictures is not mentio
 def footage_lines(info: VideoInfo) -> list[str]:
     """Lines about a video before it is tracked; empty where nothing is unusual."""
     lines = []
+    if info.streams > 1:
+        width, height = info.size
+        lines.append(
+            f"the file holds {info.streams} videos: its default is read, or else the largest, here "
+            f"{width}x{height} pixels; export the one that you want if it is another"
+        )
     if info.interlaced:
         lines.append(
             "the video is marked as interlaced: fast motion may leave combs in its frames, and "
             "openings are then less exact; deinterlace it first"
+        )
+    if info.clock != "file" and info.frames > 1:
+        why = "its stream states that" if info.clock == "stream" else "no rate is stated"
+        lines.append(
+            f"the file holds no times: {info.rate:g} frames a second are assumed, as {why}; if "
+            "that is wrong, put it in MP4 at the right rate (ffmpeg -r RATE -i IN -crf 16 OUT.mp4)"
+        )
+    if info.askew:
+        lines.append(
+            "the video is to be shown at an angle that is no quarter turn: it is read at the "
+            "nearest; turn it upright and export it first"
         )
     if abs(info.sound) >= _HEARD:
         lines.append(sound_line(info.sound, "a run's times"))

@@ -19,6 +19,7 @@ from heads import seen_at
 from runs import write_kind
 
 from abs_engine.cli import main
+from abs_engine.cli.command import Done
 from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome, run_names
 from abs_engine.clips.many import DEATHS, GIVEN_UP, _outcome, _Watched, track_many
@@ -281,6 +282,15 @@ def test_the_same_again_keeps_what_is_done(tracked, capsys):
 
 
 @pytest.mark.slow
+def test_pictures_are_said_to_be_clips_of_their_own(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("abs_engine.cli.commands.track.track_clips", lambda *_: Done([], {"a": 1}))
+    line = "each picture is tracked as a clip of its own"
+    assert main(["track", "a.png", "b.PNG", "-o", str(tmp_path / "runs")]) == 0
+    assert line in capsys.readouterr().out
+    assert main(["track", "a.png", "b.mp4", "-o", str(tmp_path / "runs")]) == 0
+    assert line not in capsys.readouterr().out
+
+
 def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, capsys):
     folder, words = tracked
     before = contents(folder / "runs")

@@ -10,13 +10,20 @@ import av
 import cv2
 import numpy as np
 import pytest
-from runs import drift, write_kind
+from av.sidedata.sidedata import Type
+from av.stream import Disposition
+from runs import drift, turned, write_kind
 
 from abs_engine.io.video import probe, read_frames
-from abs_engine.io.video.shown import shown, shown_size
+from abs_engine.io.video.shown import Turn, shown, shown_size
 from abs_engine.tracking.footage import footage_lines
 
 SIZE = (96, 80)
+
+
+def matrix(a, b, c, d):
+    """A display matrix as FFmpeg has it, see its libavutil/display.h."""
+    return struct.pack("=9i", *(round(v * 65536) for v in (a, b, 0, c, d, 0, 0, 0, 16384)))
 
 
 def write(path, pictures, aspect=None, options=None, sound=None, begins=0.0, heard=0.0):
@@ -64,14 +71,40 @@ def test_pixels_are_square(tmp_path, aspect, size):
 @pytest.mark.parametrize(("aspect", "size"), [(4 / 3, (128, 80)), (2 / 3, (96, 120))])
 def test_pixels_are_stretched_before_the_picture_is_turned(aspect, size):
     coded = cv2.GaussianBlur(drift(1)[0], (0, 0), 2)
-    frame = SimpleNamespace(height=80, width=96, rotation=90, to_ndarray=lambda format: coded)
+    held = {Type.DISPLAYMATRIX: matrix(0, -1, 1, 0)}  # a quarter turn counter-clockwise
+    frame = SimpleNamespace(height=80, width=96, side_data=held, to_ndarray=lambda format: coded)
     assert shown_size(frame, aspect) == size
     np.testing.assert_array_equal(shown(frame, aspect), np.rot90(cv2.resize(coded, size)))
 
 
 def test_stretched_pictures_have_even_sides():
-    frame = SimpleNamespace(height=480, width=720, rotation=0)
+    frame = SimpleNamespace(height=480, width=720, side_data={})
     assert shown_size(frame, 32 / 27) == (480, 854)
+
+
+@pytest.mark.parametrize(
+    ("angle", "turn", "askew"),
+    [
+        (0.0, 0, False), (0.5, 0, False), (10.0, 0, True), (80.0, -1, True), (90.4, -1, False),
+        (170.0, 2, True), (-90.0, 1, False),
+    ],
+)  # fmt: skip
+def test_another_angle_is_read_as_the_nearest_quarter_turn(angle, turn, askew):
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    found = Turn.of(SimpleNamespace(side_data={Type.DISPLAYMATRIX: matrix(c, s, -s, c)}))
+    picture = drift(1)[0]
+    np.testing.assert_array_equal(found(picture), np.rot90(picture, turn))
+    assert found.askew == askew
+
+
+def test_a_video_that_is_shown_askew_is_named(tmp_path):
+    path = write(tmp_path / "v.mp4", drift(3))
+    assert not probe(path).askew
+    c, s = np.cos(0.5), np.sin(0.5)
+    info = probe(turned(path, (c, s, -s, c)))
+    assert info.askew
+    (line,) = footage_lines(info)
+    assert "no quarter turn" in line
 
 
 def test_frames_that_an_edit_list_leaves_out_are_not_counted(tmp_path):
@@ -95,6 +128,61 @@ def test_interlaced_video_is_named(tmp_path):
     assert info.interlaced
     assert "deinterlace it first" in footage_lines(info)[0]
     assert not probe(write(tmp_path / "w.mp4", drift(4))).interlaced
+
+
+@pytest.mark.parametrize(
+    ("codec", "suffix", "rate", "clock"),
+    [
+        ("libx264", "h264", 50, "stream"), ("mpeg2video", "m2v", 50, "stream"),
+        ("mjpeg", "mjpeg", 25, "nothing"),
+    ],
+)  # fmt: skip
+def test_a_raw_stream_has_the_rate_that_it_states(tmp_path, codec, suffix, rate, clock):
+    info = probe(write_kind(tmp_path / f"v.{suffix}", codec, drift(10), rate=50))
+    assert (info.rate, info.frames, info.times, info.clock) == (rate, 10, (), clock)
+    (line,) = footage_lines(info)
+    assert line.startswith(f"the file holds no times: {rate} frames a second are assumed")
+    assert ("its stream states that" in line) == (clock == "stream")
+
+
+def test_a_file_that_holds_times_is_not_named(tmp_path):
+    info = probe(write_kind(tmp_path / "v.mp4", "libx264", drift(10), rate=50))
+    assert (info.rate, info.clock) == (50, "file")
+    assert footage_lines(info) == []
+
+
+def write_two(path, default):
+    """A small and a large video in one file, and whether each is its default."""
+    with av.open(str(path), "w") as container:
+        streams = [container.add_stream("libx264", rate=25) for _ in range(2)]
+        for stream, size, chosen in zip(streams, ((48, 40), SIZE), default, strict=True):
+            stream.width, stream.height = size
+            stream.pix_fmt = "yuv420p"
+            stream.disposition = Disposition.default if chosen else Disposition(0)
+        for picture in drift(5):
+            for stream in streams:
+                small = cv2.resize(picture, (stream.width, stream.height))
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(small, format="rgb24")))
+        for stream in streams:
+            container.mux(stream.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("default", "size"),
+    [
+        ((False, False), SIZE), ((True, True), SIZE), ((False, True), SIZE),
+        ((True, False), (48, 40)),
+    ],
+)  # fmt: skip
+def test_of_several_videos_the_default_or_the_largest_is_read(tmp_path, default, size):
+    path = write_two(tmp_path / "v.mkv", default)
+    info = probe(path)
+    assert (info.size, info.frames, info.streams) == (size, 5, 2)
+    assert {frame.shape for frame in read_frames(path)} == {(size[1], size[0], 3)}
+    (line,) = footage_lines(info)
+    assert line.startswith("the file holds 2 videos")
+    assert f"here {size[0]}x{size[1]} pixels" in line
 
 
 @pytest.mark.parametrize("kind", ["mp4", "mkv"])

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import struct
 from pathlib import Path
 
 import av
 import numpy as np
 import pytest
 from av.stream import Disposition
-from runs import drift, noise, write_broken, write_kind, write_noise
+from runs import drift, noise, turned, write_broken, write_kind, write_noise
 
 from abs_engine.core.errors import InputFileError, VideoError
 from abs_engine.io.video import VideoWriter, probe, read_frames
@@ -52,6 +51,16 @@ class TestWrongFiles:
     def test_a_folder(self, read, tmp_path):
         with pytest.raises(InputFileError, match="is a folder"):
             read(tmp_path)
+
+    @pytest.mark.parametrize(
+        ("name", "options"),
+        [("", r"-pattern_type glob -i '.*/\*\.png'"), ("%04d.png", r"-i '.*%04d\.png'")],
+    )
+    def test_a_sequence_of_pictures(self, read, name, options, tmp_path):
+        (tmp_path / "0001.png").touch()
+        with pytest.raises(InputFileError, match="sequences of pictures are not read") as caught:
+            read(tmp_path / name)
+        assert re.search(f"ffmpeg -framerate RATE {options} -crf 16", str(caught.value))
 
     def test_a_file_in_place_of_a_folder(self, read, tmp_path):
         (tmp_path / "file").touch()
@@ -183,16 +192,6 @@ def test_a_recording_may_begin_between_key_frames(tmp_path):
     probe(path)
 
 
-def turned(path: Path, matrix: tuple[int, int, int, int]) -> Path:
-    """An MP4 with another a, b, c, d in its track header's matrix, see ISO/IEC 14496-12, 8.3.2."""
-    content = bytearray(path.read_bytes())
-    at = content.index(b"tkhd") + 4 + 40
-    for place, value in zip((0, 1, 3, 4), matrix, strict=True):
-        struct.pack_into(">i", content, at + 4 * place, value * 65536)
-    path.write_bytes(content)
-    return path
-
-
 @pytest.mark.parametrize(
     ("matrix", "size", "corner"),
     [
@@ -200,9 +199,13 @@ def turned(path: Path, matrix: tuple[int, int, int, int]) -> Path:
         ((0, 1, -1, 0), (64, 96), (0, -1)),  # shown a quarter turn clockwise: its top is right
         ((-1, 0, 0, -1), (96, 64), (-1, -1)),
         ((0, -1, 1, 0), (64, 96), (-1, 0)),  # counter-clockwise: its top is left
+        ((-1, 0, 0, 1), (96, 64), (0, -1)),  # mirrored, as some front cameras record
+        ((1, 0, 0, -1), (96, 64), (-1, 0)),
+        ((0, 1, 1, 0), (64, 96), (0, 0)),  # mirrored about a diagonal
+        ((0, -1, -1, 0), (64, 96), (-1, -1)),
     ],
 )
-def test_a_phone_held_upright_gives_upright_frames(tmp_path, matrix, size, corner):
+def test_frames_are_turned_and_mirrored_as_they_are_shown(tmp_path, matrix, size, corner):
     picture = np.zeros((64, 96, 3), np.uint8)
     picture[:16, :24] = 255  # white at the top left
     with VideoWriter(tmp_path / "v.mp4", (96, 64), 25.0) as writer:

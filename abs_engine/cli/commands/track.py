@@ -10,7 +10,7 @@ from abs_engine.cli.clips import are_many, track_clips
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened, print_hints
 from abs_engine.cli.given_files import check_files
-from abs_engine.cli.progress import Progress
+from abs_engine.cli.progress import Progress, say
 from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.summary import summary_lines
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
@@ -162,11 +162,17 @@ def track(chosen: Chosen) -> Done:
 
 
 def _many(chosen: Chosen) -> Done:
+    from abs_engine.io.video.stills import as_video, is_still
     from abs_engine.tracking.option_checks import check_choices
 
     options = _options(chosen)
     check_choices(options)  # what cannot be for any of them
     check_files(options)
+    if len(chosen.videos) > 1 and all(map(is_still, chosen.videos)):
+        say(
+            "each picture is tracked as a clip of its own; if they are the frames of one, "
+            + as_video("-pattern_type glob -i '*.png'")
+        )
     return track_clips(track, chosen, options)
 
 

@@ -12,11 +12,13 @@ import av.error
 
 from abs_engine.core.errors import VideoError
 from abs_engine.io.video.ending import Ending, broken_off
-from abs_engine.io.video.shown import pixel_aspect, shown, shown_size
-from abs_engine.io.video.source import open_video, picture_stream
+from abs_engine.io.video.shown import Turn, pixel_aspect, shown, shown_size
+from abs_engine.io.video.source import moving_streams, open_video, picture_stream
 from abs_engine.io.video.writer import Frame
 
 _LONGEST_TAIL = 1000  # packets; with rarer key frames only `read_frames` judges the last frames
+
+_TIMELESS = 0x80  # AVFMT_NOTIMESTAMPS of FFmpeg's libavformat/avformat.h; PyAV types it wrongly
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class VideoInfo:
     Parameters
     ----------
     size : tuple of int
-        Width and height in square pixels, as shown: a phone's rotation is applied.
+        Width and height in square pixels, as shown: turned and mirrored as the file has it.
     rate : float
         Frames per second, on average.
     frames : int
@@ -38,6 +40,13 @@ class VideoInfo:
     sound : float
         When the sound begins, seconds from the first frame; 0 without sound, or where the file does
         not say.
+    askew : bool
+        Whether the file asks for its pictures to be shown at an angle that is no quarter turn.
+    clock : str
+        What `rate` rests on: "file"; or, in a raw stream, whose file holds no times, "stream", the
+        rate that it states, or "nothing", 25 for want of one.
+    streams : int
+        Number of videos in the file; one is read, see `picture_stream`.
     """
 
     size: tuple[int, int]
@@ -46,6 +55,9 @@ class VideoInfo:
     times: tuple[float, ...] = ()
     interlaced: bool = False
     sound: float = 0.0
+    askew: bool = False
+    clock: str = "file"
+    streams: int = 1
 
 
 def probe(path: Path) -> VideoInfo:
@@ -63,10 +75,23 @@ def probe(path: Path) -> VideoInfo:
     with open_video(path) as container:
         stream = picture_stream(container)
         begins, times, count = _survey(path, container, stream)
-        guessed = float(stream.average_rate or stream.guessed_rate or 0)
-        sound = _sound(container, begins)
-    rate = _rate(times, guessed)
-    return VideoInfo((width, height), rate, count, times, first.interlaced_frame, sound)
+        stated = float(stream.average_rate or stream.guessed_rate or 0)
+        clock = "file"
+        if container.format.flags & _TIMELESS:  # what there is, FFmpeg made up
+            stated = float(stream.codec_context.framerate or 0)
+            begins, times, clock = None, (), "stream" if stated else "nothing"
+        sound, streams = _sound(container, begins), len(moving_streams(container))
+    return VideoInfo(
+        size=(width, height),
+        rate=_rate(times, stated),
+        frames=count,
+        times=times,
+        interlaced=first.interlaced_frame,
+        sound=sound,
+        askew=Turn.of(first).askew,
+        clock=clock,
+        streams=streams,
+    )
 
 
 def read_frames(path: Path) -> Iterator[Frame]:

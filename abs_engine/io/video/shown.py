@@ -2,14 +2,59 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import av
 import cv2
 import numpy as np
+from av.sidedata.sidedata import Type
 
 from abs_engine.io.video.writer import Frame
 
 _SQUARE = 0.01  # pixels that are so nearly square are
 _LONGEST = 3.0  # a longer pixel is a mistake in the file
+_ASKEW = 0.02  # of the longest entry of a matrix; a degree is no quarter turn
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A quarter turn, a mirroring, or both, by which a picture is shown.
+
+    Parameters
+    ----------
+    swapped : bool
+        Whether rows are shown as columns; that comes first.
+    mirrored, flipped : bool
+        Whether left and right, top and bottom change places.
+    askew : bool
+        Whether the file asks for another angle, or a slant; this is then the nearest turn.
+    """
+
+    swapped: bool = False
+    mirrored: bool = False
+    flipped: bool = False
+    askew: bool = False
+
+    @staticmethod
+    def of(frame: av.VideoFrame) -> Turn:
+        """The turn of a frame's display matrix; none where it has no matrix."""
+        beside: Any = frame.side_data  # PyAV's types know of motion vectors alone
+        if Type.DISPLAYMATRIX not in beside:
+            return Turn()
+        matrix = np.frombuffer(bytes(beside[Type.DISPLAYMATRIX]), np.int32).reshape(3, 3)
+        # x' = a x + c y, y' = b x + d y, with x to the right and y down
+        (a, b), (c, d) = matrix[:2, :2].astype(float)
+        swapped = bool(abs(b) + abs(c) > abs(a) + abs(d))
+        across, down = (c, b) if swapped else (a, d)
+        rest = (a, d) if swapped else (b, c)
+        askew = max(map(abs, rest)) > _ASKEW * max(abs(across), abs(down))
+        return Turn(swapped, bool(across < 0), bool(down < 0), bool(askew))
+
+    def __call__(self, picture: Frame) -> Frame:
+        """A picture (H, W, 3) as it is shown, a view of it."""
+        placed = picture.swapaxes(0, 1) if self.swapped else picture
+        return placed[:: -1 if self.flipped else 1, :: -1 if self.mirrored else 1]
 
 
 def pixel_aspect(stream: av.VideoStream) -> float:
@@ -22,16 +67,16 @@ def pixel_aspect(stream: av.VideoStream) -> float:
 def shown_size(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
     """Height and width of a frame as shown: stretched along the longer side of its pixels."""
     height, width = _stretched(frame, aspect)
-    return (height, width) if _quarter_turns(frame) % 2 == 0 else (width, height)
+    return (width, height) if Turn.of(frame).swapped else (height, width)
 
 
 def shown(frame: av.VideoFrame, aspect: float) -> Frame:
     """A frame as shown, (H, W, 3) uint8 RGB; no row or column of what was coded is left out."""
-    picture = frame.to_ndarray(format="rgb24")
+    picture = np.asarray(frame.to_ndarray(format="rgb24"), np.uint8)
     height, width = _stretched(frame, aspect)
     if picture.shape[:2] != (height, width):
         picture = np.asarray(cv2.resize(picture, (width, height)), np.uint8)
-    return np.ascontiguousarray(np.rot90(picture, _quarter_turns(frame)), np.uint8)
+    return np.ascontiguousarray(Turn.of(frame)(picture), np.uint8)
 
 
 def _stretched(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
@@ -39,8 +84,3 @@ def _stretched(frame: av.VideoFrame, aspect: float) -> tuple[int, int]:
     if aspect > 1:
         return frame.height, 2 * round(frame.width * aspect / 2)
     return (2 * round(frame.height / aspect / 2) if aspect < 1 else frame.height), frame.width
-
-
-def _quarter_turns(frame: av.VideoFrame) -> int:
-    """Counter-clockwise, as the file's display matrix has it."""
-    return round(frame.rotation / 90) % 4

@@ -12,6 +12,7 @@ from av.stream import Disposition
 
 from abs_engine.core.errors import InputFileError, VideoError
 from abs_engine.io.pictures import MOST_PIXELS
+from abs_engine.io.video.stills import as_video, sequence_of
 from abs_engine.io.video.truncation import is_torn
 
 _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal
@@ -45,13 +46,17 @@ def open_video(path: Path) -> av.container.InputContainer:
 
 
 def picture_stream(container: av.container.InputContainer) -> av.VideoStream:
-    """The stream that is read: the first that is not the cover picture of a sound file."""
-    return _moving(container)[0]
+    """The stream that is read, and that players show: the file's default, else the largest.
+
+    Cover pictures of sound files do not count, nor does what cannot be decoded.
+    """
+    return max(moving_streams(container), key=_preference)  # the first of those that are alike
 
 
 def check_readable(path: Path) -> None:
     """Raise `InputFileError` if the path is no file with something in it that may be read."""
     try:
+        _check_no_sequence(path)
         found = os.stat(path)
         if stat.S_ISDIR(found.st_mode):
             raise InputFileError(f"{path} is a folder", "give the video file in it")
@@ -69,18 +74,33 @@ def check_readable(path: Path) -> None:
         raise InputFileError(f"{path} is empty", "copy or export the video again")
 
 
-def _moving(container: av.container.InputContainer) -> list[av.VideoStream]:
+def _check_no_sequence(path: Path) -> None:
+    sequence = sequence_of(path)
+    if sequence and not path.is_file():
+        raise InputFileError(
+            f"{path} names pictures, and sequences of pictures are not read", as_video(sequence)
+        )
+
+
+def moving_streams(container: av.container.InputContainer) -> list[av.VideoStream]:
+    """All that are video, and no cover picture."""
     return [s for s in container.streams.video if not s.disposition & Disposition.attached_pic]
+
+
+def _preference(stream: av.VideoStream) -> tuple[bool, bool, int]:
+    context = getattr(stream, "codec_context", None)  # None where no decoder is known
+    if context is None:
+        return False, False, 0
+    return True, bool(stream.disposition & Disposition.default), context.width * context.height
 
 
 def _unusable(container: av.container.InputContainer) -> str:
     """Reason why nothing can be read, empty where it can."""
     if container.format.name in _NOT_VIDEO:
         return "is not a video"
-    streams = _moving(container)
-    if not streams:
+    if not moving_streams(container):
         return "has no video stream"
-    context = getattr(streams[0], "codec_context", None)  # None where no decoder is known
+    context = getattr(picture_stream(container), "codec_context", None)
     if context is None:
         return "is coded in a way that is not known here"
     if context.width * context.height > MOST_PIXELS:
