@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
-from abs_engine.fit.evidence import own
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.tracking import beforehand, landmark_jacobian
