@@ -5,6 +5,8 @@ from __future__ import annotations
 import traceback
 from pathlib import Path
 
+from abs_engine.core.errors import PluginError
+
 FAILURES = Exception, SystemExit
 """What a plugin may raise: one that ends the program has failed, too."""
 _ENGINE = str(Path(__file__).resolve().parents[1])
@@ -33,3 +35,8 @@ def reason(error: BaseException, file: Path | None = None) -> str:
     lines = [frame.lineno for frame in entered if frame.filename == theirs]
     where = f" in {Path(theirs).name}, line {lines[-1]}" if lines else ""
     return f"({named(error)}){where}"
+
+
+def failure(what: str, error: BaseException) -> PluginError:
+    """Message about a plugin's part that raises an error."""
+    return PluginError(f"{what} fails {reason(error)}", "correct its plugin")

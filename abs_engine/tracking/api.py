@@ -20,6 +20,7 @@ from abs_engine.core.threads import closed_after
 from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
+from abs_engine.render.trial import check_renderer
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.option_kinds import check_kinds
 from abs_engine.tracking.options import ClipTracker, TrackOptions
@@ -276,6 +277,7 @@ def _opened(renderer: str | Renderer) -> Iterator[Renderer]:
     if not isinstance(renderer, str):
         if not hasattr(renderer, "draw"):
             raise ParameterError(f"renderer is {renderer!r}", "give a name, or an open renderer")
+        check_renderer(type(renderer).__name__, renderer)
         yield renderer
         return
     with open_renderer(renderer) as opened:

@@ -12,7 +12,10 @@ from heads import seen_at
 from runs import write_kind
 
 import abs_engine
-from abs_engine.core.errors import InputFileError, OutputError, ParameterError
+from abs_engine.core.errors import InputFileError, OutputError, ParameterError, PluginError
+from abs_engine.core.registry import DRIVERS
+from abs_engine.optimise.base import Solution
+from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking import loop
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
@@ -117,3 +120,16 @@ def test_what_is_no_path_of_a_video(video):
 def test_a_video_that_is_not_there():
     with pytest.raises(InputFileError, match=r"nowhere\.mp4 does not exist"):
         abs_engine.track("nowhere.mp4")
+
+
+def test_a_driver_that_says_a_better_value_than_it_found_is_refused(video):
+    class Boasting:
+        def minimise(self, objective, start, spec):
+            return Solution(start, "stayed", -1e9, {}, 1)
+
+    DRIVERS.add("boasting", Driver(Boasting))
+    try:
+        with pytest.raises(PluginError, match=r"'Boasting' returns the value -1e\+09"):
+            abs_engine.track(video, renderer="cpu", driver="boasting")
+    finally:
+        DRIVERS._added.pop("boasting")
