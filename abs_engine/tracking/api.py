@@ -29,6 +29,7 @@ from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_table import OF_LIPS
+from abs_engine.tracking.smoothing import Smoothing
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -55,6 +56,9 @@ class Run:
         Columns of the table.
     rows : list of list
         The table, a row for each frame.
+    smoothed : dict of str to (T,) float64
+        The measures by the filter that ``smooth`` asked for, as ``smoothed.csv`` has them; empty
+        without one. All else is as it was found.
     """
 
     arrays: dict[str, Any]
@@ -63,6 +67,7 @@ class Run:
     settings: dict[str, Any]
     names: tuple[str, ...] = ()
     rows: list[list[Any]] = field(default_factory=list)
+    smoothed: dict[str, FloatArray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Return a line that names the video and counts the frames."""
@@ -234,7 +239,7 @@ def track(
             return _run(tracker, chosen, progress)
 
         def keep(tracker: ClipTracker, recorder: Recorder) -> None:
-            collected.append(_of(recorder, settings_of(tracker, chosen)))
+            collected.append(_of(recorder, tracker, chosen))
 
         track_video(path, Path(output), drawn, chosen, progress, stage=stage, recorded=keep)
         return collected[0]
@@ -247,13 +252,16 @@ def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) 
             recorder.add(result)
             if progress is not None:
                 progress(len(recorder), max(frames, len(recorder)) if frames else 0)
-    return _of(recorder, settings_of(tracker, chosen))
+    return _of(recorder, tracker, chosen)
 
 
-def _of(recorder: Recorder, settings: dict[str, Any]) -> Run:
-    heading, *rows = recorder.table()
+def _of(recorder: Recorder, tracker: ClipTracker, chosen: TrackOptions) -> Run:
+    (heading, *rows), arrays = recorder.table(), recorder.arrays()
+    smooth = chosen.smooth
+    smoothed = {} if smooth is None else Smoothing.named(smooth).measures(arrays)
+    settings = settings_of(tracker, chosen)
     return Run(
-        recorder.arrays(), recorder.mesh(), recorder.summary(), settings, tuple(heading), rows
+        arrays, recorder.mesh(), recorder.summary(), settings, tuple(heading), rows, smoothed
     )
 
 

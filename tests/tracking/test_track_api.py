@@ -122,6 +122,22 @@ def test_a_video_that_is_not_there():
         abs_engine.track("nowhere.mp4")
 
 
+def test_a_smoothed_run_has_its_curves_in_memory_as_on_disk(video, run, tmp_path):
+    filtered = {"renderer": "cpu", "terms": "colour", "smooth": "savitzky-golay:5"}
+    bare = abs_engine.track(video, **filtered)
+    written = abs_engine.track(video, tmp_path / "run", **filtered)
+    assert not np.allclose(bare.smoothed["aperture"], run.aperture)
+    np.testing.assert_array_equal(bare.aperture, run.aperture)
+    with (tmp_path / "run" / "smoothed.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["index", "time", *bare.smoothed]
+    on_disk = [float(row["aperture"]) for row in rows]
+    np.testing.assert_allclose(on_disk, bare.smoothed["aperture"], atol=1e-3)
+    for name, curve in bare.smoothed.items():
+        np.testing.assert_array_equal(curve, written.smoothed[name])
+    assert run.smoothed == {}
+
+
 def test_a_driver_that_says_a_better_value_than_it_found_is_refused(video):
     class Boasting:
         def minimise(self, objective, start, spec):
