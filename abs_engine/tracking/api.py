@@ -34,6 +34,7 @@ from abs_engine.tracking.smoothing import Smoothing
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+_INTERNAL = ("model_file",)  # follows from `model`
 _PATHS = ("speaker", "colours", "physics", "poses")
 
 
@@ -268,7 +269,7 @@ def _of(recorder: Recorder, tracker: ClipTracker, chosen: TrackOptions) -> Run:
 def _options(
     given: dict[str, Any], camera: str | Path | Camera | None, terms: str | Sequence[str] | None
 ) -> TrackOptions:
-    known = [one.name for one in fields(TrackOptions)]
+    known = [one.name for one in fields(TrackOptions) if one.name not in _INTERNAL]
     for name in given:
         if name not in known:
             raise ParameterError(f"there is no option '{name}'", nearest(name, known))

@@ -99,6 +99,7 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
         ({"renderer": 5}, "renderer is 5; give a name, or an open renderer"),
         ({"poses": b"x"}, "give a path"),
         ({"output": 7}, "output is 7; give a path"),
+        ({"model_file": "/nope"}, "there is no option 'model_file'; did you mean 'model'?"),
         ({"modell": "head"}, "there is no option 'modell'; did you mean 'model'?"),
         ({"terms": "color"}, "there is no term 'color'; did you mean 'colour'?"),
         ({"renderer": "cppu"}, "there is no renderer 'cppu'; did you mean 'cpu'?"),
@@ -120,6 +121,13 @@ def test_what_is_no_path_of_a_video(video):
 def test_a_video_that_is_not_there():
     with pytest.raises(InputFileError, match=r"nowhere\.mp4 does not exist"):
         abs_engine.track("nowhere.mp4")
+
+
+def test_what_follows_from_an_option_is_not_offered(video):
+    with pytest.raises(ParameterError) as caught:
+        abs_engine.track(video, zzz=1)
+    assert "choose one of" in str(caught.value)
+    assert "model_file" not in str(caught.value)
 
 
 def test_a_smoothed_run_has_its_curves_in_memory_as_on_disk(video, run, tmp_path):
