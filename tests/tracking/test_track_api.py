@@ -123,6 +123,17 @@ def test_a_video_that_is_not_there():
         abs_engine.track("nowhere.mp4")
 
 
+def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
+    kept = abs_engine.track(video, tmp_path / "run", renderer="cpu", evidence="landmarks")
+    for name in ("run", "run/results.npz"):
+        np.testing.assert_array_equal(abs_engine.load_run(tmp_path / name)["time"], kept.time)
+    for name in ("run", "run/mesh.npz"):
+        read = abs_engine.load_mesh(tmp_path / name)
+        assert repr(read).startswith(f"<RunMesh of {len(OPEN)} frames: {len(read.mean)} vertices, ")
+    with pytest.raises(InputFileError, match=r"nowhere is not a run: results\.npz is missing"):
+        abs_engine.load_run(tmp_path / "nowhere" / "results.npz")
+
+
 def test_what_follows_from_an_option_is_not_offered(video):
     with pytest.raises(ParameterError) as caught:
         abs_engine.track(video, zzz=1)
