@@ -49,8 +49,9 @@ if TYPE_CHECKING:
     from abs_engine.render.diagnose import diagnose
     from abs_engine.render.select import open_renderer
     from abs_engine.report.demo import film_clip, run_demo
-    from abs_engine.report.gathering import write_report
+    from abs_engine.report.gathering import ReportOptions, write_report
     from abs_engine.studio.filming import film_scene
+    from abs_engine.studio.scenefile import SceneFile, read_scene
     from abs_engine.tracking.api import Run, track
     from abs_engine.tracking.clip_setting import FrameResult
     from abs_engine.tracking.heads import prepare_head
@@ -99,7 +100,10 @@ _HOME = {
     "Dataset": "dataset",
     "load_dataset": "dataset",
     "check_dataset": "evaluate.check",
+    "SceneFile": "studio.scenefile",
+    "read_scene": "studio.scenefile",
     "film_scene": "studio.filming",
+    "ReportOptions": "report.gathering",
     "write_report": "report.gathering",
     "score": "evaluate.truth_report",
     # what can be chosen by name, and what one's own is made of
@@ -160,8 +164,10 @@ __all__ = [
     "Preset",
     "Problem",
     "Renderer",
+    "ReportOptions",
     "Run",
     "Scene",
+    "SceneFile",
     "Simplex",
     "Solution",
     "Speaker",
@@ -186,6 +192,7 @@ __all__ = [
     "prepare",
     "prepare_head",
     "read_corpus",
+    "read_scene",
     "run_bench",
     "run_demo",
     "score",

@@ -14,6 +14,7 @@ from abs_engine.clips.cluster import replace_lost
 from abs_engine.clips.job import FAILED, Job, Outcome
 from abs_engine.clips.worker import track_job
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.foreign import named
 from abs_engine.io.naming import partial_of
 from abs_engine.tracking.frame_journal import FRAMES
 
@@ -114,7 +115,7 @@ def _outcome(future: Future[Outcome], watched: _Watched, deaths: Counter[str]) -
         raise ParameterError("the scheduler is gone", "start one; the same command resumes")
     error = future.exception()
     if not isinstance(error, KilledWorker):
-        return Outcome(FAILED, " ".join(f"{type(error).__name__}: {error}".split()))
+        return Outcome(FAILED, named(error))
     died = error.allowed_failures + 1
     deaths[watched.job.name] += died
     watched.died(died)

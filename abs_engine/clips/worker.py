@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
+import traceback
+from pathlib import Path
 from typing import Any
 
 from abs_engine.clips.job import DONE, FAILED, Job, Outcome
 from abs_engine.core.errors import AbsEngineError, BusyOutputError, OutputError, SameOutputError
+from abs_engine.core.foreign import named
 from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.threads import keep_to_one_core
 from abs_engine.render.select import open_renderer
@@ -20,13 +23,19 @@ _PATIENCE = 1.0  # seconds between looks at a clip that another process works at
 
 
 def track_job(job: Job) -> Outcome:
-    """Track a clip, or go on where another worker was killed; what is there is kept."""
+    """Track a clip, or go on where another worker was killed; what is there is kept.
+
+    An error that nobody foresaw leaves its traceback beside the clip's run.
+    """
     with _ONE:
         keep_to_one_core()
         try:
+            _traceback_of(job).unlink(missing_ok=True)  # of an earlier try
             summary, seconds = _tracked(job)
         except AbsEngineError as error:
             return Outcome(FAILED, " ".join(str(error).split()))
+        except Exception as error:  # noqa: BLE001 - it is kept whole, and the other clips go on
+            return Outcome(FAILED, _kept(job, error))
     return Outcome(
         DONE,
         " ".join(" | ".join(summary.get("warnings", ())).split()),
@@ -35,6 +44,20 @@ def track_job(job: Job) -> Outcome:
         summary["closed_frames"],
         seconds,
     )
+
+
+def _traceback_of(job: Job) -> Path:
+    return job.folder.with_name(f"{job.name}.traceback.txt")
+
+
+def _kept(job: Job, error: Exception) -> str:
+    """Message about an error whose traceback is written beside the clip's run."""
+    path = _traceback_of(job)
+    try:
+        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError:  # as of a full disk, which may be the error itself
+        return named(error)
+    return f"{named(error)}; see {path.name} in the folder of runs"
 
 
 def _tracked(job: Job) -> tuple[dict[str, Any], float]:

@@ -15,6 +15,7 @@ from runpy import run_path
 from typing import Any
 
 from abs_engine.core.errors import AbsEngineError, InputFileError, ParameterError, PluginError
+from abs_engine.core.foreign import FAILURES, named, reason
 from abs_engine.core.kinds import TEXT, check_kind
 
 
@@ -110,16 +111,18 @@ def load_plugin(path: Path) -> None:
     InputFileError
         If there is no such file.
     PluginError
-        If it fails.
+        If it fails, or ends the program.
     """
+    if path.is_dir():
+        raise InputFileError(f"{path} is a folder", "give the Python file in it")
     if not path.is_file():
         raise InputFileError(f"{path} does not exist", "give a Python file")
     try:
         run_path(str(path), run_name=f"abs_engine_plugin_{path.stem}")
     except AbsEngineError:
         raise
-    except Exception as error:
-        raise PluginError(f"{path} cannot be run ({_why(error)})", "correct it") from error
+    except FAILURES as error:
+        raise PluginError(f"{path} cannot be run {reason(error, path)}", "correct it") from error
     PLUGINS.append(path)
 
 
@@ -129,18 +132,14 @@ def load_plugins(paths: Iterable[Path]) -> None:
         load_plugin(path)
 
 
-def _why(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
-
-
 def _loaded(kind: str, point: metadata.EntryPoint) -> Any:
     try:
         return point.load()
     except AbsEngineError:
         raise
-    except Exception as error:  # whatever a package does as it is imported
+    except FAILURES as error:  # whatever a package does as it is imported
         raise PluginError(
-            f"the {kind} '{point.name}' cannot be imported from {point.value} ({_why(error)})",
+            f"the {kind} '{point.name}' cannot be imported from {point.value} ({named(error)})",
             "correct or remove the package that brings it; the others work",
         ) from error
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.errors import AbsEngineError, ParameterError, PluginError
+from abs_engine.core.foreign import FAILURES, reason
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import added, catalogue
@@ -134,9 +135,9 @@ def _added_means(said: Estimate, truth: Truth) -> dict[str, Mean]:
             values = np.asarray(metric.measure(said, truth), np.float64)  # type: ignore[misc]
         except AbsEngineError:
             raise
-        except Exception as error:  # whatever a plugin does
+        except FAILURES as error:  # whatever a plugin does
             raise PluginError(
-                f"the metric '{metric.key}' fails on {said.name} ({type(error).__name__}: {error})",
+                f"the metric '{metric.key}' fails on {said.name} {reason(error)}",
                 "correct it; return NaN where there is nothing to measure",
             ) from error
         if values.shape != (len(truth),):

@@ -12,6 +12,7 @@ from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import AbsEngineError, TermError
+from abs_engine.core.foreign import FAILURES, own, reason
 from abs_engine.core.scene import Candidates, Scene
 
 
@@ -76,15 +77,9 @@ class Squared(Term, Protocol):
         ...
 
 
-def own(made: object) -> bool:
-    """Whether a class or function is the engine's, and no plugin's."""
-    return str(getattr(made, "__module__", "")).startswith("abs_engine.")
-
-
-def failed(name: str, error: Exception) -> TermError:
+def failed(name: str, error: BaseException) -> TermError:
     """Message about evidence that raises an error."""
-    said = " ".join(f"{type(error).__name__}: {error}".split())
-    return TermError(f"the evidence '{name}' fails ({said})", "correct its plugin")
+    return TermError(f"the evidence '{name}' fails {reason(error)}", "correct its plugin")
 
 
 _GIVEN = {"forces": "forces", "residuals": "rows", "borders": "borders"}
@@ -130,15 +125,17 @@ def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
         If that is not a finite number for each; or if a term that is not the engine's own fails.
     """
     try:
-        values = np.asarray(term.negative_log(candidates), np.float64)
-    except Exception as error:
+        values = np.asarray(term.negative_log(candidates))
+        values = values if np.iscomplexobj(values) else values.astype(np.float64, copy=False)
+    except FAILURES as error:
         if isinstance(error, AbsEngineError) or own(type(term)):
             raise
         raise failed(name, error) from error
-    if values.shape != (len(candidates),) or not np.isfinite(values).all():
+    whole = values.shape == (len(candidates),) and not np.iscomplexobj(values)
+    if not whole or not np.isfinite(values).all():
         raise TermError(
             f"the evidence '{name}' is not a finite number for each of the {len(candidates)} "
-            f"candidates (shape {values.shape})",
+            f"candidates (shape {values.shape}, {values.dtype})",
             "let negative_log return them, in nats",
         )
     return values

@@ -11,6 +11,7 @@ import numpy as np
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.blocks import POSTURE
 from abs_engine.core.params import ParamSpec
+from abs_engine.fit.answers import answer, polished
 from abs_engine.fit.problem import Problem
 from abs_engine.optimise.base import Solution
 
@@ -106,7 +107,8 @@ def averaged(problem: Problem, starts: FloatArray, driver: Minimiser, tried: int
 def several(problem: Problem, starts: FloatArray, driver: Minimiser, keep: int) -> list[Solution]:
     """Minimise from each of the best of some starts (K, N), which are compared in one batch."""
     order = np.argsort(problem.values(starts))[:keep]
-    return [driver.minimise(problem, starts[k], problem.spec) for k in order]
+    step, spec = driver.minimise, problem.spec
+    return [answer(driver, step, problem, starts[k], spec) for k in order]
 
 
 def search(
@@ -132,6 +134,11 @@ def search(
     Returns
     -------
     Found
+
+    Raises
+    ------
+    PluginError
+        If the driver of a plugin fails, or returns anything but a solution.
     """
     spent, spec = 0, problem.spec
     if len(starts) > 1:
@@ -139,13 +146,14 @@ def search(
     start = starts[0]
     if not isinstance(driver, Phased):
         own = _with_limit(driver, spent) if charged else driver
-        found = own.minimise(problem, start, spec)
+        found = answer(own, own.minimise, problem, start, spec)
         return Found(found.x, replace(found, n_evaluations=found.n_evaluations + spent))
     used = spent if charged else 0
-    found = driver.descend(problem, start, spec, driver.limit - used)
+    descend = driver.descend
+    found = answer(driver, descend, problem, start, spec, driver.limit - used)
     used += found.n_evaluations
     for beside in starts[1 : driver.starts]:
-        other = driver.descend(problem, beside, spec, driver.limit - used)
+        other = answer(driver, descend, problem, beside, spec, driver.limit - used)
         used += other.n_evaluations
         found = other if other.value < found.value else found
     restarted = False
@@ -157,11 +165,12 @@ def search(
             whole[:, problem.blocks.places[POSTURE]] = again.postures
             rows = problem.chosen(whole)
             first = rows[int(np.argmin(problem.values(rows)))]
-            other = driver.descend(problem, first, spec, room, free=True)
+            other = answer(driver, descend, problem, first, spec, room, free=True)
             used += len(again.postures) + other.n_evaluations
             found = other if other.value < found.value else found
     counted = replace(found, n_evaluations=used)
-    done = driver.polish(problem, counted, spec, start, driver.limit - used)
+    room = driver.limit - used
+    done = polished(driver, driver.polish, problem, counted, spec, start, room)
     extra = 0 if charged else spent
     return Found(done.x, replace(done, n_evaluations=done.n_evaluations + extra), restarted)
 

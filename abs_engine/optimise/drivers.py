@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from abs_engine.core.errors import PluginError
+from abs_engine.core.foreign import FAILURES, failure, own
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.derivative_free import DerivativeFree
@@ -31,15 +33,43 @@ class Driver:
         What the evidence must give: values alone, forces on the drawn surface, or residuals.
     settings : dict
         What `make` was given, for the record of a run.
+
+    Raises
+    ------
+    PluginError
+        If `make` cannot be called.
     """
 
     make: Callable[..., Any]
     needs: Need = "values"
     settings: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Refuse what is nothing to call."""
+        if not callable(self.make):
+            raise PluginError(
+                f"a Driver is made of {self.make!r}", "give it the class of a minimiser"
+            )
+
     def minimiser(self, **other: Any) -> Any:
-        """The minimiser, with other settings where they are given."""
-        return self.make(**{**self.settings, **other})
+        """The minimiser, with other settings where they are given.
+
+        Raises
+        ------
+        PluginError
+            If `make` is a plugin's and fails, or makes nothing that can minimise.
+        """
+        given = {**self.settings, **other}
+        if own(self.make):
+            return self.make(**given)
+        name = f"the driver '{getattr(self.make, '__name__', self.make)}'"
+        try:
+            made = self.make(**given)
+        except FAILURES as error:
+            raise failure(name, error) from error
+        if not callable(getattr(made, "minimise", None)):
+            raise PluginError(f"{name} makes a {type(made).__name__} without 'minimise'", "add it")
+        return made
 
 
 _USUAL = {"tolerance": SOLVING.tolerance, "limit": SOLVING.limit}

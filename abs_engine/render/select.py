@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import logging
+from contextlib import suppress
 from typing import Protocol
 
-from abs_engine.core.errors import OpenGLError, ParameterError
+from abs_engine.core.errors import AbsEngineError, OpenGLError, ParameterError, PluginError
+from abs_engine.core.foreign import FAILURES, failure
 from abs_engine.core.registry import RENDERERS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, NoOpenGLError
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.raster import OpenGLRenderer
+from abs_engine.render.trial import check_renderer
 
 NAMES = ("auto", "gl", *BACKENDS, "cpu")
 """What `open_renderer` takes."""
@@ -52,7 +55,7 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
     ParameterError
         If there is no such name.
     PluginError
-        If it is that of another package, and cannot be imported.
+        If it is that of another package, and cannot be imported, or draws no such buffers.
     """
     if name not in NAMES:
         return _registered(name)
@@ -72,7 +75,29 @@ def _registered(name: str) -> OpenRenderer:
     own = RENDERERS.names()
     if name not in own:
         raise ParameterError(f"there is no renderer '{name}'", nearest(name, [*NAMES, *own]))
-    opened: OpenRenderer = RENDERERS.get(name)()
+    opened = _made(name)
+    if not (hasattr(opened, "__enter__") and hasattr(opened, "__exit__")):
+        raise PluginError(
+            f"the renderer '{name}' cannot be used in a 'with' statement",
+            "give it __enter__, which returns it, and __exit__, which closes it",
+        )
+    try:
+        check_renderer(name, opened)
+    except AbsEngineError:
+        with suppress(*FAILURES):  # what was wrong first is what counts
+            opened.close()
+        raise
+    return opened
+
+
+def _made(name: str) -> OpenRenderer:
+    make = RENDERERS.get(name)
+    try:
+        opened: OpenRenderer = make()
+    except FAILURES as error:
+        if isinstance(error, AbsEngineError):
+            raise
+        raise failure(f"the renderer '{name}'", error) from error
     return opened
 
 

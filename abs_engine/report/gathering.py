@@ -78,10 +78,13 @@ class ReportOptions:
     speaker: Path | None = None
 
 
+DEFAULTS = ReportOptions()
+
+
 def write_report(
     results: Sequence[Path],
     output: Path,
-    options: ReportOptions,
+    options: ReportOptions = DEFAULTS,
     stage: Callable[[str], None] | None = None,
 ) -> None:
     """Write one HTML file that shows results side by side.

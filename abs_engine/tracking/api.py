@@ -20,6 +20,7 @@ from abs_engine.core.threads import closed_after
 from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
+from abs_engine.render.trial import check_renderer
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.option_kinds import check_kinds
 from abs_engine.tracking.options import ClipTracker, TrackOptions
@@ -28,10 +29,12 @@ from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.run import prepare, settings_of, track_video
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_table import OF_LIPS
+from abs_engine.tracking.smoothing import Smoothing
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+_INTERNAL = ("model_file",)  # follows from `model`
 _PATHS = ("speaker", "colours", "physics", "poses")
 
 
@@ -54,6 +57,9 @@ class Run:
         Columns of the table.
     rows : list of list
         The table, a row for each frame.
+    smoothed : dict of str to (T,) float64
+        The measures by the filter that ``smooth`` asked for, as ``smoothed.csv`` has them; empty
+        without one. All else is as it was found.
     """
 
     arrays: dict[str, Any]
@@ -62,6 +68,7 @@ class Run:
     settings: dict[str, Any]
     names: tuple[str, ...] = ()
     rows: list[list[Any]] = field(default_factory=list)
+    smoothed: dict[str, FloatArray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Return a line that names the video and counts the frames."""
@@ -233,7 +240,7 @@ def track(
             return _run(tracker, chosen, progress)
 
         def keep(tracker: ClipTracker, recorder: Recorder) -> None:
-            collected.append(_of(recorder, settings_of(tracker, chosen)))
+            collected.append(_of(recorder, tracker, chosen))
 
         track_video(path, Path(output), drawn, chosen, progress, stage=stage, recorded=keep)
         return collected[0]
@@ -246,20 +253,23 @@ def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) 
             recorder.add(result)
             if progress is not None:
                 progress(len(recorder), max(frames, len(recorder)) if frames else 0)
-    return _of(recorder, settings_of(tracker, chosen))
+    return _of(recorder, tracker, chosen)
 
 
-def _of(recorder: Recorder, settings: dict[str, Any]) -> Run:
-    heading, *rows = recorder.table()
+def _of(recorder: Recorder, tracker: ClipTracker, chosen: TrackOptions) -> Run:
+    (heading, *rows), arrays = recorder.table(), recorder.arrays()
+    smooth = chosen.smooth
+    smoothed = {} if smooth is None else Smoothing.named(smooth).measures(arrays)
+    settings = settings_of(tracker, chosen)
     return Run(
-        recorder.arrays(), recorder.mesh(), recorder.summary(), settings, tuple(heading), rows
+        arrays, recorder.mesh(), recorder.summary(), settings, tuple(heading), rows, smoothed
     )
 
 
 def _options(
     given: dict[str, Any], camera: str | Path | Camera | None, terms: str | Sequence[str] | None
 ) -> TrackOptions:
-    known = [one.name for one in fields(TrackOptions)]
+    known = [one.name for one in fields(TrackOptions) if one.name not in _INTERNAL]
     for name in given:
         if name not in known:
             raise ParameterError(f"there is no option '{name}'", nearest(name, known))
@@ -276,6 +286,7 @@ def _opened(renderer: str | Renderer) -> Iterator[Renderer]:
     if not isinstance(renderer, str):
         if not hasattr(renderer, "draw"):
             raise ParameterError(f"renderer is {renderer!r}", "give a name, or an open renderer")
+        check_renderer(type(renderer).__name__, renderer)
         yield renderer
         return
     with open_renderer(renderer) as opened:

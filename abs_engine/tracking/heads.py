@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.errors import FaceNotFoundError, MeshError
+from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import meanwhile
 from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
-from abs_engine.fit.evidence import own
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
 from abs_engine.tracking import beforehand, landmark_jacobian
@@ -77,11 +77,15 @@ def prepare_head(
         If too little of it is seen to learn its colours; from landmarks that is no reason.
     ParameterError
         If given poses do not fit the video, or the evidence or the driver not the head.
+    MeshError
+        If the head's vertices are not finite.
     TermError
         If a plugin's evidence fails on a drawing of the average head, or is not finite there.
     """
     leaves.check("head", ("colour",))
     speaker = load_speaker(options.speaker) if speaker is None else speaker
+    if not np.isfinite(speaker.vertices).all():  # of a plugin: files were checked
+        raise MeshError("the head's vertices hold NaN", "correct the model that makes it")
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
         Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
     if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):

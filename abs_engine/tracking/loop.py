@@ -14,6 +14,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.pose import at_base
 from abs_engine.core.threads import DEPTH, ahead, closed_after, one_thread, workers
 from abs_engine.face.base import Face
+from abs_engine.fit.answers import check_value
 from abs_engine.fit.belief import belief_of
 from abs_engine.fit.problem import Problem
 from abs_engine.fit.seal import sealed
@@ -253,6 +254,8 @@ def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> Frame
     alone = marks is not None and (marks.only or found.best.status == HELD)
     told_by = marks.alone if marks is not None and alone else problem
     value = problem(problem.chosen(x))
+    if not alone and np.array_equal(x, found.best.x):  # no mean of several ends
+        check_value(setting.driver, problem, found.best.value, value.value)
     lips, width, aperture = face.measures(problem.blocks.part(x, POSTURE))
     by_landmarks = float("nan")
     if marks is not None:

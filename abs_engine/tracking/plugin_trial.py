@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import AbsEngineError, TermError
+from abs_engine.core.foreign import own
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.core.pose import PoseFrame, at_base
 from abs_engine.core.scene import Candidates, Renderer
 from abs_engine.face.head import MouthModel
 from abs_engine.face.held_head import held_head
-from abs_engine.fit.evidence import Term, check_given, own, valued
+from abs_engine.fit.evidence import Term, check_given, valued
 from abs_engine.fit.head_frame import mouth_window
 from abs_engine.fit.terms import TermKind, bound
 from abs_engine.fit.view import View

@@ -230,7 +230,7 @@ _OF_TRACK = "give the folder that 'track -o' made"
 
 
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a run; see `Recorder.arrays`.
+    """Read the arrays of a run, from its folder or the file itself; see `Recorder.arrays`.
 
     Raises
     ------
@@ -240,6 +240,7 @@ def load_run(folder: Path) -> dict[str, NDArray[Any]]:
         If it has another format or version, or its arrays do not fit together.
     """
     folder = to_path("folder", folder)
+    folder = folder.parent if folder.name == RESULTS else folder
     path = folder / RESULTS
     if not path.is_file():
         runs = sorted(one.parent for one in folder.glob(f"*/{RESULTS}"))

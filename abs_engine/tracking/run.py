@@ -25,6 +25,7 @@ from abs_engine.tracking.frame_journal import FRAMES, FrameJournal, fingerprint
 from abs_engine.tracking.option_checks import DEFAULTS, check_options
 from abs_engine.tracking.options import Clip, ClipTracker, Leaves, Tell, TrackOptions
 from abs_engine.tracking.output import Progress, RunFacts, write_run
+from abs_engine.tracking.plugin_model import made_ready
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.presets import resolved
 from abs_engine.tracking.record import Recorder
@@ -61,7 +62,7 @@ def prepare(
     ParameterError
         If given poses do not fit the video, or what is chosen does not go together.
     PluginError
-        If what is chosen cannot be imported.
+        If what is chosen cannot be imported, or a plugin's model fails.
     """
     tell = stage or _silent
     tell("reading the video")
@@ -78,10 +79,10 @@ def clip_of(
 
 def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Tell) -> ClipTracker:
     """Find the face, and learn what is to be learned of it; see `prepare`."""
-    chosen, own = resolved(options)
+    chosen, model = resolved(options)
     leaves = Leaves.of(chosen)
     with one_thread():
-        made = own(clip, chosen, leaves, renderer, tell)
+        made = made_ready(model, clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}
     file = None if chosen.model_file is None else chosen.model_file.name
     facts = {

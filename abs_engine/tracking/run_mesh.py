@@ -24,7 +24,7 @@ _LAYOUT: Layout = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RunMesh:
     """The whole head of a run, as a linear shape with weights for each frame.
 
@@ -47,6 +47,13 @@ class RunMesh:
     faces: NDArray[np.int32]
     rest: NDArray[np.float32] | None = None
 
+    def __repr__(self) -> str:
+        """Return a line that counts what it has."""
+        return (
+            f"<RunMesh of {len(self)} frames: {len(self.mean)} vertices, {len(self.faces)} faces, "
+            f"{len(self.modes)} modes>"
+        )
+
     def __len__(self) -> int:
         """Return the number of frames, T."""
         return len(self.weights)
@@ -67,7 +74,7 @@ class RunMesh:
 
 
 def load_mesh(folder: Path) -> RunMesh:
-    """Read the mesh of a run.
+    """Read the mesh of a run, from its folder or the file itself.
 
     Raises
     ------
@@ -76,7 +83,9 @@ def load_mesh(folder: Path) -> RunMesh:
     ModelFormatError
         If it has another format or version, or its arrays are not those of a mesh.
     """
-    path = to_path("folder", folder) / MESH
+    folder = to_path("folder", folder)
+    folder = folder.parent if folder.name == MESH else folder
+    path = folder / MESH
     if not path.is_file():
         raise InputFileError(f"{folder} holds no {MESH}", "track the video again")
     return RunMesh(**read_npz(path, FORMAT, VERSION, _LAYOUT, "track the video again"))

@@ -204,6 +204,29 @@ def test_a_fault_of_ours_is_reported_as_it_is(tmp_path):
     assert outcome == Outcome(FAILED, "IndexError: of a list")
 
 
+def test_the_traceback_of_a_fault_of_ours_is_kept_until_the_next_try(tmp_path, monkeypatch):
+    def faulty(*_, **__):
+        return {}["lips"]
+
+    monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
+    monkeypatch.setattr("abs_engine.clips.worker.track_video", faulty)
+    (tmp_path / "runs").mkdir()
+    outcome = track_job(job(tmp_path))
+    assert outcome == Outcome(FAILED, "KeyError: 'lips'; see a.traceback.txt in the folder of runs")
+    kept = tmp_path / "runs" / "a.traceback.txt"
+    assert 'return {}["lips"]' in kept.read_text()
+    done = {"summary": {"frames": 1, "lost_frames": 0, "closed_frames": 0}}
+    monkeypatch.setattr("abs_engine.clips.worker.track_video", lambda *_, **__: done)
+    assert track_job(job(tmp_path)).status == "done"
+    assert not kept.exists()
+
+
+def test_a_fault_whose_traceback_cannot_be_kept_is_still_reported(tmp_path, monkeypatch):
+    monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
+    monkeypatch.setattr("abs_engine.clips.worker.track_video", lambda *_, **__: {}["lips"])
+    assert track_job(job(tmp_path)) == Outcome(FAILED, "KeyError: 'lips'")  # no such folder
+
+
 def test_a_worker_reports_a_clip_that_is_not_there(tmp_path, monkeypatch):
     monkeypatch.setattr("abs_engine.clips.worker.keep_to_one_core", lambda: None)
     outcome = track_job(job(tmp_path))

@@ -166,6 +166,30 @@ def test_a_file_that_adds_entries(tmp_path):
         load_plugin(own)
     with pytest.raises(InputFileError, match="does not exist"):
         load_plugin(tmp_path / "none.py")
+    with pytest.raises(InputFileError, match="is a folder; give the Python file in it"):
+        load_plugin(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("\n\nint('three')\n", r"own\.py cannot be run \(ValueError: .*\) in own\.py, line 3"),
+        ("\nraise SystemExit(3)\n", r"own\.py cannot be run \(SystemExit: 3\) in own\.py, line 2"),
+        ("def f(:\n", r"own\.py cannot be run \(SyntaxError: .*line 1\)\)"),
+    ],
+)
+def test_the_line_of_a_file_that_fails_is_named(tmp_path, fault, said):
+    own = tmp_path / "own.py"
+    own.write_text(fault)
+    with pytest.raises(PluginError, match=said):
+        load_plugin(own)
+
+
+@pytest.mark.parametrize("fault", [KeyError("lips"), SystemExit(3)])
+def test_the_line_of_evidence_that_fails_is_named(fault):
+    one = Candidates(np.zeros((1, 0)), np.eye(3)[None], np.zeros((1, 3)))
+    with pytest.raises(TermError, match=r"'odd' fails \(.*\) in test_registry\.py, line \d+;"):
+        valued("odd", Odd(fault), one)
 
 
 @pytest.mark.parametrize(
@@ -199,7 +223,7 @@ class Odd:
         self.values = values
 
     def negative_log(self, _candidates):
-        if isinstance(self.values, Exception):
+        if isinstance(self.values, BaseException):
             raise self.values
         return self.values
 
@@ -209,6 +233,7 @@ class Odd:
     [
         (np.full(2, np.nan), "'odd' is not a finite number for each of the 2"),
         (np.zeros((2, 2)), "shape (2, 2)"),
+        (np.zeros(2, complex), "shape (2,), complex128"),
         (ValueError("boom"), "'odd' fails (ValueError: boom)"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import subprocess
 import sys
@@ -33,6 +34,7 @@ def test_every_public_name_can_be_imported():
     ("load_truth", (3,), "path is 3; give a path"),
     ("check_dataset", (None,), "folder is None; give a path"),
     ("load_articulatory", (None,), "path is None; give a path"),
+    ("read_scene", (3,), "path is 3; give a path"),
     ("read_corpus", (None,), "path is None; give a path"),
     ("write_report", (["run"], "x.html", None), "options is None; give ReportOptions"),
 ])  # fmt: skip
@@ -42,6 +44,15 @@ def test_values_of_another_kind_are_refused_by_name(name, values, said, tmp_path
         getattr(abs_engine, name)(*values)
     assert str(caught.value) == said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_public_functions_take_is_public_too(tmp_path):
+    assert inspect.signature(abs_engine.write_report).parameters["options"].default == (
+        abs_engine.ReportOptions()
+    )
+    scene = tmp_path / "scene.toml"
+    scene.write_text('format = "abs_engine.scene"\nversion = 1\n')
+    assert isinstance(abs_engine.read_scene(scene), abs_engine.SceneFile)
 
 
 def test_importing_the_package_imports_nothing_heavy():

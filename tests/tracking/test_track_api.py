@@ -12,7 +12,10 @@ from heads import seen_at
 from runs import write_kind
 
 import abs_engine
-from abs_engine.core.errors import InputFileError, OutputError, ParameterError
+from abs_engine.core.errors import InputFileError, OutputError, ParameterError, PluginError
+from abs_engine.core.registry import DRIVERS
+from abs_engine.optimise.base import Solution
+from abs_engine.optimise.drivers import Driver
 from abs_engine.tracking import loop
 
 OPEN = (0.0, 0.12, 0.25, 0.35, 0.18)
@@ -96,6 +99,7 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
         ({"renderer": 5}, "renderer is 5; give a name, or an open renderer"),
         ({"poses": b"x"}, "give a path"),
         ({"output": 7}, "output is 7; give a path"),
+        ({"model_file": "/nope"}, "there is no option 'model_file'; did you mean 'model'?"),
         ({"modell": "head"}, "there is no option 'modell'; did you mean 'model'?"),
         ({"terms": "color"}, "there is no term 'color'; did you mean 'colour'?"),
         ({"renderer": "cppu"}, "there is no renderer 'cppu'; did you mean 'cpu'?"),
@@ -117,3 +121,50 @@ def test_what_is_no_path_of_a_video(video):
 def test_a_video_that_is_not_there():
     with pytest.raises(InputFileError, match=r"nowhere\.mp4 does not exist"):
         abs_engine.track("nowhere.mp4")
+
+
+def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
+    kept = abs_engine.track(video, tmp_path / "run", renderer="cpu", evidence="landmarks")
+    for name in ("run", "run/results.npz"):
+        np.testing.assert_array_equal(abs_engine.load_run(tmp_path / name)["time"], kept.time)
+    for name in ("run", "run/mesh.npz"):
+        read = abs_engine.load_mesh(tmp_path / name)
+        assert repr(read).startswith(f"<RunMesh of {len(OPEN)} frames: {len(read.mean)} vertices, ")
+    with pytest.raises(InputFileError, match=r"nowhere is not a run: results\.npz is missing"):
+        abs_engine.load_run(tmp_path / "nowhere" / "results.npz")
+
+
+def test_what_follows_from_an_option_is_not_offered(video):
+    with pytest.raises(ParameterError) as caught:
+        abs_engine.track(video, zzz=1)
+    assert "choose one of" in str(caught.value)
+    assert "model_file" not in str(caught.value)
+
+
+def test_a_smoothed_run_has_its_curves_in_memory_as_on_disk(video, run, tmp_path):
+    filtered = {"renderer": "cpu", "terms": "colour", "smooth": "savitzky-golay:5"}
+    bare = abs_engine.track(video, **filtered)
+    written = abs_engine.track(video, tmp_path / "run", **filtered)
+    assert not np.allclose(bare.smoothed["aperture"], run.aperture)
+    np.testing.assert_array_equal(bare.aperture, run.aperture)
+    with (tmp_path / "run" / "smoothed.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["index", "time", *bare.smoothed]
+    on_disk = [float(row["aperture"]) for row in rows]
+    np.testing.assert_allclose(on_disk, bare.smoothed["aperture"], atol=1e-3)
+    for name, curve in bare.smoothed.items():
+        np.testing.assert_array_equal(curve, written.smoothed[name])
+    assert run.smoothed == {}
+
+
+def test_a_driver_that_says_a_better_value_than_it_found_is_refused(video):
+    class Boasting:
+        def minimise(self, objective, start, spec):
+            return Solution(start, "stayed", -1e9, {}, 1)
+
+    DRIVERS.add("boasting", Driver(Boasting))
+    try:
+        with pytest.raises(PluginError, match=r"'Boasting' returns the value -1e\+09"):
+            abs_engine.track(video, renderer="cpu", driver="boasting")
+    finally:
+        DRIVERS._added.pop("boasting")

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
+from abs_engine.core.kinds import to_path
 from abs_engine.io.inputs import MOST, check_file, parse_toml
 from abs_engine.studio.scenefile.scene import FORMAT, VERSION, SceneFile
 
@@ -53,9 +54,10 @@ def read_scene(path: Path) -> SceneFile:
     ParameterError
         If a key is unknown (the nearest is named), missing, or has a wrong value.
     """
-    check_file(Path(path), "check the path of the scene file")
+    path = to_path("path", path)
+    check_file(path, "check the path of the scene file")
     try:
-        text = Path(path).read_bytes().decode("utf-8")
+        text = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise InputFileError(
             f"{path} cannot be read ({error.strerror})", "check the path of the scene file"

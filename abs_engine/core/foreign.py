@@ -1,0 +1,42 @@
+"""Code that is not the engine's: which that is, and what is said where it fails."""
+
+from __future__ import annotations
+
+import traceback
+from pathlib import Path
+
+from abs_engine.core.errors import PluginError
+
+FAILURES = Exception, SystemExit
+"""What a plugin may raise: one that ends the program has failed, too."""
+_ENGINE = str(Path(__file__).resolve().parents[1])
+
+
+def own(made: object) -> bool:
+    """Whether a class or function is the engine's, and no plugin's."""
+    return str(getattr(made, "__module__", "")).startswith("abs_engine.")
+
+
+def named(error: BaseException) -> str:
+    """An error by its kind and message, on one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def reason(error: BaseException, file: Path | None = None) -> str:
+    """An error by its kind and message, and the last line of a plugin's file that led to it.
+
+    The file is the first beside the engine's that was entered, unless it is given.
+    """
+    entered = [
+        frame for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith((_ENGINE, "<"))
+    ]  # fmt: skip
+    theirs = str(file) if file else entered[0].filename if entered else ""
+    lines = [frame.lineno for frame in entered if frame.filename == theirs]
+    where = f" in {Path(theirs).name}, line {lines[-1]}" if lines else ""
+    return f"({named(error)}){where}"
+
+
+def failure(what: str, error: BaseException) -> PluginError:
+    """Message about a plugin's part that raises an error."""
+    return PluginError(f"{what} fails {reason(error)}", "correct its plugin")

@@ -1,0 +1,51 @@
+"""A clip made ready by a model that may be a plugin's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from abs_engine.core.errors import AbsEngineError, PluginError
+from abs_engine.core.foreign import FAILURES, failure, own
+from abs_engine.core.scene import Renderer
+from abs_engine.tracking.options import (
+    Clip,
+    ClipTracker,
+    Leaves,
+    Model,
+    Prepare,
+    Tell,
+    TrackOptions,
+)
+
+
+def made_ready(
+    model: Prepare,
+    clip: Clip,
+    options: TrackOptions,
+    leaves: Leaves,
+    renderer: Renderer,
+    tell: Tell,
+) -> ClipTracker:
+    """A clip made ready by the model that `options` name.
+
+    Raises
+    ------
+    PluginError
+        If it is a plugin's and fails, or makes no tracker of a head whose vertices are finite.
+    """
+    if own(model.prepare if isinstance(model, Model) else model):
+        return model(clip, options, leaves, renderer, tell)
+    name = f"the model '{options.model}'"
+    try:
+        made: object = model(clip, options, leaves, renderer, tell)
+    except FAILURES as error:
+        if isinstance(error, AbsEngineError):
+            raise
+        raise failure(name, error) from error
+    if not isinstance(made, ClipTracker):
+        raise PluginError(
+            f"{name} returns a {type(made).__name__}", "return a ClipTracker, as prepare_head does"
+        )
+    if not np.isfinite(made.setting.face.body.mean).all():
+        raise PluginError(f"{name} makes a head whose vertices hold NaN", "correct its plugin")
+    return made
