@@ -19,6 +19,7 @@ def is_of(*kinds: type) -> Callable[[Any], bool]:
 
 
 TEXT: Kind = (is_of(str), "text")
+CALLED: Kind = (callable, "a function")
 PATH: Kind = (is_of(str, os.PathLike), "a path")
 
 

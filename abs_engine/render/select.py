@@ -8,6 +8,7 @@ from typing import Protocol
 
 from abs_engine.core.errors import AbsEngineError, OpenGLError, ParameterError, PluginError
 from abs_engine.core.foreign import FAILURES, failure
+from abs_engine.core.kinds import TEXT, check_kind
 from abs_engine.core.registry import RENDERERS, nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.render.context import BACKENDS, HIDE_VARIABLE, NoOpenGLError
@@ -33,13 +34,14 @@ class OpenRenderer(Renderer, Protocol):
         ...
 
 
-def open_renderer(name: str = "auto") -> OpenRenderer:
+def open_renderer(name: str | None = "auto") -> OpenRenderer:
     """Open a renderer.
 
     Parameters
     ----------
-    name : str
-        "auto": OpenGL, or the CPU rasteriser with a line in the log where no OpenGL loads.
+    name : str, optional
+        "auto", the default: OpenGL, or the CPU rasteriser with a line in the log where no OpenGL
+        loads.
         "gl": any OpenGL or an error. "egl-device", "egl-surfaceless", "osmesa": that backend or
         an error. "cpu": the CPU rasteriser. Or one of `core.registry.RENDERERS`.
 
@@ -57,6 +59,8 @@ def open_renderer(name: str = "auto") -> OpenRenderer:
     PluginError
         If it is that of another package, and cannot be imported, or draws no such buffers.
     """
+    name = "auto" if name is None else name
+    check_kind("renderer", name, TEXT)
     if name not in NAMES:
         return _registered(name)
     if name == "cpu":

@@ -188,7 +188,7 @@ def track(
     video: str | Path,
     output: str | Path | None = None,
     *,
-    renderer: str | Renderer = "auto",
+    renderer: str | Renderer | None = "auto",
     camera: str | Path | Camera | None = None,
     terms: str | Sequence[str] | None = None,
     progress: Progress | None = None,
@@ -202,7 +202,7 @@ def track(
     video : path
     output : path, optional
         Folder of a run, which must not exist; by default nothing is written.
-    renderer : str or Renderer
+    renderer : str or Renderer, optional
         A name, of which one is opened and closed again (see `open_renderer`), or an open one.
     camera : path or Camera, optional
         Its calibration, or a `camera.json`.
@@ -229,7 +229,8 @@ def track(
     >>> run = abs_engine.track("a.mpg")  # doctest: +SKIP
     >>> run.aperture.max()  # doctest: +SKIP
     """
-    check_kinds(options | {"video": video, "output": output, "camera": camera, "terms": terms})
+    named = {"video": video, "output": output, "camera": camera, "terms": terms}
+    check_kinds(options | named | {"progress": progress, "stage": stage})
     chosen = _options(options, camera, terms)
     path = Path(video)
     check_options(chosen, probe(path))
@@ -282,8 +283,8 @@ def _options(
 
 
 @contextmanager
-def _opened(renderer: str | Renderer) -> Iterator[Renderer]:
-    if not isinstance(renderer, str):
+def _opened(renderer: str | Renderer | None) -> Iterator[Renderer]:
+    if renderer is not None and not isinstance(renderer, str):
         if not hasattr(renderer, "draw"):
             raise ParameterError(f"renderer is {renderer!r}", "give a name, or an open renderer")
         check_renderer(type(renderer).__name__, renderer)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from abs_engine.core.camera import Camera
-from abs_engine.core.kinds import PATH, TEXT, Kind, check_kind, is_of
+from abs_engine.core.kinds import CALLED, PATH, TEXT, Kind, check_kind, is_of
 
 
 def _holds(values: Any, kind: type) -> bool:
@@ -30,6 +30,7 @@ _KINDS: dict[str, Kind] = {
         lambda box: _holds(box, Real) and len(box) == 4,
         "four numbers: left, top, width and height",
     ),
+    **dict.fromkeys(("progress", "stage"), CALLED),
     "worn": (is_of(bool, np.bool_), "True or False"),
 }
 

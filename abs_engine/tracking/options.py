@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -96,7 +96,10 @@ class TrackOptions:
     smooth: str | None = None
 
     def __post_init__(self) -> None:
-        """Take "colour+texture" for ("colour", "texture")."""
+        """Take "colour+texture" for ("colour", "texture"), and None for the default."""
+        for one in fields(self):
+            if getattr(self, one.name) is None:
+                object.__setattr__(self, one.name, one.default)
         given: Any = self.terms
         if isinstance(given, str):
             given = tuple(part.strip() for part in given.split("+") if part.strip())

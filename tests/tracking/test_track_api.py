@@ -100,6 +100,8 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
         ({"poses": b"x"}, "give a path"),
         ({"output": 7}, "output is 7; give a path"),
         ({"model_file": "/nope"}, "there is no option 'model_file'; did you mean 'model'?"),
+        ({"progress": 3}, "progress is 3; give a function"),
+        ({"stage": 3}, "stage is 3; give a function"),
         ({"modell": "head"}, "there is no option 'modell'; did you mean 'model'?"),
         ({"terms": "color"}, "there is no term 'color'; did you mean 'colour'?"),
         ({"renderer": "cppu"}, "there is no renderer 'cppu'; did you mean 'cpu'?"),
@@ -132,6 +134,15 @@ def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
         assert repr(read).startswith(f"<RunMesh of {len(OPEN)} frames: {len(read.mean)} vertices, ")
     with pytest.raises(InputFileError, match=r"nowhere is not a run: results\.npz is missing"):
         abs_engine.load_run(tmp_path / "nowhere" / "results.npz")
+
+
+def test_none_is_the_default(video, run):
+    same = abs_engine.track(
+        video, renderer="cpu", terms="colour", evidence=None, progress=None, worn=None, face=None
+    )
+    np.testing.assert_array_equal(same.aperture, run.aperture)
+    with abs_engine.open_renderer(None) as usual, abs_engine.open_renderer() as auto:
+        assert usual.description == auto.description
 
 
 def test_what_follows_from_an_option_is_not_offered(video):
