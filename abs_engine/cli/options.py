@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,21 +15,41 @@ from abs_engine.core.registry import RENDERERS, Registry, nearest
 
 STDOUT = Path("-")
 DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. cpu is the fastest for track"
-PATH = click.Path(path_type=Path)
+_ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://", re.IGNORECASE)
 
 
-class _Input(click.Path):
+def at_home(path: str | Path) -> Path:
+    """A path whose ~ or ~NAME is that home, where there is one: a shell leaves a quoted ~ alone."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        return Path(path)
+
+
+class _Path(click.Path):
+    """A file or folder, which need not be there."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Its path."""
+        if _ADDRESS.match(str(value)):
+            raise InputFileError(
+                f"{value} is an address, and files are read", "download it, and give the file"
+            )
+        return at_home(value)
+
+
+class _Input(_Path):
     """A file or folder that is there; whatever else is wrong with it is seen as it is read."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Its path."""
-        path = Path(value)
+        path = super().convert(value, param, ctx)
         if not path.exists():
             raise InputFileError(f"{path} does not exist", "check the path")
         return path
 
 
-INPUT = _Input()
+PATH, INPUT = _Path(), _Input()
 
 
 class Option(click.Option):
@@ -70,6 +91,10 @@ class Named(click.ParamType[str]):
     ) -> None:
         self._names = names.names if isinstance(names, Registry) else names
         self._join, self.or_file = join, or_file
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name, or the file's path."""
+        return str(at_home(value)) if self.or_file and str(value).startswith("~") else str(value)
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str

@@ -117,7 +117,7 @@ def _written(value: Any, option: take.Option, folder: Path) -> Any:
 
 def _read(value: str, option: take.Option, folder: Path) -> str:
     """A value of the file as it would be typed; a path as it is from here."""
-    there = folder / value
+    there = folder / take.at_home(value)
     is_path = isinstance(option.type, click.Path) or (_may_be_file(option) and there.is_file())
     return str(there) if is_path else value
 

@@ -76,6 +76,25 @@ def test_a_seed_below_0(fails, tmp_path):
     assert "'--seed': -1 is not in the range" in line
 
 
+def test_an_address_in_place_of_a_file(fails, tmp_path):
+    line = fails(*track("http://example.org/talk.mp4", tmp_path / "run"))
+    assert "http://example.org/talk.mp4 is an address, and files are read" in line
+    assert "is an address" in fails("check", "https://example.org/clip")
+
+
+def test_a_tilde_that_the_shell_left_is_the_home(fails, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert f"{tmp_path}/none.mp4 does not exist" in fails(*track("~/none.mp4", tmp_path / "run"))
+    line = fails(*track(write_noise(tmp_path / "v.mp4"), "~/none/run"))
+    assert f"there is no folder {tmp_path}/none" in line
+    assert f"{tmp_path}/none.face" in fails(
+        *track(tmp_path / "v.mp4", tmp_path / "run", "--model", "~/none.face")
+    )
+    assert "~nobody-of-that-name/v.mp4 does not exist" in fails(
+        *track("~nobody-of-that-name/v.mp4", tmp_path / "run")
+    )
+
+
 def test_an_empty_video(fails, tmp_path):
     (tmp_path / "empty.mp4").touch()
     assert "is empty" in fails(*track(tmp_path / "empty.mp4", tmp_path / "run"))
