@@ -31,5 +31,5 @@ def sequence_of(path: Path) -> str:
 
 
 def as_video(sequence: str) -> str:
-    """What to do with a sequence of pictures, given FFmpeg's options that read it."""
+    """Command that makes a video of a sequence of pictures, given FFmpeg's options that read it."""
     return f"make a video of them: ffmpeg -framerate RATE {sequence} -crf 16 OUT.mp4"
