@@ -19,7 +19,7 @@ _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://", re.IGNORECASE)
 
 
 def at_home(path: str | Path) -> Path:
-    """A path whose ~ or ~NAME is that home, where there is one: a shell leaves a quoted ~ alone."""
+    """A path with that home for ~ or ~NAME, where there is one: a shell leaves a quoted ~ alone."""
     try:
         return Path(path).expanduser()
     except RuntimeError:
@@ -33,7 +33,7 @@ class _Path(click.Path):
         """Its path."""
         if _ADDRESS.match(str(value)):
             raise InputFileError(
-                f"{value} is an address, and files are read", "download it, and give the file"
+                f"{value} is an address, not a file", "download it, and give the file"
             )
         return at_home(value)
 

@@ -25,7 +25,7 @@ def named(error: BaseException) -> str:
 def reason(error: BaseException, file: Path | None = None) -> str:
     """An error by its kind and message, and the last line of a plugin's file that led to it.
 
-    The file is the first beside the engine's that was entered, unless it is given.
+    The file is the first outside the engine that was entered, unless it is given.
     """
     entered = [
         frame for frame in traceback.extract_tb(error.__traceback__)

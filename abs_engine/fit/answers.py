@@ -1,4 +1,4 @@
-"""Answers of a plugin's driver, checked where they come back; the engine's own are believed."""
+"""Answers of a plugin's driver, checked where they come back; the engine's own are trusted."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _checked(name: str, found: object, size: int) -> Solution:
     """The solution, with arrays for what can be made one."""
     if not isinstance(found, Solution):
         raise PluginError(
-            f"{name} returns a {type(found).__name__}",
+            f"{name} returns an object of type {type(found).__name__}",
             "return a Solution: x, status, value, terms and n_evaluations",
         )
     if not _are_numbers(found.x, (size,)):
@@ -98,7 +98,7 @@ def _are_numbers(given: object, shape: tuple[int, ...]) -> bool:
 
 
 def check_value(driver: object, objective: Any, said: float, value: float) -> None:
-    """Refuse a plugin's driver that says another value than the objective has where it ended.
+    """Refuse a plugin's driver whose value is not the objective's where it ended.
 
     Raises
     ------

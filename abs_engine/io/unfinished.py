@@ -191,7 +191,7 @@ class Unfinished(NewFolder):
                     "remove it to make it again",
                 )
             gone = sorted(set(made[1:]) - set(now))
-            why = "of other input, options or another release"
+            why = "made of other input, with other options or by another release"
             if made[0] == now[0]:
                 why = f"made by the same command, but {gone[0]} is missing from it"
             raise OutputError(

@@ -45,7 +45,7 @@ class Driver:
     settings: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what is nothing to call."""
+        """Refuse what cannot be called."""
         if not callable(self.make):
             raise PluginError(
                 f"a Driver is made of {self.make!r}", "give it the class of a minimiser"
@@ -68,7 +68,9 @@ class Driver:
         except FAILURES as error:
             raise failure(name, error) from error
         if not callable(getattr(made, "minimise", None)):
-            raise PluginError(f"{name} makes a {type(made).__name__} without 'minimise'", "add it")
+            raise PluginError(
+                f"{name} makes an object of type {type(made).__name__} without 'minimise'", "add it"
+            )
         return made
 
 

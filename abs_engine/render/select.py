@@ -57,7 +57,7 @@ def open_renderer(name: str | None = "auto") -> OpenRenderer:
     ParameterError
         If there is no such name.
     PluginError
-        If it is that of another package, and cannot be imported, or draws no such buffers.
+        If it is that of another package, and cannot be imported, or does not draw as it must.
     """
     name = "auto" if name is None else name
     check_kind("renderer", name, TEXT)

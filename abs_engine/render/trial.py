@@ -61,12 +61,12 @@ def _triangle() -> Scene:
 def _wrong(drawn: object, count: int) -> str:
     """Fault of the drawings of some candidates; empty where there is none."""
     if not isinstance(drawn, list | tuple):
-        return f"a {type(drawn).__name__}, not a list"
+        return f"an object of type {type(drawn).__name__}, not a list"
     if len(drawn) != count:
         return f"{len(drawn)} of {count} candidates"
     other = [one for one in drawn if not isinstance(one, Buffers)]
     if other:
-        return f"a {type(other[0]).__name__}, not Buffers"
+        return f"an object of type {type(other[0]).__name__}, not Buffers"
     faults = (_fault(name, getattr(one, name)) for one in drawn for name in _KINDS)
     found = next((fault for fault in faults if fault), "")
     if not found and not all((one.facet_id == 1).any() for one in drawn):
@@ -79,7 +79,7 @@ def _fault(name: str, buffer: object) -> str:
     kinds, each = _KINDS[name]
     width, height = _WINDOW.drawn
     if not isinstance(buffer, np.ndarray):
-        return f"a {type(buffer).__name__} for {name}"
+        return f"an object of type {type(buffer).__name__} for {name}"
     if buffer.shape != (height, width, *each):
         return f"{name} of shape {buffer.shape}, not {(height, width, *each)}"
     if buffer.dtype.kind not in kinds:

@@ -58,7 +58,7 @@ class Run:
     rows : list of list
         The table, a row for each frame.
     smoothed : dict of str to (T,) float64
-        The measures by the filter that ``smooth`` asked for, as ``smoothed.csv`` has them; empty
+        The measures, filtered as ``smooth`` asks, as ``smoothed.csv`` has them; empty
         without one. All else is as it was found.
     """
 

@@ -22,7 +22,7 @@ def footage_lines(info: VideoInfo) -> list[str]:
             "openings are then less exact; deinterlace it first"
         )
     if info.clock != "file" and info.frames > 1:
-        why = "its stream states that" if info.clock == "stream" else "no rate is stated"
+        why = "its stream states" if info.clock == "stream" else "no rate is stated"
         lines.append(
             f"the file holds no times: {info.rate:g} frames a second are assumed, as {why}; if "
             "that is wrong, put it in MP4 at the right rate (ffmpeg -r RATE -i IN -crf 16 OUT.mp4)"
@@ -30,7 +30,7 @@ def footage_lines(info: VideoInfo) -> list[str]:
     if info.askew:
         lines.append(
             "the video is to be shown at an angle that is no quarter turn: it is read at the "
-            "nearest; turn it upright and export it first"
+            "nearest quarter turn; turn it upright and export it first"
         )
     if abs(info.sound) >= _HEARD:
         lines.append(sound_line(info.sound, "a run's times"))

@@ -85,7 +85,7 @@ def prepare_head(
     leaves.check("head", ("colour",))
     speaker = load_speaker(options.speaker) if speaker is None else speaker
     if not np.isfinite(speaker.vertices).all():  # of a plugin: files were checked
-        raise MeshError("the head's vertices hold NaN", "correct the model that makes it")
+        raise MeshError("the head's vertices are not all finite", "correct the model that makes it")
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
         Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
     if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):

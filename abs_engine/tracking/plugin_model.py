@@ -44,8 +44,11 @@ def made_ready(
         raise failure(name, error) from error
     if not isinstance(made, ClipTracker):
         raise PluginError(
-            f"{name} returns a {type(made).__name__}", "return a ClipTracker, as prepare_head does"
+            f"{name} returns an object of type {type(made).__name__}",
+            "return a ClipTracker, as prepare_head does",
         )
     if not np.isfinite(made.setting.face.body.mean).all():
-        raise PluginError(f"{name} makes a head whose vertices hold NaN", "correct its plugin")
+        raise PluginError(
+            f"{name} makes a head whose vertices are not all finite", "correct its plugin"
+        )
     return made

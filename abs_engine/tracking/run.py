@@ -32,7 +32,10 @@ from abs_engine.tracking.record import Recorder
 from abs_engine.tracking.settings.stages import SETTINGS
 from abs_engine.tracking.smoothing import Smoothing
 
-DISCARDED = "what an interrupted command of other options, video or release had kept is discarded"
+DISCARDED = (
+    "what an interrupted command with other options, of another video or by another release had "
+    "kept is discarded"
+)
 
 
 def prepare(

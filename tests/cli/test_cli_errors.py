@@ -78,7 +78,7 @@ def test_a_seed_below_0(fails, tmp_path):
 
 def test_an_address_in_place_of_a_file(fails, tmp_path):
     line = fails(*track("http://example.org/talk.mp4", tmp_path / "run"))
-    assert "http://example.org/talk.mp4 is an address, and files are read" in line
+    assert "http://example.org/talk.mp4 is an address, not a file" in line
     assert "is an address" in fails("check", "https://example.org/clip")
 
 

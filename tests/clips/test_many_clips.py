@@ -338,7 +338,7 @@ def test_runs_are_known_where_they_were_moved_to_but_not_as_those_of_another_cli
     write_kind(moved / "head.mp4", "libx264", pictures)
     assert main([*words, "--workers", "1"]) == 2
     said = capsys.readouterr().out.splitlines()
-    assert "head exists already, of other input" in said[0]
+    assert "head exists already, made of other input" in said[0]
     assert "0 of 2 clips done" in said[2]
     assert contents(moved / "runs" / "head") == before
 

@@ -49,8 +49,8 @@ class Kept:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ((START, 5.0), "the driver 'Kept' returns a tuple; return a Solution"),
-        (None, "returns a NoneType"),
+        ((START, 5.0), "the driver 'Kept' returns an object of type tuple; return a Solution"),
+        (None, "returns an object of type NoneType"),
         (replace(RIGHT, x=START[:1]), "returns an x that is not 2 finite numbers"),
         (replace(RIGHT, x=START * np.nan), "returns an x that is not 2 finite numbers"),
         (replace(RIGHT, x=[[1.0], [1.0, 2.0]]), "returns an x that is not 2 finite numbers"),
@@ -89,10 +89,10 @@ def test_a_phased_driver_is_checked_in_each_phase():
         def polish(self, objective, found, spec, centre, limit):
             return found.x
 
-    with pytest.raises(PluginError, match="'Phased' returns a ndarray"):
+    with pytest.raises(PluginError, match="'Phased' returns an object of type ndarray"):
         search(Bowl(), START[None], Phased())
     Phased.descend = lambda *_, **__: None
-    with pytest.raises(PluginError, match="'Phased' returns a NoneType"):
+    with pytest.raises(PluginError, match="'Phased' returns an object of type NoneType"):
         search(Bowl(), START[None], Phased())
 
 
@@ -113,7 +113,7 @@ def test_the_engine_s_own_drivers_lose_no_time():
     ("make", "said"),
     [
         (lambda: 1 / 0, "fails (ZeroDivisionError: division by zero) in test_answers.py, line "),
-        (lambda: 3, "makes a int without 'minimise'"),
+        (lambda: 3, "makes an object of type int without 'minimise'"),
     ],
 )
 def test_a_driver_that_makes_no_minimiser_is_named(make, said):

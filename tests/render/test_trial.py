@@ -38,11 +38,14 @@ def half(drawn):
 
 
 FAULTS = [
-    (lambda drawn: None, "draws a NoneType, not a list"),
+    (lambda drawn: None, "draws an object of type NoneType, not a list"),
     (lambda drawn: [], "draws 0 of 2 candidates"),
-    (lambda drawn: [one.rgb for one in drawn], "draws a ndarray, not Buffers"),
+    (lambda drawn: [one.rgb for one in drawn], "draws an object of type ndarray, not Buffers"),
     (half, "draws rgb of shape (15, 23, 3), not (30, 45, 3)"),
-    (lambda drawn: [replace(one, depth=None) for one in drawn], "draws a NoneType for depth"),
+    (
+        lambda drawn: [replace(one, depth=None) for one in drawn],
+        "draws an object of type NoneType for depth",
+    ),
     (
         lambda drawn: [replace(one, facet_id=one.facet_id / 1.0) for one in drawn],
         "draws facet_id as float64",

@@ -131,7 +131,7 @@ class ColourSettings:
     limit : int, levels of 255
         From which on a channel is at its upper limit. Not measured.
     most_saturated : float, share of a face
-        With two channels at their limit, from which on it is burnt out. Chosen between 0.02, the
+        With two channels at their limit, above which it is burnt out. Chosen between 0.02, the
         most of the strangers' clips, GRID's and eight films of other heads, and 0.48, the least
         of three clips (p05, p09, p15) that were brightened until parted lips came out closed;
         p04, brightened alike, has 0.10 and is as it was.

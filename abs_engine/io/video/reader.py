@@ -28,7 +28,7 @@ class VideoInfo:
     Parameters
     ----------
     size : tuple of int
-        Width and height in square pixels, as shown: turned and mirrored as the file has it.
+        Width and height in square pixels, as shown: turned and mirrored as the file says.
     rate : float
         Frames per second, on average.
     frames : int

@@ -14,7 +14,7 @@ from abs_engine.io.video.writer import Frame
 
 _SQUARE = 0.01  # pixels that are so nearly square are
 _LONGEST = 3.0  # a longer pixel is a mistake in the file
-_ASKEW = 0.02  # of the longest entry of a matrix; a degree is no quarter turn
+_ASKEW = 0.02  # of a matrix's largest entry: an angle of about a degree
 
 
 @dataclass(frozen=True)
