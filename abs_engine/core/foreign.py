@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import traceback
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from abs_engine.core.errors import PluginError
 
 FAILURES = Exception, SystemExit
 """What a plugin may raise: one that ends the program has failed, too."""
-_ENGINE = str(Path(__file__).resolve().parents[1])
+_ENGINE = str(Path(__file__).resolve().parents[1]) + os.sep
 
 
 def own(made: object) -> bool:

@@ -304,7 +304,6 @@ def test_the_same_again_keeps_what_is_done(tracked, capsys):
     assert (folder / "runs" / "head").stat().st_mtime_ns == made
 
 
-@pytest.mark.slow
 def test_pictures_are_said_to_be_clips_of_their_own(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("abs_engine.cli.commands.track.track_clips", lambda *_: Done([], {"a": 1}))
     line = "each picture is tracked as a clip of its own"
@@ -314,6 +313,7 @@ def test_pictures_are_said_to_be_clips_of_their_own(tmp_path, monkeypatch, capsy
     assert line not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, capsys):
     folder, words = tracked
     before = contents(folder / "runs")

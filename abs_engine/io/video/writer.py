@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import cast
 
 import av
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -76,19 +75,12 @@ class VideoWriter:
 
         Unless frames are uneven, that is the nearest step of 1 / `rate`; without a time, the next.
         """
-        picture = self._picture(np.ascontiguousarray(frame[: self._size[1], : self._size[0]]))
+        cut = np.ascontiguousarray(frame[: self._size[1], : self._size[0]])
+        picture = av.VideoFrame.from_ndarray(cut, format="rgb24")
         due = self._last + self._ticks if time is None else round(time / self._time_base)
         self._last = max(self._last + 1, due)
         picture.pts, picture.time_base = self._last, self._time_base
         self._container.mux(self._stream.encode(picture))
-
-    def _picture(self, frame: Frame) -> av.VideoFrame:
-        """A frame in the colours of the stream."""
-        if self._stream.pix_fmt != "yuv420p":
-            return av.VideoFrame.from_ndarray(frame, format="rgb24")
-        # OpenCV converts in a quarter of FFmpeg's time
-        planes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2YUV_I420), np.uint8)
-        return av.VideoFrame.from_ndarray(planes, format="yuv420p")
 
     def close(self) -> None:
         """Flush and close the file."""
