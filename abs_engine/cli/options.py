@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -18,12 +19,9 @@ DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. cpu is the fastest 
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://", re.IGNORECASE)
 
 
-def at_home(path: str | Path) -> Path:
-    """A path with that home for ~ or ~NAME, where there is one: a shell leaves a quoted ~ alone."""
-    try:
-        return Path(path).expanduser()
-    except RuntimeError:
-        return Path(path)
+def at_home(word: str | Path) -> str:
+    """A word with that home for ~ or ~NAME, where there is one: a shell leaves a quoted ~ alone."""
+    return os.path.expanduser(word)  # pathlib's raises an error at a name that nobody has
 
 
 class _Path(click.Path):
@@ -35,7 +33,7 @@ class _Path(click.Path):
             raise InputFileError(
                 f"{value} is an address, not a file", "download it, and give the file"
             )
-        return at_home(value)
+        return Path(at_home(value))
 
 
 class _Input(_Path):
@@ -94,7 +92,7 @@ class Named(click.ParamType[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """The name, or the file's path."""
-        return str(at_home(value)) if self.or_file and str(value).startswith("~") else str(value)
+        return at_home(value) if self.or_file else str(value)
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str

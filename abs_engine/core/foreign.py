@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from abs_engine.core.errors import PluginError
+from abs_engine.core.errors import AbsEngineError, PluginError
 
 FAILURES = Exception, SystemExit
 """What a plugin may raise: one that ends the program has failed, too."""
@@ -38,6 +40,17 @@ def reason(error: BaseException, file: Path | None = None) -> str:
     return f"({named(error)}){where}"
 
 
-def failure(what: str, error: BaseException) -> PluginError:
-    """Message about a plugin's part that raises an error."""
-    return PluginError(f"{what} fails {reason(error)}", "correct its plugin")
+@contextmanager
+def blamed(what: str, kind: type[AbsEngineError] = PluginError) -> Iterator[None]:
+    """Errors of a plugin's part, `what`, as one of a kind that names it; named ones stay.
+
+    Raises
+    ------
+    AbsEngineError
+    """
+    try:
+        yield
+    except AbsEngineError:
+        raise
+    except FAILURES as error:
+        raise kind(f"{what} fails {reason(error)}", "correct its plugin") from error

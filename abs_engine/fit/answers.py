@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import AbsEngineError, PluginError
-from abs_engine.core.foreign import FAILURES, failure, own
+from abs_engine.core.errors import PluginError
+from abs_engine.core.foreign import blamed, own
 from abs_engine.optimise.base import Solution, unit_of
 
 _OFF = 1e-3  # share of a value by which drivers may round it
@@ -45,12 +45,8 @@ def answer(
         return step(objective, start, *more, **named)
     name = f"the driver '{type(driver).__name__}'"
     size = len(start)
-    try:
+    with blamed(name):
         found = step(objective, start, *more, **named)
-    except FAILURES as error:
-        if isinstance(error, AbsEngineError):
-            raise
-        raise failure(name, error) from error
     return _checked(name, found, size)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -11,8 +12,8 @@ from abs_engine.compare.borders import Borders
 from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import AbsEngineError, TermError
-from abs_engine.core.foreign import FAILURES, own, reason
+from abs_engine.core.errors import TermError
+from abs_engine.core.foreign import blamed, own
 from abs_engine.core.scene import Candidates, Scene
 
 
@@ -77,9 +78,9 @@ class Squared(Term, Protocol):
         ...
 
 
-def failed(name: str, error: BaseException) -> TermError:
-    """Message about evidence that raises an error."""
-    return TermError(f"the evidence '{name}' fails {reason(error)}", "correct its plugin")
+def failing(name: str) -> AbstractContextManager[None]:
+    """Errors of evidence that is not the engine's own, as `TermError`; see `blamed`."""
+    return blamed(f"the evidence '{name}'", TermError)
 
 
 _GIVEN = {"forces": "forces", "residuals": "rows", "borders": "borders"}
@@ -124,13 +125,12 @@ def valued(name: str, term: Term, candidates: Candidates) -> FloatArray:
     TermError
         If that is not a finite number for each; or if a term that is not the engine's own fails.
     """
-    try:
-        values = np.asarray(term.negative_log(candidates))
-        values = values if np.iscomplexobj(values) else values.astype(np.float64, copy=False)
-    except FAILURES as error:
-        if isinstance(error, AbsEngineError) or own(type(term)):
-            raise
-        raise failed(name, error) from error
+    if own(type(term)):
+        values = np.asarray(term.negative_log(candidates), np.float64)
+    else:
+        with failing(name):
+            given = np.asarray(term.negative_log(candidates))
+            values = given if np.iscomplexobj(given) else given.astype(np.float64)
     whole = values.shape == (len(candidates),) and not np.iscomplexobj(values)
     if not whole or not np.isfinite(values).all():
         raise TermError(

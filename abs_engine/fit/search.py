@@ -25,7 +25,7 @@ class Minimiser(Protocol):
 
 
 @runtime_checkable
-class Phased(Protocol):
+class Phased(Minimiser, Protocol):
     """A minimiser that descends first and polishes what it came to."""
 
     @property
@@ -161,10 +161,7 @@ def search(
         room = driver.limit - used - len(again.postures)
         restarted = room > len(start)
         if restarted:
-            whole = np.tile(problem.whole(found.x), (len(again.postures), 1))
-            whole[:, problem.blocks.places[POSTURE]] = again.postures
-            rows = problem.chosen(whole)
-            first = rows[int(np.argmin(problem.values(rows)))]
+            first = _again_from(problem, found.x, again.postures)
             other = answer(driver, descend, problem, first, spec, room, free=True)
             used += len(again.postures) + other.n_evaluations
             found = other if other.value < found.value else found
@@ -173,6 +170,14 @@ def search(
     done = polished(driver, driver.polish, problem, counted, spec, start, room)
     extra = 0 if charged else spent
     return Found(done.x, replace(done, n_evaluations=done.n_evaluations + extra), restarted)
+
+
+def _again_from(problem: Problem, x: FloatArray, postures: FloatArray) -> FloatArray:
+    """The best of some postures (K, P) where all else is as it was found, over what is free."""
+    whole = np.tile(problem.whole(x), (len(postures), 1))
+    whole[:, problem.blocks.places[POSTURE]] = postures
+    rows = problem.chosen(whole)
+    return np.asarray(rows[int(np.argmin(problem.values(rows)))])
 
 
 def _with_limit(driver: Any, spent: int) -> Any:

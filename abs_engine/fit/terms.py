@@ -16,14 +16,14 @@ from abs_engine.compare.points import LocalError, local_error
 from abs_engine.compare.pull import Pull
 from abs_engine.compare.residual_rows import Rows
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.errors import AbsEngineError, ParameterError
-from abs_engine.core.foreign import FAILURES, own
+from abs_engine.core.errors import ParameterError
+from abs_engine.core.foreign import own
 from abs_engine.core.registry import TERMS
 from abs_engine.core.scene import Candidates
 from abs_engine.face.appearance.chroma import sampled
 from abs_engine.face.base import Face
 from abs_engine.face.learned_appearance import LocalLooks, TextureLooks
-from abs_engine.fit.evidence import Term, failed
+from abs_engine.fit.evidence import Term, failing
 from abs_engine.fit.head_frame import (
     class_maps,
     independent_side,
@@ -202,12 +202,10 @@ def bound(kinds: Mapping[str, TermKind], face: Face, view: View) -> dict[str, Te
 
 
 def _bound(name: str, bind: Bind, face: Face, view: View) -> Term:
-    try:
+    if own(bind):
         return bind(face, view)
-    except FAILURES as error:
-        if isinstance(error, AbsEngineError) or own(bind):
-            raise
-        raise failed(name, error) from error
+    with failing(name):
+        return bind(face, view)
 
 
 def check_leaves(

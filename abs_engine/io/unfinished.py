@@ -190,9 +190,9 @@ class Unfinished(NewFolder):
                     f"{self.target} is there already, whole: the same command made it",
                     "remove it to make it again",
                 )
-            gone = sorted(set(made[1:]) - set(now))
+            gone = [name for name in made[1:] if name and name not in now]
             why = "made of other input, with other options or by another release"
-            if made[0] == now[0]:
+            if made[0] == now[0] and gone:
                 why = f"made by the same command, but {gone[0]} is missing from it"
             raise OutputError(
                 f"{self.target} exists already, {why}", "choose another name or remove it"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from abs_engine.core.errors import PluginError
-from abs_engine.core.foreign import FAILURES, failure, own
+from abs_engine.core.foreign import blamed, own
 from abs_engine.optimise.ascent import FixedStep, Forces, Gradient
 from abs_engine.optimise.axes import AxesSimplex
 from abs_engine.optimise.derivative_free import DerivativeFree
@@ -63,10 +63,8 @@ class Driver:
         if own(self.make):
             return self.make(**given)
         name = f"the driver '{getattr(self.make, '__name__', self.make)}'"
-        try:
+        with blamed(name):
             made = self.make(**given)
-        except FAILURES as error:
-            raise failure(name, error) from error
         if not callable(getattr(made, "minimise", None)):
             raise PluginError(
                 f"{name} makes an object of type {type(made).__name__} without 'minimise'", "add it"

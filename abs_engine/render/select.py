@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Protocol
 
 from abs_engine.core.errors import AbsEngineError, OpenGLError, ParameterError, PluginError
-from abs_engine.core.foreign import FAILURES, failure
+from abs_engine.core.foreign import FAILURES, blamed
 from abs_engine.core.kinds import TEXT, check_kind
 from abs_engine.core.registry import RENDERERS, nearest
 from abs_engine.core.scene import Renderer
@@ -79,7 +79,9 @@ def _registered(name: str) -> OpenRenderer:
     own = RENDERERS.names()
     if name not in own:
         raise ParameterError(f"there is no renderer '{name}'", nearest(name, [*NAMES, *own]))
-    opened = _made(name)
+    make = RENDERERS.get(name)
+    with blamed(f"the renderer '{name}'"):
+        opened: OpenRenderer = make()
     if not (hasattr(opened, "__enter__") and hasattr(opened, "__exit__")):
         raise PluginError(
             f"the renderer '{name}' cannot be used in a 'with' statement",
@@ -91,17 +93,6 @@ def _registered(name: str) -> OpenRenderer:
         with suppress(*FAILURES):  # what was wrong first is what counts
             opened.close()
         raise
-    return opened
-
-
-def _made(name: str) -> OpenRenderer:
-    make = RENDERERS.get(name)
-    try:
-        opened: OpenRenderer = make()
-    except FAILURES as error:
-        if isinstance(error, AbsEngineError):
-            raise
-        raise failure(f"the renderer '{name}'", error) from error
     return opened
 
 

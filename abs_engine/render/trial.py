@@ -6,8 +6,8 @@ import numpy as np
 
 from abs_engine.core.buffers import Buffers
 from abs_engine.core.camera import Camera, Window
-from abs_engine.core.errors import AbsEngineError, PluginError
-from abs_engine.core.foreign import FAILURES, failure, own
+from abs_engine.core.errors import PluginError
+from abs_engine.core.foreign import blamed, own
 from abs_engine.core.scene import Candidates, Renderer, Scene
 
 _CAMERA, _WINDOW = Camera.ideal((64, 48)), Window(12.0, 8.0, 30.0, 20.0, 1.5)
@@ -35,17 +35,14 @@ def check_renderer(name: str, renderer: Renderer) -> None:
     several = Candidates(
         np.zeros((2, 0)), np.tile(np.eye(3), (2, 1, 1)), np.tile([0.0, 0.0, _DISTANCE], (2, 1))
     )
-    try:
+    with blamed(f"the renderer '{name}'"):
         drawn = renderer.draw(_triangle(), several, _CAMERA, _WINDOW)
-    except FAILURES as error:
-        if isinstance(error, AbsEngineError):
-            raise
-        raise failure(f"the renderer '{name}'", error) from error
     wrong = _wrong(drawn, len(several))
     if wrong:
         raise PluginError(
             f"the renderer '{name}' draws {wrong}",
-            "let draw return Buffers of the window's drawn size for each candidate",
+            "let draw return Buffers of the window's drawn size for each candidate: rgb, depth and "
+            "barycentrics as floats, ids as integers",
         )
 
 

@@ -15,7 +15,7 @@ from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colourless import in_colour
-from abs_engine.face.appearance.exposure import Exposure
+from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
 from abs_engine.face.shape.linear import LinearShape
@@ -137,10 +137,10 @@ def calibrated_by_blobs(
         motion = GivenMotion(given.poses)
         frames = _frames_of_poses(video, motion, camera, model)
     faces = [(f.image, _outline(model, f.pose, camera)) for f in frames]
-    chromatic = in_colour(faces)
+    chromatic, exposure = in_colour(faces), Exposure.of(faces)
     if not (chromatic or model.known):
         raise ParameterError(
-            f"{video} has no colour, and a start by colour finds no lips in it",
+            f"{colourless(video, exposure)}, and a start by colour finds no lips in it",
             "leave out what replaces the start from landmarks: --start blobs, --poses, a preset "
             "or a box in which no face is seen",
         )
@@ -148,7 +148,7 @@ def calibrated_by_blobs(
     tell(learning(colours))
     told = given is not None or options.mouth is not None
     found = calibrate_well(model, frames, camera, renderer, colours, placed=told)
-    classes = replace(found.classes, chromatic=chromatic, exposure=Exposure.of(faces))
+    classes = replace(found.classes, chromatic=chromatic, exposure=exposure)
     calibration = replace(found, classes=classes)
     if isinstance(motion, HeadMotion):
         motion = replace(motion, colours=calibration.classes, rate=clip.info.rate)

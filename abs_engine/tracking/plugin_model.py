@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from abs_engine.core.errors import AbsEngineError, PluginError
-from abs_engine.core.foreign import FAILURES, failure, own
+from abs_engine.core.errors import PluginError
+from abs_engine.core.foreign import blamed, own
 from abs_engine.core.scene import Renderer
 from abs_engine.tracking.options import (
     Clip,
@@ -36,12 +36,8 @@ def made_ready(
     if own(model.prepare if isinstance(model, Model) else model):
         return model(clip, options, leaves, renderer, tell)
     name = f"the model '{options.model}'"
-    try:
+    with blamed(name):
         made: object = model(clip, options, leaves, renderer, tell)
-    except FAILURES as error:
-        if isinstance(error, AbsEngineError):
-            raise
-        raise failure(name, error) from error
     if not isinstance(made, ClipTracker):
         raise PluginError(
             f"{name} returns an object of type {type(made).__name__}",

@@ -9,7 +9,7 @@ from pathlib import Path
 from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
-from abs_engine.face.appearance.exposure import Exposure
+from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
@@ -105,14 +105,15 @@ def track_speaker(
             f"no face was found in {len(follower.found)} frames of {clip.video}",
             "give a video with a frontal face, or the mouth's box in the first frame with --mouth",
         )
-    if face.classes.chromatic and not in_colour([(seen[0], seen[1].pixels)]):
+    shown = [(seen[0], seen[1].pixels)]
+    exposure = Exposure.of(shown)
+    if face.classes.chromatic and not in_colour(shown):
         raise ParameterError(
-            f"{clip.video} has no colour, but the face was learned in colour",
+            f"{colourless(clip.video, exposure)}, but the face was learned in colour",
             "track it without --model, or learn a face from recordings without colour",
         )
     if clip.colours is not None:
         face = face.coloured(clip.colours, SkinLight.of([seen]))
-    exposure = Exposure.of([(seen[0], seen[1].pixels)])
     face = replace(face, classes=replace(face.classes, exposure=exposure))
     fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
     before = clip.first(follower.found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from test_colours_by_head import painted, places
 
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colours_by_head import learn_placed
-from abs_engine.face.appearance.exposure import USUAL, Exposure
+from abs_engine.face.appearance.exposure import USUAL, Exposure, colourless
 from abs_engine.tracking.run_warnings import BURNT_OUT, NO_COLOUR, TOO_DARK, doubts
 
 BURNT, DARK = Exposure(0.6, 240.0), Exposure(0.0, 20.0)
@@ -70,3 +71,5 @@ def test_a_burnt_out_face_is_warned_of_by_name():
 def test_a_dark_face_is_not_called_a_video_without_colour():
     assert doubts(*NONE, chromatic=False, exposure=DARK) == [TOO_DARK]
     assert doubts(*NONE, chromatic=False) == [NO_COLOUR]
+    assert "too dark" in colourless(Path("a.mp4"), DARK)
+    assert colourless(Path("a.mp4"), USUAL) == "a.mp4 has no colour"

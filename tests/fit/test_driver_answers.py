@@ -82,6 +82,9 @@ def test_a_phased_driver_is_checked_in_each_phase():
     class Phased:
         limit, starts = 50, 1
 
+        def minimise(self, objective, start, spec):
+            return RIGHT
+
         def descend(self, objective, start, spec, limit, *, free=False):
             return RIGHT
 

@@ -54,13 +54,23 @@ class TestWrongFiles:
 
     @pytest.mark.parametrize(
         ("name", "options"),
-        [("", r"-pattern_type glob -i '.*/\*\.png'"), ("%04d.png", r"-i '.*%04d\.png'")],
+        [("", r"-pattern_type glob -i '.*/it'.*'s/\*\.JPG'"), ("%04d.png", r"-i '.*%04d\.png'")],
     )
     def test_a_sequence_of_pictures(self, read, name, options, tmp_path):
-        (tmp_path / "0001.png").touch()
+        folder = tmp_path / "it's"
+        folder.mkdir()
+        for picture in ("0001.JPG", "0002.JPG", "._0001.xmp"):
+            (folder / picture).touch()
         with pytest.raises(InputFileError, match="sequences of pictures are not read") as caught:
-            read(tmp_path / name)
+            read(folder / name)
         assert re.search(f"ffmpeg -framerate RATE {options} -crf 16", str(caught.value))
+
+    @pytest.mark.parametrize("held", [("a.mp4", "b.png", "c.png"), ("cover.jpg",), ()])
+    def test_a_folder_with_a_picture_is_no_sequence(self, read, held, tmp_path):
+        for name in held:
+            (tmp_path / name).touch()
+        with pytest.raises(InputFileError, match="is a folder"):
+            read(tmp_path)
 
     def test_a_file_in_place_of_a_folder(self, read, tmp_path):
         (tmp_path / "file").touch()

@@ -31,6 +31,12 @@ def folder(reader, tmp_path) -> Path:
     return tmp_path
 
 
+def test_the_changelog_s_page_is_the_changelog():
+    page = ROOT / "docs" / "changelog.md"
+    assert page.is_symlink(), "a copy grows old"
+    assert page.samefile(ROOT / "CHANGELOG.md")
+
+
 def _prose(page: Path) -> str:
     """A page without its blocks."""
     text = page.read_text(encoding="utf-8")

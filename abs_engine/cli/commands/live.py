@@ -88,10 +88,7 @@ def live(chosen: Chosen) -> Done:
 
     options = _checked(chosen)
     link = None if chosen.live_link is None else reached(chosen.live_link)
-    feed = open_feed(
-        str(take.at_home(chosen.source)) if chosen.source.startswith("~") else chosen.source,
-        chosen.repeat,
-    )
+    feed = open_feed(take.at_home(chosen.source), chosen.repeat)
     check_options(options, VideoInfo(feed.size, feed.rate, 0))
     with ExitStack() as stack:
         made = None if chosen.output is None else stack.enter_context(NewFolder(chosen.output))

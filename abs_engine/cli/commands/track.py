@@ -162,7 +162,7 @@ def track(chosen: Chosen) -> Done:
 
 
 def _many(chosen: Chosen) -> Done:
-    from abs_engine.io.video.stills import as_video, is_still
+    from abs_engine.io.video.stills import all_of, as_video, is_still
     from abs_engine.tracking.option_checks import check_choices
 
     options = _options(chosen)
@@ -171,7 +171,7 @@ def _many(chosen: Chosen) -> Done:
     if len(chosen.videos) > 1 and all(map(is_still, chosen.videos)):
         say(
             "each picture is tracked as a clip of its own; if they are the frames of one, "
-            + as_video("-pattern_type glob -i '*.png'")
+            + as_video(all_of(chosen.videos))
         )
     return track_clips(track, chosen, options)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Window
-from abs_engine.face.appearance.colour import luminance
+from abs_engine.face.appearance.luminance import luminance
 
 CHROMA_REACH = 2.0  # pixels of the video that share one chroma sample, along each axis
 _BINOMIAL = np.array([0.25, 0.5, 0.25])  # about as wide as chroma of half the resolution

@@ -21,6 +21,7 @@ from abs_engine.core.errors import ModelFormatError
 from abs_engine.face.appearance.colour_prior import beside_teeth, lit_share
 from abs_engine.face.appearance.exposure import Exposure
 from abs_engine.face.appearance.hamming import hamming
+from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture
 from abs_engine.face.appearance.mouth_area import MouthPlace
 from abs_engine.face.settings.colour import COLOURS
@@ -49,7 +50,6 @@ LAYOUT: Layout = {
     },
 }  # fmt: skip
 """Their arrays in a file."""
-_LUMA = np.array([0.299, 0.587, 0.114])
 
 
 def features(image: NDArray[np.generic], reference: float) -> FloatArray:
@@ -71,11 +71,6 @@ def features(image: NDArray[np.generic], reference: float) -> FloatArray:
     total = rgb.sum(axis=-1) + 3
     relative = np.log((luminance(rgb) + 2) / (reference + 2)) / 3
     return np.stack([(rgb[..., 0] + 1) / total, (rgb[..., 1] + 1) / total, relative], axis=-1)
-
-
-def luminance(pixels: NDArray[np.generic]) -> FloatArray:
-    """Luminance (...,), 0 to 255, of RGB pixels (..., 3)."""
-    return np.asarray(np.asarray(pixels, np.float64) @ _LUMA)
 
 
 @dataclass(frozen=True, eq=False)

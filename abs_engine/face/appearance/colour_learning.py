@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError, TooFewPixelsError
-from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features, luminance
+from abs_engine.face.appearance.colour import CLASSES, ColourClasses, features
 from abs_engine.face.appearance.colour_prior import (
     DARK,
     TEETH,
@@ -25,6 +25,7 @@ from abs_engine.face.appearance.colour_prior import (
     with_shade,
     without_teeth,
 )
+from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture, single
 from abs_engine.face.settings.colour import COLOURS
 

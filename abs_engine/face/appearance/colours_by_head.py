@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError
-from abs_engine.face.appearance.colour import EACH_LIP, ColourClasses, features, luminance
+from abs_engine.face.appearance.colour import EACH_LIP, ColourClasses, features
 from abs_engine.face.appearance.colour_learning import (
     assembled,
     border_axis,
@@ -35,6 +35,7 @@ from abs_engine.face.appearance.colour_prior import (
     typical_lips,
     with_shade,
 )
+from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.appearance.mixture import Mixture, fit_mixture
 from abs_engine.face.settings.colour import COLOURS
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.settings.colour import COLOURS
-
-_LUMA = np.array([0.299, 0.587, 0.114])
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,15 @@ class Exposure:
         if not seen:
             return cls()
         shares = [np.mean(np.sort(one, axis=1)[:, 1] >= COLOURS.limit) for one in seen]
-        bright = [np.median(one @ _LUMA) for one in seen]
+        bright = [np.median(luminance(one)) for one in seen]
         return cls(float(np.median(shares)), float(np.median(bright)))
+
+
+def colourless(video: Path, exposure: Exposure) -> str:
+    """Reason why a video whose face shows no chroma has none, the beginning of a message."""
+    if exposure.dark:
+        return f"the face in {video} is too dark for its colours to be seen"
+    return f"{video} has no colour"
 
 
 def _pixels(image: NDArray[np.uint8], outline: FloatArray) -> NDArray[np.uint8]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Window
-from abs_engine.face.appearance.colour import luminance
+from abs_engine.face.appearance.luminance import luminance
 from abs_engine.face.settings.appearance import APPEARANCE
 
 SIDES = ("above", "inside", "below", "beside")
