@@ -181,7 +181,7 @@ def test_a_film_process_that_dies_is_one_line(tmp_path):
     def kill(_done, _all_frames):
         if not killed:
             listing = subprocess.run(
-                ["ps", "--ppid", str(os.getpid()), "-o", "pid=,args="],
+                ["ps", "-ww", "--ppid", str(os.getpid()), "-o", "pid=,args="],
                 capture_output=True, text=True, check=True,
             ).stdout  # fmt: skip
             films = [line.split() for line in listing.splitlines() if "film_process" in line]
