@@ -44,7 +44,6 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
     with runs_folder(chosen.output) as folder, Progress("tracking", "clips") as progress:
         for job in jobs:
             check_same_options(job)  # refused while the table is as it was
-        write_table(folder, jobs, outcomes)
         if chosen.scheduler is None:
             with opened(chosen.renderer) as renderer:  # what is wrong with it is said once
                 print_hints(renderer)
@@ -54,6 +53,7 @@ def track_clips(command: Command, chosen: Chosen, options: TrackOptions) -> Done
             workers = workers_of(chosen.scheduler)
         progress.announce("waiting for workers")
         with _said_what_is_kept(folder), workers as client:
+            write_table(folder, jobs, outcomes)
             for job, outcome in track_many(client, jobs, deaths):
                 outcomes[job.name] = outcome
                 write_table(folder, jobs, outcomes)

@@ -6,7 +6,7 @@ import csv
 import io
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from abs_engine.clips.job import WAITING, Job, Outcome
@@ -22,12 +22,15 @@ COLUMNS = ("clip", "video", "status", "frames", "found", "closed", "message")
 def runs_folder(folder: Path) -> Iterator[Path]:
     """The folder of many runs, made if it is not there, for one command at a time.
 
+    What was made is removed if the command fails while nothing is in it.
+
     Raises
     ------
     OutputError
         If it holds something else, another command works there, or it cannot be written.
     """
-    if not os.path.lexists(folder):
+    fresh = not os.path.lexists(folder)
+    if fresh:
         check_free(folder)
     try:
         folder.mkdir(exist_ok=True)
@@ -43,6 +46,9 @@ def runs_folder(folder: Path) -> Iterator[Path]:
         raise unwritable(folder, error) from error
     finally:
         os.close(number)
+        if fresh:
+            with suppress(OSError):  # something is in it
+                folder.rmdir()
 
 
 def write_table(folder: Path, jobs: Iterable[Job], outcomes: Mapping[str, Outcome]) -> None:

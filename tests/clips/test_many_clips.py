@@ -355,3 +355,11 @@ def test_what_cannot_be_is_refused_before_anything_is_made(more, said, tmp_path,
     assert main(["track", "a.mp4", "-o", str(tmp_path / "runs"), *more]) == 2
     assert said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_scheduler_that_does_not_answer_leaves_nothing(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr("abs_engine.clips.cluster._ANSWER", "1s")
+    words = ["--scheduler", "tcp://127.0.0.1:1"]
+    assert main(["track", "a.mp4", "-o", str(tmp_path / "runs"), *words]) == 2
+    assert "no scheduler answers at tcp://127.0.0.1:1" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -125,6 +125,11 @@ def test_a_video_that_is_not_there():
         abs_engine.track("nowhere.mp4")
 
 
+def test_an_address_in_place_of_a_video():
+    with pytest.raises(InputFileError, match=r"http://a\.org/b\.mp4 is an address, not a file"):
+        abs_engine.track("http://a.org/b.mp4")
+
+
 def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
     kept = abs_engine.track(video, tmp_path / "run", renderer="cpu", evidence="landmarks")
     for name in ("run", "run/results.npz"):
