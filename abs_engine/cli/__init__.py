@@ -10,6 +10,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
+from typing import TextIO
 
 import click
 
@@ -49,12 +50,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         if not _is_lost():
             raise
-        _let_stdout_go()
+        _let_go(sys.stdout)
         if isinstance(error, BrokenPipeError):
             return NOT_READ
         return status or _complain(
             f"stdout cannot be written ({error.strerror}); send it elsewhere"
         )
+    finally:
+        try:
+            sys.stderr.flush()
+        except (OSError, ValueError):
+            _let_go(sys.stderr)
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -123,10 +129,10 @@ def _is_lost() -> bool:
     return False
 
 
-def _let_stdout_go() -> None:
-    """Send to nowhere what the interpreter still wants to write as it ends."""
-    with suppress(OSError, ValueError):  # a stdout without a file has nothing to send
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _let_go(stream: TextIO) -> None:
+    """Send to nowhere what the interpreter still wants to write as it ends, with status 120."""
+    with suppress(OSError, ValueError):  # a stream without a file has nothing to send
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager

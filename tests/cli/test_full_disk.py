@@ -74,7 +74,8 @@ def test_a_folder_that_takes_nothing(fails, tmp_path, to):
         ("--version", ">&-", 0),
     ],
 )
-def test_streams_that_take_nothing(words, streams, status, tmp_path):
+def test_streams_that_take_nothing(words, streams, status, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONUNBUFFERED", "")
     command = f'exec "{sys.executable}" -c "{RUN}" {words} {streams}'
     done = subprocess.run(
         ["sh", "-c", command], capture_output=True, text=True, cwd=tmp_path, check=False
