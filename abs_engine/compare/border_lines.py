@@ -8,14 +8,16 @@ from typing import Any
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import INNER
+
 MOST = 16  # longest line to either side, drawn pixels
 _REACH = 2.55  # pixels around a border's middle that tell its normal
 _PARTED = 0.15  # what each pixel must gain on the average for lips to be parted there
-_compiled: Any = numba.njit(
-    cache=True, nogil=True, error_model="numpy", fastmath=True, forceinline=True
-)
+_inlined: Any = numba.njit(**INNER, error_model="numpy", fastmath=True, forceinline=True)
 """Inlined, as a process that compiles these and one that reads them from the cache would else call
 different copies of a loop, whose last digits differ."""
+_compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+_NONE = np.int64(0)  # not the literal, for which numba would compile a loop again
 
 
 @_compiled
@@ -28,7 +30,7 @@ def total(of, shown, maps):
     return out
 
 
-@_compiled
+@_inlined
 def pairs(shown):
     """Number of neighbouring pixels of an image (H, W) that differ."""
     height, width = shown.shape
@@ -42,7 +44,7 @@ def pairs(shown):
     return count
 
 
-@_compiled
+@_inlined
 def normal_of(group, y, x, mx, my, first, second):
     """Unit normal from group `first` to `second` about a border; 0, 0 where there is none."""
     height, width = group.shape
@@ -62,7 +64,7 @@ def normal_of(group, y, x, mx, my, first, second):
     return nx / size, ny / size
 
 
-@_compiled
+@_inlined
 def free_length(group, mx, my, nx, ny, own, reach):
     """Steps along (nx, ny) that stay in the group `own`, at most `reach`."""
     height, width = group.shape
@@ -75,7 +77,7 @@ def free_length(group, mx, my, nx, ny, own, reach):
     return reach
 
 
-@_compiled
+@_inlined
 def sampled_at(plane, x, y):
     """A plane (H, W) between its pixels."""
     height, width = plane.shape
@@ -88,7 +90,7 @@ def sampled_at(plane, x, y):
     return (1 - b) * above + b * below
 
 
-@_compiled
+@_inlined
 def gain_along(profile, low, high):
     """Place on a line where the border gains most by moving, whole steps, and the gain."""
     best, at, total = 0.0, 0, 0.0
@@ -104,7 +106,7 @@ def gain_along(profile, low, high):
     return best, at
 
 
-@_compiled
+@_inlined
 def crossing(profile, at, low, high):
     """Place where the profile crosses 0 next to the step `at`."""
     for s in (at - 1, at):
@@ -116,7 +118,7 @@ def crossing(profile, at, low, high):
     return float(at)
 
 
-@_compiled
+@_inlined
 def model_of(profile, low, high, floor):
     """Gain per pixel of a border's motion and its curvature, of the profile's integral.
 
@@ -138,7 +140,7 @@ def model_of(profile, low, high, floor):
     return curve * away, curve
 
 
-@_compiled
+@_inlined
 def slope_of(profile, low, high, floor):
     """Gain per pixel where the border is, and its curvature over two pixels to either side."""
     up, down = min(high, 2), min(low, 2)
@@ -151,7 +153,7 @@ def slope_of(profile, low, high, floor):
     return gain, curve
 
 
-@_compiled
+@_inlined
 def profile_of(maps, first, second, mx, my, nx, ny, low, high, profile):
     """Gain of a pixel that turns from group `second` to `first`, at whole steps of the line."""
     for s in range(-low, high + 1):
@@ -159,7 +161,7 @@ def profile_of(maps, first, second, mx, my, nx, ny, low, high, profile):
         profile[MOST + s] = sampled_at(maps[first], px, py) - sampled_at(maps[second], px, py)
 
 
-@_compiled
+@_inlined
 def put(out, places, count, nx, ny, gain, curve, y, x):
     """One border more."""
     out[count, 0], out[count, 1], out[count, 2], out[count, 3] = nx, ny, gain, curve
@@ -167,7 +169,7 @@ def put(out, places, count, nx, ny, gain, curve, y, x):
     return count + 1
 
 
-@_compiled
+@_inlined
 def line_across(labels, y, x, y2, x2, reach):
     """Middle and normal between two neighbours, the border's length, and how far either side goes.
 
@@ -184,13 +186,14 @@ def line_across(labels, y, x, y2, x2, reach):
     return mx, my, nx, ny, length, low, high
 
 
-@_compiled
+@_inlined
 def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, places, count):
     """The border between two neighbouring pixels of different groups."""
     mx, my, nx, ny, length, low, high = line_across(group, y, x, y2, x2, reach)
     if length == 0.0:
         return count
-    profile_of(maps, group[y, x], group[y2, x2], mx, my, nx, ny, low, high, profile)
+    first, second = np.int64(group[y, x]), np.int64(group[y2, x2])
+    profile_of(maps, first, second, mx, my, nx, ny, low, high, profile)
     if local:
         gain, curve = slope_of(profile, low, high, floor)
     else:
@@ -200,7 +203,7 @@ def border(group, maps, depth, y, x, y2, x2, reach, floor, local, profile, out, 
     return put(out, places, count, nx, ny, gain * length, curve * length, y, x)
 
 
-@_compiled
+@_inlined
 def seam(
     part, maps, lip, lip2, inside, y, x, y2, x2, reach, floor, profile, out, places, count
 ):  # fmt: skip
@@ -211,20 +214,20 @@ def seam(
     mx, my, nx, ny, length, low, high = line_across(part, y, x, y2, x2, reach)
     if length == 0.0:
         return count
-    profile_of(maps, inside, lip2, mx, my, nx, ny, 0, high, profile)
-    best, at = gain_along(profile, 0, high)
+    profile_of(maps, inside, lip2, mx, my, nx, ny, _NONE, high, profile)
+    best, at = gain_along(profile, _NONE, high)
     if best > _PARTED * at > 0:
-        gain, curve = model_of(profile, 0, high, floor)
+        gain, curve = model_of(profile, _NONE, high, floor)
         count = put(out, places, count, nx, ny, gain * length, curve * length, y2, x2)
-    profile_of(maps, lip, inside, mx, my, nx, ny, low, 0, profile)
-    best, at = gain_along(profile, low, 0)
+    profile_of(maps, lip, inside, mx, my, nx, ny, low, _NONE, profile)
+    best, at = gain_along(profile, low, _NONE)
     if best > -_PARTED * at > 0:
-        gain, curve = model_of(profile, low, 0, floor)
+        gain, curve = model_of(profile, low, _NONE, floor)
         count = put(out, places, count, nx, ny, gain * length, curve * length, y, x)
     return count
 
 
-@_compiled
+@_inlined
 def lines(group, part, maps, depth, inside, reach, floor, local, out, places):
     """Every border of a drawing, in `out` and `places`; how many there are.
 
@@ -234,7 +237,7 @@ def lines(group, part, maps, depth, inside, reach, floor, local, out, places):
     """
     height, width = group.shape
     profile = np.zeros(2 * MOST + 1)
-    count = 0
+    count = _NONE
     for y in range(1, height - 2):
         for x in range(1, width - 2):
             here, own = group[y, x], part[y, x]
@@ -254,8 +257,8 @@ def lines(group, part, maps, depth, inside, reach, floor, local, out, places):
                     )  # fmt: skip
                 if not local and 0 < part[y, x] != part[y2, x2] > 0:
                     count = seam(
-                        part, maps, group[y, x], group[y2, x2], inside, y, x, y2, x2, reach, floor,
-                        profile, out, places, count,
+                        part, maps, np.int64(group[y, x]), np.int64(group[y2, x2]), inside,
+                        y, x, y2, x2, reach, floor, profile, out, places, count,
                     )  # fmt: skip
     return count
 

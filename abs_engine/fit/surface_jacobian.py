@@ -52,7 +52,9 @@ def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weig
     at, moves = np.empty(3), np.empty((modes.shape[1], 3))
     arm, seen, row = np.empty(3), np.empty(3), np.empty(len(fall))
     for k in range(len(facet)):
-        at[:], moves[:] = 0.0, 0.0
+        moves[:] = 0.0
+        for axis in range(3):  # slices of arrays would take four seconds to compile
+            at[axis], arm[axis], seen[axis] = 0.0, 0.0, shift[axis]
         for c in range(3):
             vertex, share = faces[facet[k], c], weights[k, c]
             for axis in range(3):
@@ -62,7 +64,6 @@ def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weig
         for p in range(len(moves)):
             for axis in range(3):
                 at[axis] += posture[p] * moves[p, axis]
-        arm[:], seen[:] = 0.0, shift
         for axis in range(3):
             for other in range(3):
                 arm[axis] += rotation[axis, other] * (at[other] - pivot[other])

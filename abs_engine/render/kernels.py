@@ -14,6 +14,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import INNER
+
 SUBPIXEL_BITS = 8
 SUBPIXEL = 1 << SUBPIXEL_BITS
 GUARD = 4.0e6 * SUBPIXEL  # farther out, coordinates are clamped so that int64 cannot overflow
@@ -23,7 +25,7 @@ TILE = 8  # pixels a side, of what may hide a facet
 NEARNESS = 2.0**36  # of the near plane; nearness is proportional to 1/w
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})
+@numba.njit(**INNER, fastmath={"contract"})
 def _to_pixel(x, inverse_w, size):
     """Clip x or y to snapped 1/256 pixel integers (pixel centres at integers)."""
     half = 0.5 * size * SUBPIXEL
@@ -33,19 +35,19 @@ def _to_pixel(x, inverse_w, size):
     return np.int64(np.floor(at + 0.5))
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})
+@numba.njit(**INNER, fastmath={"contract"})
 def snapped(x, inverse_w, size):
     """Clip x or y as the device coordinate, -1 to 1, of the 1/256 pixel that `_fill` sees."""
     return (_to_pixel(x, inverse_w, size) + 0.5 * SUBPIXEL) / (0.5 * size * SUBPIXEL) - 1.0
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _edge_bias(dx, dy):
     """0 for a top or left edge, which owns its pixels, else -1 (interior on the positive side)."""
     return 0 if dy < 0 or (dy == 0 and dx > 0) else -1
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _box(x0, y0, x1, y1, x2, y2, width, height):
     """The pixels whose centres lie in a triangle's bounding box: left, right, top, bottom."""
     left = max((min(x0, x1, x2) + SUBPIXEL - 1) >> SUBPIXEL_BITS, 0)
@@ -55,7 +57,7 @@ def _box(x0, y0, x1, y1, x2, y2, width, height):
     return left, right, top, bottom
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(**INNER, error_model="numpy", fastmath={"contract"})
 def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, facet, cull, width, height, keys):
     """Fill one snapped triangle; q is nearness. `keys` is flat, row after row."""
     area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
@@ -72,7 +74,7 @@ def _fill(x0, y0, q0, x1, y1, q1, x2, y2, q2, facet, cull, width, height, keys):
     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(**INNER, error_model="numpy", fastmath={"contract"})
 def _fill_box(
     x0, y0, q0, x1, y1, q1, x2, y2, q2, area, left, right, top, bottom, facet, width, keys
 ):
@@ -109,7 +111,7 @@ def _fill_box(
         row_q += down_q
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(**INNER, error_model="numpy", fastmath={"contract"})
 def rasterise(clip, faces, order, first, near, far, cull, keys, facet):
     """Z-buffer all facets.
 
@@ -177,7 +179,7 @@ def rasterise(clip, faces, order, first, near, far, cull, keys, facet):
             facet[i, j] = 0 if key == empty else LAST_FACET + 1 - (key & LAST_FACET)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _farthest(keys, width, height, tiles):
     """The least nearness of the pixels in each tile so far."""
     at = 0
@@ -191,7 +193,7 @@ def _farthest(keys, width, height, tiles):
             at += 1
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _hidden(tiles, across, left, right, top, bottom, nearest):
     """Whether all that is drawn in the tiles of a box of pixels is nearer than `nearest`."""
     for j in range(top // TILE, bottom // TILE + 1):
@@ -201,7 +203,7 @@ def _hidden(tiles, across, left, right, top, bottom, nearest):
     return True
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**INNER, error_model="numpy")
 def _fill_clipped(clip, a, b, c, near, facet, cull, width, height, keys):
     """Cut a facet at the near plane (Sutherland-Hodgman) and fill the one or two pieces."""
     corners = (a, b, c)

@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.compiled import INNER
 from abs_engine.core.scene import ColourError, Scene
 
 ZERO, HALF, ONE, FULL = np.float32(0), np.float32(0.5), np.float32(1), np.float32(255)
@@ -54,14 +55,14 @@ def _row(weights: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.concatenate([np.ones(1), weights]).astype(np.float32)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def clamped(x, last):
     """`x` between 0 and `last`; NaN becomes `last`, so that no index leaves the texture."""
     x = x if x < last else last
     return x if x > ZERO else ZERO
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@numba.njit(**INNER, error_model="numpy", fastmath={"contract", "reassoc"})
 def _colour(u, v, stack, weights):
     """Colour at texture coordinates: bilinear, clamped to the edge; pixel = uv * size - 0.5."""
     height, width, _, count = stack.shape

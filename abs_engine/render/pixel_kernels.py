@@ -6,10 +6,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from abs_engine.core.compiled import INNER
+
 UNDRAWN = np.float32(-1e30)  # texture coordinate where nothing is drawn, as targets.FAR_AWAY
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**INNER, error_model="numpy")
 def _weights(clip, faces, f, px, py, width, height):
     """Perspective-correct barycentrics and depth of facet `f` at a pixel.
 
@@ -32,7 +34,7 @@ def _weights(clip, faces, f, px, py, width, height):
     return b0, b1, b2, b0 * w0 + b1 * w1 + b2 * w2
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _texel(texture, u, v):
     """Bilinear colour, clamped to the edge; pixel = uv * size - 0.5."""
     height, width = texture.shape[0], texture.shape[1]
@@ -91,7 +93,7 @@ def outlines(clip, faces, facet, facet_class, shown, depth, bary):
             bary[y, x, 0], bary[y, x, 1], bary[y, x, 2] = b0, b1, b2
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def sum_class_maps(facet, facet_class, maps):
     """Sum over drawn pixels of the map of their class, and how many there are."""
     total, pixels = 0.0, 0
@@ -140,7 +142,7 @@ def texture_uv(clip, faces, uv, facet, planes, known, out):
             out[y, x, 1] = (planes[f, 6] * X + planes[f, 7] * Y + planes[f, 8]) * t
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@numba.njit(**INNER, error_model="numpy", fastmath={"contract"})
 def _set_planes(clip, faces, uv, f, planes):
     """The planes T, U, V of facet `f` over GL device coordinates; see `texture_uv`."""
     a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])

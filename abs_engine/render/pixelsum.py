@@ -16,6 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.compiled import INNER
 from abs_engine.core.scene import ColourError, Scene
 from abs_engine.render import layers
 
@@ -123,7 +124,7 @@ def sum_colour_error(uv, cells, target):
     return total, pixels
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp"})
+@numba.njit(**INNER, error_model="numpy", fastmath={"contract", "reassoc", "arcp"})
 def _colour_row(uv, reds, greens, blues, width, height, red, green, blue, start, stop):
     """`sum_colour_error` of pixels `start` to `stop`, in float32 as texture.glsl has it."""
     columns, rows = np.float32(width), np.float32(height)
@@ -147,14 +148,14 @@ def _colour_row(uv, reds, greens, blues, width, height, red, green, blue, start,
     return total, pixels
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _clamp(x, last):
     """`x` between 0 and `last`; NaN becomes `last`, so that no index leaves the texture."""
     x = x if x < last else last
     return x if x > ZERO else ZERO
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@numba.njit(**INNER, fastmath={"contract", "reassoc"})
 def _bilinear(cell, fx, fy):
     """Interpolate between the four bytes of a cell."""
     w11 = fx * fy

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.camera import Camera
+from abs_engine.core.compiled import INNER
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, Scene
 
@@ -63,7 +64,7 @@ def weights_of(scene: Scene, candidates: Candidates, index: int) -> NDArray[np.f
     ParameterError
         If it has another number of them than the scene has modes.
     """
-    weights: NDArray[np.float64] = candidates.weights[index]
+    weights = np.ascontiguousarray(candidates.weights[index])  # for loops compiled once
     if len(weights) != scene.n_modes:
         raise ParameterError(
             f"a candidate has {len(weights)} weights, the scene {scene.n_modes} modes",
@@ -113,7 +114,7 @@ def to_clip(vertices, motion, k, limit, clip, out):
         out[i, 3] = z
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(**INNER)
 def _distort(x, y, z, k, limit):
     """The scalar form of `Camera.distort`."""
     safe = z if abs(z) >= 1e-9 else 1e-9

@@ -9,6 +9,8 @@ import numba
 import numpy as np
 from numba.np import linalg
 
+from abs_engine.core.compiled import INNER
+
 
 def load() -> None:
     """Load the compiled function, and most of numba with it, which takes a while.
@@ -74,7 +76,7 @@ def weighed_motion(there, pivot, modes, rotation, factor, axes, sunk, weight, ou
             out[d, 3 * n + 2] = deep * weight[n, 2]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@numba.njit(**INNER, error_model="numpy")
 def _place(points, modes, posture, motion):
     """Move points (N, 3) by a posture (M,) and then by `motion` (3, 4), in place."""
     line = points.reshape(-1)
