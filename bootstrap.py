@@ -237,7 +237,10 @@ def make_environment(machine: Machine, dev: bool) -> None:
             raise SetupError(f"{output}\nPython could not make .venv (see above)", 1)
     what = "the package and the developers' tools" if dev else "the package"
     say(f"installing {what} into .venv (a minute or two the first time)")
-    status, output = install_into(machine, ".[dev]" if dev else ".")
+    # Python compiles what it imports as it runs, which takes less than to compile all there is;
+    # where it is told to keep nothing, each start would do it again. Tests let it keep.
+    compiled = not dev and bool(os.environ.get("PYTHONDONTWRITEBYTECODE"))
+    status, output = install_into(machine, ".[dev]" if dev else ".", compiled)
     if status != 0:
         raise SetupError(
             f"{output}\npip failed (see above): check the network, then ./run again", 1
@@ -247,8 +250,8 @@ def make_environment(machine: Machine, dev: bool) -> None:
     unfinished.replace(machine.stamp)
 
 
-def install_into(machine: Machine, project: str) -> tuple[int, str]:
-    """Install the project into `.venv`; the installer's exit status and output.
+def install_into(machine: Machine, project: str, compiled: bool) -> tuple[int, str]:
+    """Install the project into `.venv`, `compiled` or not; the installer's exit status and output.
 
     uv takes a third of pip's time, but does not read pip's settings: where these name another
     registry, and where uv fails, pip installs.
@@ -268,13 +271,12 @@ def install_into(machine: Machine, project: str) -> tuple[int, str]:
         if status == 0:
             bounds = ["-c", CONSTRAINTS, "-b", CONSTRAINTS]
             uv = [python, "-m", "uv", "pip", "install", "--quiet", "--python", python, *bounds]
-            # compiled at once, as by pip: where Python may not write, each start would do it again
-            words = [*uv, "--compile-bytecode", "-e", project]
+            words = [*uv, *(["--compile-bytecode"] if compiled else []), "-e", project]
             status, output = machine.run(words, UV_HTTP_RETRIES="1")
         if status == 0:
             return status, output
         say("uv could not install; pip does, which takes longer")
-    return machine.run([*pip, "-e", project], **bound)
+    return machine.run([*pip, *([] if compiled else ["--no-compile"]), "-e", project], **bound)
 
 
 def prepare(machine: Machine, dev: bool, gl: bool = True) -> None:

@@ -121,7 +121,8 @@ def test_without_rights_the_one_line_to_type_is_given_and_nothing_made(tmp_path,
     assert machine.commands == []
 
 
-def test_with_rights_everything_is_installed_in_order(tmp_path):
+def test_with_rights_everything_is_installed_in_order(tmp_path, monkeypatch):
+    monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
     machine = SimulatedMachine(tmp_path, rights=True, lacks=["ensurepip", *NO_GL])
     bootstrap.prepare(machine, dev=False)
     update, install, venv, _, pip, uv = machine.commands
@@ -129,8 +130,19 @@ def test_with_rights_everything_is_installed_in_order(tmp_path):
     assert install.endswith(f"install -y --no-install-recommends {ALL_PACKAGES}")
     assert "-m venv" in venv
     assert pip.endswith("--only-binary=uv uv")
-    assert uv.endswith("-b constraints.txt --compile-bytecode -e .")
+    assert uv.endswith("-b constraints.txt -e .")
     assert bootstrap.is_ready(machine, dev=False)
+
+
+@pytest.mark.parametrize("tool", ["uv", "pip"])
+@pytest.mark.parametrize("keeps", [True, False])
+def test_it_is_compiled_at_once_only_where_python_keeps_nothing(tmp_path, monkeypatch, tool, keeps):
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "" if keeps else "1")
+    machine = SimulatedMachine(tmp_path, rights=True)
+    machine.cannot_install = {"uv"} if tool == "pip" else set()
+    bootstrap.prepare(machine, dev=False)
+    assert ("--no-compile" in machine.commands[-1]) == (tool == "pip" and keeps)
+    assert ("--compile-bytecode" in machine.commands[-1]) == (tool == "uv" and not keeps)
 
 
 def test_second_call_installs_nothing(tmp_path):
