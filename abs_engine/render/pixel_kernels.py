@@ -155,7 +155,8 @@ def _set_planes(clip, faces, uv, f, planes):
     cx, cy, cw = y0 * w1 - y1 * w0, w0 * x1 - w1 * x0, x0 * y1 - x1 * y0
     tx, ty, tw = ax + bx + cx, ay + by + cy, aw + bw + cw
     if tx == 0.0 and ty == 0.0 and tw == 0.0:  # no area but by snapping: the first corner's
-        planes[f, :] = 0.0
+        for k in range(9):
+            planes[f, k] = 0.0
         planes[f, 2], planes[f, 5], planes[f, 8] = 1.0, uv[a, 0], uv[a, 1]
         return
     planes[f, 0], planes[f, 1], planes[f, 2] = tx, ty, tw

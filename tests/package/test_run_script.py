@@ -121,8 +121,12 @@ def test_without_rights_the_one_line_to_type_is_given_and_nothing_made(tmp_path,
     assert machine.commands == []
 
 
-def test_with_rights_everything_is_installed_in_order(tmp_path, monkeypatch):
+@pytest.fixture(autouse=True)
+def what_is_compiled_is_kept(monkeypatch):
     monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
+
+
+def test_with_rights_everything_is_installed_in_order(tmp_path):
     machine = SimulatedMachine(tmp_path, rights=True, lacks=["ensurepip", *NO_GL])
     bootstrap.prepare(machine, dev=False)
     update, install, venv, _, pip, uv = machine.commands
@@ -238,7 +242,7 @@ def test_pip_installs_where_uv_cannot(tmp_path, capsys):
     machine = SimulatedMachine(tmp_path, rights=True)
     machine.cannot_install.add("uv")
     bootstrap.prepare(machine, dev=False)
-    assert machine.commands[-1].endswith("-m pip install --quiet -e .")
+    assert machine.commands[-1].endswith("-m pip install --quiet --no-compile -e .")
     assert bootstrap.is_ready(machine, dev=False)
     assert "uv could not install; pip does" in capsys.readouterr().out
 
@@ -251,7 +255,7 @@ def test_pip_installs_where_it_knows_another_registry(tmp_path, setting):
     machine.pip_settings = setting
     bootstrap.prepare(machine, dev=False)
     assert machine.count("uv") == 0
-    assert machine.commands[-1].endswith("-m pip install --quiet -e .")
+    assert machine.commands[-1].endswith("-m pip install --quiet --no-compile -e .")
 
 
 def test_failed_pip_shows_its_message_and_leaves_no_stamp(tmp_path):
