@@ -69,6 +69,22 @@ def check_mesh(vertices: FloatArray, faces: NDArray[np.int32]) -> None:
         raise MeshError("every facet of the mesh has zero area", "check the vertices' units")
 
 
+def edges_of(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Edges of facets (F, 3), each once, and how many facets each is an edge of.
+
+    Returns
+    -------
+    edges : (E, 2) int64
+        The smaller vertex first; in the order of their vertices.
+    count : (E,) int64
+    """
+    both = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    size = int(both.max(initial=0)) + 1
+    # NumPy sorts numbers many times faster than rows
+    found, count = np.unique(both[:, 0].astype(np.int64) * size + both[:, 1], return_counts=True)
+    return np.column_stack(np.divmod(found, size)), count
+
+
 def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray:
     """Area-weighted unit vertex normals.
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.geometry import edges_of
 
 
 class Classified(Protocol):
@@ -67,8 +68,7 @@ def _highest(columns: FloatArray, edges: NDArray[np.floating]) -> FloatArray:
     return np.asarray(np.where((share >= 0) & (share <= 1), y, -np.inf).max(axis=1), np.float64)
 
 
-def lip_edges(mesh: Classified, label: str) -> NDArray[np.int32]:
+def lip_edges(mesh: Classified, label: str) -> NDArray[np.int64]:
     """Edges (E, 2) of the facets of a class, each once."""
     faces = mesh.faces[mesh.facet_class == mesh.class_names.index(label)]
-    both = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    return np.unique(np.sort(both, axis=1), axis=0)
+    return edges_of(faces)[0]

@@ -29,6 +29,6 @@ def widest_gap(speaker: Speaker, vertices: NDArray[np.floating]) -> float:
 
 
 @lru_cache(maxsize=4)
-def _lip_edges(speaker: Speaker) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def _lip_edges(speaker: Speaker) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Edges (E, 2) of the facets of the upper and of the lower lip."""
     return lip_gap.lip_edges(speaker, "upper_lip"), lip_gap.lip_edges(speaker, "lower_lip")

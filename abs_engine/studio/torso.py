@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.geometry import vertex_normals
+from abs_engine.core.geometry import edges_of, vertex_normals
 from abs_engine.io.assets import Speaker
 
 _COLLAR = ((10.0, 2.0), (8.0, 4.5), (-3.0, 8.0))
@@ -78,9 +78,7 @@ def _strips(rings: int, around: int) -> NDArray[np.int32]:
 
 def neck_rim(speaker: Speaker) -> NDArray[np.int64]:
     """Vertices on the open lower end of the neck: on an edge of one facet only, below the chin."""
-    faces = speaker.weld[speaker.faces]
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    unique, count = np.unique(edges, axis=0, return_counts=True)
+    unique, count = edges_of(speaker.weld[speaker.faces])
     first = np.unique(speaker.weld, return_index=True)[1]
     rim = first[np.unique(unique[count == 1])]
     chin = speaker.vertices[speaker.landmarks["chin"][0], 1]

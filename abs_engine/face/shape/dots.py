@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from trimesh.triangles import closest_point, points_to_barycentric
+from trimesh.triangles import points_to_barycentric
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.nearest import nearest_on_facets
 
 AXES = "xyz"
 
@@ -94,10 +95,6 @@ def nearest_points(
         Facets on which the points may lie.
     points : (K, 3) float64, mm
     """
-    triangles, corners, weights = nodes[faces], [], []
-    for point in np.asarray(points, np.float64):
-        found = closest_point(triangles, np.tile(point, (len(faces), 1)))
-        best = int(np.linalg.norm(found - point, axis=1).argmin())
-        corners.append(faces[best])
-        weights.append(points_to_barycentric(triangles[best : best + 1], found[best : best + 1])[0])
-    return ShellPoints(np.array(corners, np.int32), np.clip(np.array(weights, np.float64), 0, 1))
+    facet, place = nearest_on_facets(nodes[faces], np.asarray(points, np.float64))
+    weights = points_to_barycentric(nodes[faces[facet]], place)
+    return ShellPoints(faces[facet].astype(np.int32), np.clip(weights, 0, 1))

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from trimesh.triangles import closest_point
 
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
+from abs_engine.core.nearest import nearest_on_facets
 from abs_engine.face.settings.shape import SHAPE
 from abs_engine.face.shape.fem import Material, ThinShell
 from abs_engine.face.shape.lip_edge import lip_edge
@@ -198,13 +198,10 @@ def _on_surface(
     centre = vertices[speaker.faces].mean(axis=1)
     near = np.linalg.norm(centre - points.mean(axis=0), axis=1) < 95
     faces = speaker.faces[chosen & near]
-    corners, weights = [], []
-    for point in points:
-        found = closest_point(vertices[faces], np.tile(point, (len(faces), 1)))
-        best = int(np.linalg.norm(found - point, axis=1).argmin())
-        corners.append(faces[best])
-        weights.append(_barycentrics(vertices[faces[best]], found[best]))
-    return np.array(corners, np.int32), np.array(weights)
+    facet, place = nearest_on_facets(vertices[faces], points)
+    corners = faces[facet]
+    weights = [_barycentrics(*pair) for pair in zip(vertices[corners], place, strict=True)]
+    return np.asarray(corners, np.int32), np.array(weights)
 
 
 def _barycentrics(triangle: FloatArray, point: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.geometry import edges_of
 from abs_engine.io.arrays import of_json
 from abs_engine.io.inputs import MOST
 from abs_engine.learn.heads.table import MARKS, SIXTY_EIGHT
@@ -132,9 +133,7 @@ def lip_contours(
     count = int(weld.max()) + 1
     place = np.zeros((count, 3))
     place[weld] = vertices
-    corners = weld[faces]
-    edges = np.concatenate([np.roll(corners, k, axis=1)[:, :2] for k in range(3)])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    edges, _ = edges_of(weld[faces])
     length = np.linalg.norm(place[edges[:, 0]] - place[edges[:, 1]], axis=1)
     graph = csr_matrix((np.maximum(length, 1e-6), (edges[:, 0], edges[:, 1])), (count, count))
     first = np.zeros(count, np.int64)

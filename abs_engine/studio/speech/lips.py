@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
+from trimesh.triangles import points_to_barycentric
 
 from abs_engine.core.arrays import FloatArray, IntArray
+from abs_engine.core.geometry import edges_of
+from abs_engine.core.nearest import nearest_on_facets
 from abs_engine.io.assets import Speaker
 
 INCISORS = 5.0
@@ -54,11 +56,11 @@ class Lips:
         return cls(
             neutral[used].astype(np.float64),
             speaker.units[:, used].astype(np.float64),
-            place[_edges(faces["upper_lip"])],
-            place[_edges(faces["lower_lip"])],
+            place[edges_of(faces["upper_lip"])[0]],
+            place[edges_of(faces["lower_lip"])[0]],
             place[corners],
             place[faces["lower_lip"]],
-            _incisors(neutral.astype(np.float64), _edges(faces["upper_teeth"])),
+            _incisors(neutral.astype(np.float64), edges_of(faces["upper_teeth"])[0]),
         )
 
     def points(self, weights: FloatArray) -> FloatArray:
@@ -112,16 +114,11 @@ class Lips:
             Along the direction of that distance, with the nearest point held fast to its facet.
         """
         corner = self.points(weights)[self.lower_faces]
-        count, facets = len(self.incisors), len(corner)
-        found = trimesh.triangles.closest_point(
-            np.tile(corner, (count, 1, 1)), np.repeat(self.incisors, facets, axis=0)
-        ).reshape(count, facets, 3)
-        best = np.linalg.norm(found - self.incisors[:, None], axis=2).argmin(axis=1)
-        nearest = found[np.arange(count), best]
+        best, nearest = nearest_on_facets(corner, self.incisors)
         away = self.incisors - nearest
         distance = np.linalg.norm(away, axis=1)
         unit = away / np.maximum(distance, 1e-9)[:, None]
-        share = trimesh.triangles.points_to_barycentric(corner[best], nearest)
+        share = points_to_barycentric(corner[best], nearest)
         moved = np.einsum("df,udfx->udx", share, self.units[:, self.lower_faces[best]])
         return distance, -np.einsum("udx,dx->du", moved, unit)
 
@@ -129,11 +126,6 @@ class Lips:
 def _faces(speaker: Speaker, name: str) -> IntArray:
     wanted = speaker.facet_class == speaker.class_id(name)
     return np.asarray(speaker.faces[wanted], np.int64)
-
-
-def _edges(faces: IntArray) -> IntArray:
-    both = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    return np.asarray(np.unique(np.sort(both, axis=1), axis=0), np.int64)
 
 
 def _incisors(vertices: FloatArray, edges: IntArray) -> FloatArray:

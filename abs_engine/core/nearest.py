@@ -1,0 +1,39 @@
+"""The places on facets that are nearest to points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from trimesh.triangles import closest_point
+
+from abs_engine.core.arrays import FloatArray
+
+_ROUNDING = 1e-9  # of the points' distances, mm
+
+
+def nearest_on_facets(
+    triangles: FloatArray, points: FloatArray
+) -> tuple[NDArray[np.int64], FloatArray]:
+    """The facet nearest to each point, and the place on it.
+
+    Parameters
+    ----------
+    triangles : (F, 3, 3) float64
+        Corners of the facets.
+    points : (N, 3) float64
+
+    Returns
+    -------
+    facet : (N,) int64
+        Of several that are as near, the first.
+    place : (N, 3) float64
+    """
+    centre = triangles.mean(axis=1)
+    reach = np.linalg.norm(triangles - centre[:, None], axis=2).max(axis=1)
+    away = np.linalg.norm(points[:, None] - centre, axis=2)
+    # A facet lies within its reach of its centre, so only these can hold the nearest place
+    which, facet = np.nonzero(away - reach <= away.min(axis=1, keepdims=True) + _ROUNDING)
+    found = closest_point(triangles[facet], points[which])
+    distance = np.linalg.norm(found - points[which], axis=1)
+    best = np.lexsort((facet, distance, which))[np.searchsorted(which, np.arange(len(points)))]
+    return facet[best], np.asarray(found[best], np.float64)
