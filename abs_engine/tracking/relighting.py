@@ -90,7 +90,8 @@ def _lobes(normals: FloatArray) -> FloatArray:
     np.minimum(near, 0.0, out=near)
     near /= LOBE_WIDTH**2
     lobes = near.astype(np.float32)
-    return np.exp(lobes, out=lobes).astype(np.float64)
+    np.exp(lobes, out=lobes)
+    return np.asarray(lobes, np.float64)
 
 
 def _robust(terms: FloatArray, values: FloatArray, weak: FloatArray) -> FloatArray:
