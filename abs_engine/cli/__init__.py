@@ -83,8 +83,12 @@ def _run(arguments: Sequence[str] | None) -> int:
         return BAD_INPUT
     except click.ClickException as error:
         return _complain(complaint(error))
-    except KeyboardInterrupt as stop:
-        what = str(stop) or "nothing was left behind"
+    except (KeyboardInterrupt, SystemError) as stop:
+        # A compiled loop that is interrupted as it ends raises a SystemError that was caused by it
+        asked = stop.__cause__ if isinstance(stop, SystemError) else stop
+        if not isinstance(asked, KeyboardInterrupt):
+            raise
+        what = str(asked) or "nothing was left behind"
         log(f"abs-engine: interrupted; {what}\n")
         return INTERRUPTED
 

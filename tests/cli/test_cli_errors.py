@@ -261,6 +261,25 @@ def test_ctrl_c_leaves_nothing(capsys, tmp_path, noise_video, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_ctrl_c_in_a_compiled_loop_is_an_interruption(capsys, tmp_path, noise_video, monkeypatch):
+    def interrupt(*_: object) -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr("abs_engine.tracking.run.prepare", interrupt)
+    words = [str(word) for word in track(noise_video, tmp_path / "run")]
+    assert main(words) == 130
+    assert "interrupted; nothing was left behind" in capsys.readouterr().err
+
+
+def test_another_system_error_is_none(tmp_path, noise_video, monkeypatch):
+    def fail(*_: object) -> None:
+        raise SystemError("a bug")
+
+    monkeypatch.setattr("abs_engine.tracking.run.prepare", fail)
+    with pytest.raises(SystemError, match="a bug"):
+        main([str(word) for word in track(noise_video, tmp_path / "run")])
+
+
 def test_errors_come_at_once():
     code = (
         "import sys\nfrom abs_engine.cli import main\n"

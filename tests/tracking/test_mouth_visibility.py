@@ -101,6 +101,8 @@ def test_a_mouth_outside_of_the_picture_has_no_look():
     ring = seen.pixels[OUTER_RING]
     cut = image[: int(ring[:, 1].mean()) - 8]  # less than half of it is left
     assert look(cut, seen) is None
+    through_the_lower_lip = image[: int(ring[:, 1].max()) - 2]
+    assert look(through_the_lower_lip, seen) is None
     most = image[: int(ring[:, 1].max()) - 1]
     assert look(most, seen) is not None
 
