@@ -190,14 +190,26 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
     for k, row in enumerate(rows):
         if len(row) != len(header):
             raise InputFileError(
-                f"{path}, frame {k + 1} has {len(row)} values for {len(header)} columns",
+                f"{path}, frame {_frame(header, row, k)} has {len(row)} values for {len(header)} "
+                "columns",
                 "check the file: use commas only between columns, and decimal points in numbers",
             )
         try:
             table[k] = [to_number(cell, gaps=True) for cell in row]
         except ValueError as error:
-            raise InputFileError(f"{path}, frame {k + 1}: {error}", "give numbers") from error
+            raise InputFileError(
+                f"{path}, frame {_frame(header, row, k)}: {error}", "give numbers"
+            ) from error
     return header, table
+
+
+def _frame(header: list[str], row: list[str], k: int) -> str:
+    """Number of row `k`'s frame: by the column ``frame`` where there is one, else from 0."""
+    at = header.index("frame") if "frame" in header else len(row)
+    try:
+        return f"{to_number(row[at]):.12g}" if at < len(row) else str(k)
+    except ValueError:
+        return str(k)
 
 
 def _header(path: Path, row: list[str]) -> list[str]:

@@ -166,6 +166,17 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
         assert not out.exists()
 
 
+@pytest.mark.parametrize(("column", "said"), [("frame", "frame 102"), ("time", "frame 2")])
+@pytest.mark.parametrize("end", [",left", ",0,0"])
+def test_a_frame_that_is_wrong_has_the_files_own_number(tmp_path, column, said, end):
+    path = tmp_path / "wide.csv"
+    rows = [f"{100 + k},0,0" for k in range(4)]
+    rows[2] = rows[2].rpartition(",")[0] + end
+    path.write_text("\n".join([f"{column},a_x,a_y,a_z", *(row + ",0" for row in rows)]))
+    with pytest.raises(InputFileError, match=rf"wide.csv, {said}\b"):
+        read_markers(path, 50.0)
+
+
 def test_points_are_read_from_csv_and_json(tmp_path: Path):
     table, tree = tmp_path / "p.csv", tmp_path / "p.json"
     table.write_text("\ufeffpoint, x ,y,view,note\nnose,1.5,2,2,fine\nchin,,,1,\n")
