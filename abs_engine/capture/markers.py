@@ -94,11 +94,13 @@ def read_markers(
         If the file is missing, cut or of another kind, holds no marker or what is infinite, or its
         rate is not known.
     ParameterError
-        If the unit is unknown, or the file states another unit or rate.
+        If the unit is unknown, the rate is not above 0, or the file states another unit or rate.
     """
     path = Path(path)
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
+    if rate is not None and not 0 < rate <= MOST:
+        raise ParameterError(f"{rate:g} is not a rate above 0", "give frames per second")
     check_file(path)
     read = _read_c3d if path.suffix.lower() == ".c3d" else _read_csv
     markers = read(path, rate, unit)

@@ -19,6 +19,7 @@ from abs_engine.core.errors import (
     AbsEngineError,
     InputFileError,
     ModelFormatError,
+    ParameterError,
     TooFewPointsError,
 )
 from abs_engine.io.assets import load_speaker
@@ -175,6 +176,17 @@ def test_a_frame_that_is_wrong_has_the_files_own_number(tmp_path, column, said, 
     path.write_text("\n".join([f"{column},a_x,a_y,a_z", *(row + ",0" for row in rows)]))
     with pytest.raises(InputFileError, match=rf"wide.csv, {said}\b"):
         read_markers(path, 50.0)
+
+
+@pytest.mark.parametrize("rate", [0, -5])
+def test_a_rate_that_is_none_is_refused(tmp_path, capsys, rate):
+    path = write_long(tmp_path / "m.csv", NAMES, talking())
+    out = tmp_path / "o.npz"
+    assert main(["observe", str(path), "--rate", str(rate), "-o", str(out)]) == 2
+    assert f"{rate} is not a number above 0" in capsys.readouterr().err
+    assert not out.exists()
+    with pytest.raises(ParameterError, match=f"{rate} is not a rate above 0"):
+        read_markers(path, rate)
 
 
 def test_points_are_read_from_csv_and_json(tmp_path: Path):
