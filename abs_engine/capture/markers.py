@@ -254,13 +254,18 @@ def _widened(
     names: dict[str, None] = {}
     frames: dict[float, dict[str, list[str]]] = {}
     for number, row in enumerate(rows, start=2):
+        if len(row) < len(header):
+            raise InputFileError(
+                f"{path}, line {number} has {len(row)} of {len(header)} values",
+                "check the file: it may have been cut",
+            )
         try:
             when, name = to_number(row[at[key]]), row[at["point"]].strip()
             here = frames.setdefault(when, {})
             if name in here:
                 raise ValueError(f"'{name}' is given twice")
             here[name] = [row[at[c]] for c in "xyz"]
-        except (ValueError, IndexError) as error:
+        except ValueError as error:
             raise InputFileError(f"{path}, line {number}: {error}", "check the file") from error
         names[name] = None
     wide = [key, *(f"{n}_{c}" for n in names for c in "xyz")]

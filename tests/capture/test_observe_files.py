@@ -189,6 +189,15 @@ def test_a_rate_that_is_none_is_refused(tmp_path, capsys, rate):
         read_markers(path, rate)
 
 
+def test_a_last_line_that_is_cut_says_how_much_is_left(tmp_path):
+    path = write_long(tmp_path / "cut.csv", NAMES, talking())
+    text = path.read_text()
+    path.write_text(text[: text.rindex(",")])
+    line = len(text.splitlines())
+    with pytest.raises(InputFileError, match=f"line {line} has 4 of 5 values"):
+        read_markers(path, 50.0)
+
+
 def test_points_are_read_from_csv_and_json(tmp_path: Path):
     table, tree = tmp_path / "p.csv", tmp_path / "p.json"
     table.write_text("\ufeffpoint, x ,y,view,note\nnose,1.5,2,2,fine\nchin,,,1,\n")
