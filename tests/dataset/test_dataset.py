@@ -473,6 +473,7 @@ def test_the_card_tells_what_there_is():
     assert "- `normals`" not in card
     assert "CC0" in card
     assert "{" not in card
+    assert f"\n`{codec.TRUTH}`: `rate`" in card
 
 
 def test_the_snippet_of_the_card_runs(made, monkeypatch):
