@@ -94,11 +94,13 @@ def read_markers(
         If the file is missing, cut or of another kind, holds no marker or what is infinite, or its
         rate is not known.
     ParameterError
-        If the unit is unknown, or the file states another unit or rate.
+        If the unit is unknown, the rate is not above 0, or the file states another unit or rate.
     """
     path = Path(path)
     if unit is not None and unit not in UNITS:
         raise ParameterError(f"there is no unit '{unit}'", f"choose one of {', '.join(UNITS)}")
+    if rate is not None and not 0 < rate <= MOST:
+        raise ParameterError(f"{rate:g} is not a rate above 0", "give frames per second")
     check_file(path)
     read = _read_c3d if path.suffix.lower() == ".c3d" else _read_csv
     markers = read(path, rate, unit)
@@ -190,14 +192,26 @@ def _cells(path: Path) -> tuple[list[str], FloatArray]:
     for k, row in enumerate(rows):
         if len(row) != len(header):
             raise InputFileError(
-                f"{path}, frame {k + 1} has {len(row)} values for {len(header)} columns",
+                f"{path}, frame {_frame(header, row, k)} has {len(row)} values for {len(header)} "
+                "columns",
                 "check the file: use commas only between columns, and decimal points in numbers",
             )
         try:
             table[k] = [to_number(cell, gaps=True) for cell in row]
         except ValueError as error:
-            raise InputFileError(f"{path}, frame {k + 1}: {error}", "give numbers") from error
+            raise InputFileError(
+                f"{path}, frame {_frame(header, row, k)}: {error}", "give numbers"
+            ) from error
     return header, table
+
+
+def _frame(header: list[str], row: list[str], k: int) -> str:
+    """Number of row `k`'s frame: by the column ``frame`` where there is one, else from 0."""
+    at = header.index("frame") if "frame" in header else len(row)
+    try:
+        return f"{to_number(row[at]):.12g}" if at < len(row) else str(k)
+    except ValueError:
+        return str(k)
 
 
 def _header(path: Path, row: list[str]) -> list[str]:
@@ -240,13 +254,18 @@ def _widened(
     names: dict[str, None] = {}
     frames: dict[float, dict[str, list[str]]] = {}
     for number, row in enumerate(rows, start=2):
+        if len(row) < len(header):
+            raise InputFileError(
+                f"{path}, line {number} has {len(row)} of {len(header)} values",
+                "check the file: it may have been cut",
+            )
         try:
             when, name = to_number(row[at[key]]), row[at["point"]].strip()
             here = frames.setdefault(when, {})
             if name in here:
                 raise ValueError(f"'{name}' is given twice")
             here[name] = [row[at[c]] for c in "xyz"]
-        except (ValueError, IndexError) as error:
+        except ValueError as error:
             raise InputFileError(f"{path}, line {number}: {error}", "check the file") from error
         names[name] = None
     wide = [key, *(f"{n}_{c}" for n in names for c in "xyz")]

@@ -13,7 +13,7 @@ from abs_engine.dataset import codec
 
 
 def write_truth(folder: Path, **arrays: Any) -> Path:
-    """Write the ``dataset.npz`` of a clip; its arrays are those of the dataset card.
+    """Write the ``truth.npz`` of a clip; its arrays are those of the dataset card.
 
     Raises
     ------

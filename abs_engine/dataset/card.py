@@ -70,7 +70,7 @@ forward, as in OpenCV. Rotations are rotation vectors. The lens distorts vertice
 edges of the facets, of one to five millimetres, straight. Label pictures have one sample at the
 centre of each pixel; the video is multisampled.
 
-`dataset.npz`: `rate`, `seed`, `person`, `sentence`, `command`; `unit_weights` (T, 52) of the ARKit
+`truth.npz`: `rate`, `seed`, `person`, `sentence`, `command`; `unit_weights` (T, 52) of the ARKit
 face units `unit_names`; `identity_weights`; `neutral` (V, 3), so that vertices = neutral +
 offsets, exactly as filmed; `faces` (F, 3), counter-clockwise from outside; `facet_class` (F,), an
 index into `class_names`; `uv` (V, 2), v down; `rotations`, `translations` (T, 3), head -> world;

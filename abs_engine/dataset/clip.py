@@ -160,7 +160,7 @@ _LAYOUT: Layout = {
 
 
 def load_clip(folder: Path) -> Clip:
-    """Read the ``dataset.npz`` of a clip's folder; the vertex offsets are read when wanted.
+    """Read the ``truth.npz`` of a clip's folder; the vertex offsets are read when wanted.
 
     Raises
     ------

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.kinds import to_path
 from abs_engine.dataset import codec
@@ -96,6 +98,24 @@ class Dataset:
             clip = self.clip(entry.name)
             for camera in entry.cameras:
                 yield load_view(clip, self.folder / entry.name / camera)
+
+    def __getitem__(self, number: int) -> Truth:
+        """The view of a number, counted from 0 in the order of `views`.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such view.
+        """
+        views = self.views
+        if not isinstance(number, (int, np.integer)):
+            raise ParameterError("a dataset's views have numbers", "write, for example, dataset[0]")
+        if not 0 <= number < len(views):
+            raise ParameterError(
+                f"{self.folder} has {len(views)} views, not a view {number}",
+                f"give 0 to {len(views) - 1}" if views else "give a dataset that has some",
+            )
+        return self.view(*views[number])
 
     def clip(self, name: str) -> Clip:
         """Read what is true of a clip for all its cameras."""

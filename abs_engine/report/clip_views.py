@@ -65,9 +65,11 @@ def shown_view(
         )
     fitting = known[:1] or fitting
     if len(fitting) > 1:
+        other = next(iter(tracked), None) if _lists_videos(dataset) else None
+        no = "" if other is None else f" none of the video of {other},"
         raise ParameterError(
-            f"{path} holds {len(fitting)} views, and one is needed: {choices(fitting)}",
-            "choose with --clip and --camera",
+            f"{path} holds {len(fitting)} views,{no} and one is needed: {choices(fitting)}",
+            "choose with --clip and --camera" if other is None else "give the truth of that video",
         )
     truth = load_truth(root / fitting[0][0] / fitting[0][1])
     others = tuple("/".join(view) for view in dataset.views if view != fitting[0])
@@ -101,6 +103,12 @@ def tracked_views(dataset: Dataset, results: Sequence[Path]) -> dict[Path, tuple
     sums = read_sums(dataset.folder)
     views = {sums.get(f"{c}/{v}/{codec.VIDEO}"): (c, v) for c, v in dataset.views}
     return {path: views.get(digest) for path in results if (digest := video_sum(path))}
+
+
+def _lists_videos(dataset: Dataset) -> bool:
+    """Whether the dataset has the checksum of every view's video."""
+    sums = read_sums(dataset.folder)
+    return all(f"{clip}/{camera}/{codec.VIDEO}" in sums for clip, camera in dataset.views)
 
 
 def _fitting(

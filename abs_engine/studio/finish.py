@@ -99,7 +99,7 @@ def add_seconds(total: dict[str, float], more: dict[str, float]) -> None:
 
 
 def truth_arrays(plan: ClipPlan, speaker: Speaker, gap: Any) -> dict[str, Any]:
-    """Arrays of ``dataset.npz``."""
+    """Arrays of ``truth.npz``."""
     labels = [interval[0] for interval in plan.intervals]
     return {
         "rate": plan.rate,

@@ -12,7 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.run_warnings import doubts
+from abs_engine.tracking.run_warnings import doubts, little_explained
 from abs_engine.tracking.shot_cuts import cut_line
 
 
@@ -29,7 +29,10 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     found, cuts = arrays["found"], arrays["index"][arrays["cut"]].tolist()
     landmarks = _by_landmarks(arrays, face)
     shots = [cut_line(cuts)] if cuts else []
-    warnings = [*setting.warnings, *shots, *landmarks.get("warnings", ())]
+    score = _mean_score(arrays["score"][found])
+    source = _score_of(arrays["term_names"].tolist(), face.name)
+    little = little_explained(source.get("score_of", "colour"), score)
+    warnings = [*setting.warnings, *shots, *little, *landmarks.get("warnings", ())]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),
@@ -37,8 +40,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
         "covered_frames": int(arrays["covered"].sum()),
         "closed_frames": int(arrays["closed"].sum()),
         "mean_evaluations": float(work.mean()) if len(work) else 0.0,
-        "mean_score": _mean_score(arrays["score"][found]),
-        **_score_of(arrays["term_names"].tolist(), face.name),
+        "mean_score": score,
+        **source,
         **landmarks,
         "cuts": cuts,
         "warnings": warnings,

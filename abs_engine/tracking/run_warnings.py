@@ -24,6 +24,28 @@ BURNT_OUT = (
     "come out closed; look at the overlay before you use it"
 )
 
+LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
+OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
+
+
+def little_explained(source: str, score: float | None) -> list[str]:
+    """Warning that the run explains too little of the picture, if it does.
+
+    Parameters
+    ----------
+    source : str
+        What the scores are of, such as colour; see ``score_of`` in ``run.json``.
+    score : float, optional
+        Their mean; None where it is not known.
+    """
+    if score is None:
+        return []
+    if source == "colour" and score < FRAME_LOOP.least_score:
+        return [LITTLE.format(score)]
+    if source in ("texture", "local") and score < FRAME_LOOP.least_face_score:
+        return [OTHERS.format(score)]
+    return []
+
 
 def disagreement(aperture: float, deviation: float, by_landmarks: float) -> float:
     """Distance of an aperture from that of the landmarks, in their joint standard deviations.

@@ -19,6 +19,7 @@ from abs_engine.core.errors import (
     AbsEngineError,
     InputFileError,
     ModelFormatError,
+    ParameterError,
     TooFewPointsError,
 )
 from abs_engine.io.assets import load_speaker
@@ -164,6 +165,37 @@ def test_broken_marker_files_are_one_line(tmp_path: Path, capsys: pytest.Capture
         assert main(["observe", str(path), "--rigid", "a,b,c", "-o", str(out)]) == 2
         assert told in capsys.readouterr().err
         assert not out.exists()
+
+
+@pytest.mark.parametrize(("column", "said"), [("frame", "frame 102"), ("time", "frame 2")])
+@pytest.mark.parametrize("end", [",left", ",0,0"])
+def test_a_frame_that_is_wrong_has_the_files_own_number(tmp_path, column, said, end):
+    path = tmp_path / "wide.csv"
+    rows = [f"{100 + k},0,0" for k in range(4)]
+    rows[2] = rows[2].rpartition(",")[0] + end
+    path.write_text("\n".join([f"{column},a_x,a_y,a_z", *(row + ",0" for row in rows)]))
+    with pytest.raises(InputFileError, match=rf"wide.csv, {said}\b"):
+        read_markers(path, 50.0)
+
+
+@pytest.mark.parametrize("rate", [0, -5])
+def test_a_rate_that_is_none_is_refused(tmp_path, capsys, rate):
+    path = write_long(tmp_path / "m.csv", NAMES, talking())
+    out = tmp_path / "o.npz"
+    assert main(["observe", str(path), "--rate", str(rate), "-o", str(out)]) == 2
+    assert f"{rate} is not a number above 0" in capsys.readouterr().err
+    assert not out.exists()
+    with pytest.raises(ParameterError, match=f"{rate} is not a rate above 0"):
+        read_markers(path, rate)
+
+
+def test_a_last_line_that_is_cut_says_how_much_is_left(tmp_path):
+    path = write_long(tmp_path / "cut.csv", NAMES, talking())
+    text = path.read_text()
+    path.write_text(text[: text.rindex(",")])
+    line = len(text.splitlines())
+    with pytest.raises(InputFileError, match=f"line {line} has 4 of 5 values"):
+        read_markers(path, 50.0)
 
 
 def test_points_are_read_from_csv_and_json(tmp_path: Path):

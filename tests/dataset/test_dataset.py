@@ -299,6 +299,16 @@ def test_a_dataset_is_iterated_view_by_view(made):
     assert not front.has("cover")
 
 
+def test_a_view_of_a_dataset_has_a_number(made):
+    dataset = load_dataset(made)
+    assert [dataset[k].folder.name for k in range(len(dataset))] == ["front", "side"]
+    for number in (2, -1):
+        with pytest.raises(ParameterError, match=f"has 2 views, not a view {number}; give 0 to 1"):
+            dataset[number]
+    with pytest.raises(ParameterError, match="views have numbers"):
+        dataset["front"]
+
+
 def test_poses_lead_from_head_to_world_to_camera(made):
     for truth in load_dataset(made):
         for frame in range(FRAMES):
@@ -473,6 +483,7 @@ def test_the_card_tells_what_there_is():
     assert "- `normals`" not in card
     assert "CC0" in card
     assert "{" not in card
+    assert f"\n`{codec.TRUTH}`: `rate`" in card
 
 
 def test_the_snippet_of_the_card_runs(made, monkeypatch):

@@ -109,6 +109,12 @@ def test_the_noise_of_the_dots_is_found():
     assert train(observed_motion(SPEAKER, MOTION), SPEAKER, "clara").physics.noise < 0.02
 
 
+def test_the_help_says_which_frames_are_learned_from(capsys):
+    assert main(["train", "--help"]) == 0
+    words = " ".join(capsys.readouterr().out.split())
+    assert f"those with {LEARNING.fewest_dots} or more of the {len(LIPS16)} dots" in words
+
+
 def test_test_frames_are_not_learned_from():
     points = SEEN.points.copy()
     points[140:] += 2.0

@@ -87,6 +87,14 @@ def test_a_run_that_knows_its_video_needs_no_choice(data, tmp_path):
         shown_view(data, None, None, [side, other])
 
 
+def test_a_run_of_none_of_the_views_is_said_to_be_of_none(data, tmp_path):
+    (tmp_path / "film.mp4").write_bytes(b"another film")
+    run = run_of(tmp_path / "run", tmp_path / "film.mp4")
+    said = r"holds 3 views, none of the video of .*run, and one is needed: .*; give the truth of "
+    with pytest.raises(ParameterError, match=said):
+        shown_view(data, None, None, [run])
+
+
 def test_the_page_tells_which_view_it_shows(data, tmp_path, capsys):
     run = reported.write_exact(tmp_path / "run")
     words = ["report", str(run), "--truth", str(data), "-o", str(tmp_path / "page.html")]

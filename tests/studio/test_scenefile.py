@@ -181,11 +181,16 @@ def test_what_a_scene_may_not_say(text, words):
         ("size = [321, 240]", "even sizes"),
         ("size = [8, 8]", "16 to 8192"),
         ("[[camera]]\nsize = [10000, 64]", "16 to 8192"),
-        ("rate = 0", "rate of 0"),
+        ("rate = 0", "rate of 0 frames per second; give a rate above 0, of 1000 at most"),
+        ("rate = 1001", "rate of 1001 frames per second; give a rate above 0, of 1000 at most"),
         ("seed = -1", "seed is -1"),
         ("shirt = true", "no colour"),
         ("[[camera]]\n[[camera]]", "2 [[camera]] named 'camera'"),
         ('[[clip]]\nname = "../up"', "[[clip]] has the name '../up'"),
+        ('[[camera]]\nname = "truth.npz"', "'truth.npz', which a file of the dataset has"),
+        ('[[camera]]\nname = "Vertices"', "'Vertices', which a file of the dataset has"),
+        ('[[clip]]\nname = "README.md"', "'README.md', which a file of the dataset has"),
+        ('[[clip]]\nname = "SHA256SUMS"', "'SHA256SUMS', which a file of the dataset has"),
         ('[[clip]]\nspeaker = "klara"', "no person 'klara' (nearest: 'clara')"),
         ('[[clip]]\ncameras = ["cam"]', "camera 'cam', which does not exist (nearest: 'camera')"),
         ('[[clip]]\nlights = ["kee"]', "light 'kee', which does not exist (nearest: 'key')"),
@@ -281,6 +286,19 @@ def test_the_command_line_says_it_in_one_line_with_status_2(tmp_path, capsys):
     assert main(["synth", str(scene), "-o", str(tmp_path / "out"), "--seed", "2"]) == 2
     assert "--seed does not go with a scene file" in capsys.readouterr().err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["scene.toml"]
+
+
+@pytest.mark.parametrize(
+    ("text", "lacking"),
+    [
+        ("version = 1", "format"),
+        ('format = "abs_engine.scene"', "version"),
+        ("seed = 1", "format or version"),
+    ],
+)
+def test_a_scene_without_its_first_lines_names_those_that_it_lacks(text, lacking):
+    with pytest.raises(ModelFormatError, match=f"has no line {lacking}; begin it with format = "):
+        parse_scene(text)
 
 
 def test_files_that_are_no_scenes(tmp_path):

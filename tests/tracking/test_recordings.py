@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from runs import noise, write_kind, write_noise, written_run
 
+from abs_engine.cli import main
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -100,6 +101,14 @@ def test_a_video_that_comes_twice_is_refused(tmp_path):
     check_distinct([(one, one), (run, other)])
     with pytest.raises(ParameterError, match=r"one\.mp4 and .*run are of the same video"):
         check_distinct([(one, one), (other, other), (run, one)])
+
+
+def test_speaker_refuses_a_video_that_is_typed_twice(tmp_path, capsys):
+    one, other = (write_kind(tmp_path / f"{n}.mp4", "libx264", noise(2, seed=n)) for n in (1, 2))
+    out = tmp_path / "me.face"
+    assert main(["speaker", *map(str, (one, one, other)), "-o", str(out)]) == 2
+    assert f"{one} is given twice; give it once" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_videos_of_one_size_are_asked_for(tmp_path):

@@ -157,6 +157,14 @@ def test_the_summary(folder):
     }
 
 
+def test_a_run_that_explains_little_holds_its_warning():
+    recorder = Recorder(toy_setting())
+    for result in RESULTS_OF_CLIP:
+        recorder.add(replace(result, score=0.6))
+    (line,) = recorder.summary()["warnings"]
+    assert line.startswith("the drawn mouth explains only 60%")
+
+
 def test_what_is_no_run_is_refused(tmp_path, run):
     with pytest.raises(InputFileError, match=r"is not a run.*that 'track -o' made"):
         load_run(tmp_path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from runs import lost_result
 
-from abs_engine.tracking.run_warnings import disagreement, doubts
+from abs_engine.tracking.run_warnings import disagreement, doubts, little_explained
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
@@ -85,6 +85,21 @@ def test_frames_that_were_held_to_the_landmarks():
     (line,) = doubts(NONE, held, GOOD)
     assert line.startswith("in 25% of the frames what is drawn led off the lips")
     assert doubts(NONE, [k < 4 for k in range(40)], GOOD) == []
+
+
+@pytest.mark.parametrize(("source", "limit", "said"), [
+    ("colour", FRAME_LOOP.least_score, "the drawn mouth explains only 77%"),
+    ("texture", FRAME_LOOP.least_face_score, "is it this speaker's"),
+    ("local", FRAME_LOOP.least_face_score, "the face explains only 79%"),
+])  # fmt: skip
+def test_a_run_that_explains_little(source, limit, said):
+    (line,) = little_explained(source, limit - 0.01)
+    assert said in line
+    assert little_explained(source, limit + 0.01) == []
+
+
+def test_what_is_not_known_to_explain_little():
+    assert little_explained("colour", None) == little_explained("plugin: own", 0.1) == []
 
 
 def test_all_of_it_at_once_and_nothing_at_all():

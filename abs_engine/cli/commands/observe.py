@@ -79,7 +79,7 @@ def _rename(text: str) -> tuple[str, str]:
         "For marker files",
         take.option("--rename", many=True, type=_rename, metavar="MARKER=POINT...",
             text="names of the points that are markers of other names"),
-        take.option("--rate", type=float, metavar="HZ",
+        take.option("--rate", type=take.positive, metavar="HZ",
             text="frame rate, if the file does not state it"),
         take.option("--unit", type=take.Choice(("mm", "cm", "m")),
             text="if the file does not state it (default: mm)"),

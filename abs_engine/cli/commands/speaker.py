@@ -48,7 +48,7 @@ def speaker(chosen: Chosen) -> Done:
         speaker=chosen.speaker,
     )
     head = load_speaker(options.speaker)
-    paths = list(dict.fromkeys(chosen.recordings))
+    paths = list(chosen.recordings)
     runs = {path: load_recording(path, head) for path in paths if path.is_dir()}
     videos = [runs[path].video if path in runs else path for path in paths]
     check_videos(list(zip(paths, videos, strict=True)))

@@ -46,8 +46,8 @@ def _runs(text: str) -> tuple[Path, ...]:
     take.option("--modes", type=int, default=10, metavar="N",
         text="number of modes to keep (default: 10)"),
     take.option("--train", type=int, default=140, metavar="N",
-        text="frames with all dots to learn from (fails if there are fewer); the rest is for "
-        "testing (default: 140)"),
+        text="frames to learn from, of those with 8 or more of the 16 dots (fails if there are "
+        "fewer); the rest is for testing (default: 140)"),
     take.option("--add", many=True, type=_runs, metavar="RUN[,RUN]...",
         text="learn from runs of videos without dots, too, of this person or others; join those "
         "of cameras that filmed the same by commas. Kept if frames that were left out are more "

@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.dataset import SUMS, codec
 from abs_engine.studio.look import FILL, KEY
 from abs_engine.studio.scenefile.reader import nearest
 from abs_engine.studio.scenefile.scene import ClipEntry, SceneFile
@@ -17,8 +18,15 @@ from abs_engine.studio.scenefile.values import CameraEntry, EventEntry, LightEnt
 
 Named = TypeVar("Named", CameraEntry, LightEntry, OccluderEntry, EventEntry, ClipEntry)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+_TAKEN = {
+    "clip": {codec.DATASET, codec.SCENE, codec.README, SUMS},
+    "camera": {codec.TRUTH, codec.VERTICES},
+}
+"""Names that a dataset's own files, or those of a clip's folder, have."""
 SMALLEST, LARGEST = 16, 8192
 """Sides of pictures that can be filmed, pixels."""
+FASTEST = 1000
+"""Frames per second that can be filmed."""
 
 
 def check_size(size: tuple[int, int]) -> None:
@@ -38,11 +46,14 @@ def complete(scene: SceneFile) -> SceneFile:
     Raises
     ------
     ParameterError
-        If a name is given twice, makes no file name, or means nothing; the nearest is named. If
-        the rate, a size or a time is impossible.
+        If a name is given twice, is one of the dataset's own, makes no file name, or means
+        nothing; the nearest is named. If the rate, a size or a time is impossible.
     """
-    if not 0 < scene.rate <= 1000:
-        raise ParameterError(f"a rate of {scene.rate:g} frames per second", "give 1 to 1000")
+    if not 0 < scene.rate <= FASTEST:
+        raise ParameterError(
+            f"a rate of {scene.rate:g} frames per second",
+            f"give a rate above 0, of {FASTEST} at most",
+        )
     check_size(scene.size)
     if scene.seed < 0:
         raise ParameterError(f"the seed is {scene.seed}", "give 0 or more")
@@ -71,6 +82,10 @@ def _check_names(kind: str, names: Sequence[str]) -> None:
         if not _NAME.fullmatch(name):
             raise ParameterError(
                 f"[[{kind}]] has the name '{name}'", "use letters, digits, '_', '-' and '.'"
+            )
+        if name.lower() in {taken.lower() for taken in _TAKEN.get(kind, ())}:
+            raise ParameterError(
+                f"[[{kind}]] has the name '{name}', which a file of the dataset has", "rename it"
             )
         if names.count(name) > 1:
             raise ParameterError(

@@ -41,6 +41,8 @@ OTHER_NAMES: dict[str, tuple[str, ...]] = {
 }
 """What else keys may be called, in small letters without '_' and '-', and the keys meant."""
 
+_BEGIN = f'begin it with format = "{FORMAT}" and version = {VERSION}'
+
 
 def read_scene(path: Path) -> SceneFile:
     """Read a scene file.
@@ -73,11 +75,14 @@ def parse_scene(text: str, name: str = "the scene") -> SceneFile:
         table = parse_toml(text)
     except ValueError as error:
         raise InputFileError(f"{name} is not TOML: {error}", "correct that line") from error
-    found = table.get("format", "unknown"), table.get("version", 0)
+    lacking = [key for key in ("format", "version") if key not in table]
+    if lacking:
+        raise ModelFormatError(f"{name} has no line {' or '.join(lacking)}", _BEGIN)
+    found = table["format"], table["version"]
     if found != (FORMAT, VERSION) or isinstance(found[1], bool):  # true == 1
         raise ModelFormatError(
             f"{name} is {found[0]} version {found[1]}, wanted {FORMAT} version {VERSION}",
-            f'begin it with format = "{FORMAT}" and version = {VERSION}',
+            _BEGIN,
         )
     scene: SceneFile = build(SceneFile, table, name)
     return scene

@@ -61,6 +61,12 @@ class FrameSettings:
         Of apertures by colours alone with those by landmarks, below which a run warns. Measured on
         p01 to p08 of the strangers' clips: six have 0.76 and more; two, which are right all the
         same, 0.60 and less.
+    least_score : float, share
+        Mean of the picture that the colours of a drawn mouth explain, below which a run warns.
+        Measured: runs that were right had 0.86 and more.
+    least_face_score : float, share
+        The same of a speaker's own face, by texture or local evidence. Measured: its own speaker's
+        runs have 0.94, another's 0.64 to 0.88.
     most_held : float, share of the frames
         Held to the landmarks, above which a run warns. Not measured.
     landmark_unsure : float, mm
@@ -104,6 +110,8 @@ class FrameSettings:
     light_patch: float = 0.02
     least_separability: float = 0.75
     least_agreement: float = 0.7
+    least_score: float = 0.78
+    least_face_score: float = 0.8
     most_held: float = 0.1
     landmark_unsure: float = 0.8
     landmark_share: float = 0.15
