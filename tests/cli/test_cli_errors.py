@@ -199,6 +199,13 @@ def test_a_face_that_was_learned_on_another_head(fails, tmp_path, noise_video):
     assert "me.face is made of another head; give that head with --speaker" in line
 
 
+def test_a_learned_face_in_place_of_a_head(fails, tmp_path, noise_video):
+    face = tmp_path / "me.face"
+    face.write_bytes(whole_files.speaker_face(face))
+    line = fails(*track(noise_video, tmp_path / "run", "--speaker", face))
+    assert "me.face is a learned face; give it to --model, and leave out --speaker" in line
+
+
 def test_a_file_that_is_no_model(fails, tmp_path, noise_video):
     (tmp_path / "head.npz").write_text("no model")
     for name, text in (("head.npz", "is not an NPZ file"), ("none.npz", "does not exist")):
