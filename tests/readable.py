@@ -139,8 +139,7 @@ def _arkit_arguments(path: Path) -> tuple[Any, ...]:
 
 def _head(path: Path) -> SimpleNamespace:
     """A speaker whose folder is that of the file."""
-    return SimpleNamespace(folder=path.parent, vertices=whole.VERTICES, faces=whole.FACES,
-                           imported=False)  # fmt: skip
+    return SimpleNamespace(folder=path.parent, imported=False, **vars(whole.head()))
 
 
 def _beside(path: Path) -> tuple[Any, ...]:

@@ -6,6 +6,7 @@ import io
 import itertools
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -360,14 +361,21 @@ def correspondence(_: Path) -> bytes:
     return npz("abs_engine.landmarks", 2, **correspondence_arrays())
 
 
+def head() -> Any:
+    """Parts of the head of all files by which it is known."""
+    return SimpleNamespace(vertices=VERTICES, faces=FACES, facet_class=np.ones(F, np.uint8))
+
+
 def speaker_face(_: Path) -> bytes:
+    from abs_engine.learn.training import checksum
+
     draw, size = rng(), (6, 8)
     colour = {f"colours_{name}": value for name, value in colour_arrays().items()}
     return npz(
-        "abs_engine.speaker_face", 1, head="0123", neutral=VERTICES, names=np.array(["a", "b"]),
-        lower=-np.ones(2), upper=np.ones(2), steps=np.ones(2), seen=np.zeros((1, 2)),
-        bias=np.zeros((468, 2)), deviation=np.ones((468, 3)), shift=np.zeros(6),
-        camera_matrix=np.array([[100.0, 0, 3.5], [0, 100.0, 2.5], [0, 0, 1]]),
+        "abs_engine.speaker_face", 1, head=checksum(head()), neutral=VERTICES,
+        names=np.array(["a", "b"]), lower=-np.ones(2), upper=np.ones(2), steps=np.ones(2),
+        seen=np.zeros((1, 2)), bias=np.zeros((468, 2)), deviation=np.ones((468, 3)),
+        shift=np.zeros(6), camera_matrix=np.array([[100.0, 0, 3.5], [0, 100.0, 2.5], [0, 0, 1]]),
         camera_distortion=np.zeros(8), camera_size=np.array(size[::-1]),
         cheeks=draw.random((2, 3)), look=np.array([0.5, 0.5, 0.5]),
         view_gray=np.ones((2, *size), np.uint8), view_vertices=np.stack([VERTICES] * 2),

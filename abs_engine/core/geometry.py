@@ -60,13 +60,24 @@ def check_mesh(vertices: FloatArray, faces: NDArray[np.int32]) -> None:
         raise MeshError(
             f"{bad} mesh vertices are NaN or infinite", "repair the mesh file or the deformation"
         )
-    if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(vertices):
-        raise MeshError(
-            f"faces point outside of the {len(vertices)} vertices",
-            "check that indices start at 0 and belong to this mesh",
-        )
+    if len(faces) == 0:
+        raise _outside(vertices)
+    _check_indices(vertices, faces)
     if not np.any(_facet_cross(vertices, faces)):
         raise MeshError("every facet of the mesh has zero area", "check the vertices' units")
+
+
+def _check_indices(vertices: FloatArray, faces: NDArray[np.integer]) -> None:
+    """Raise `MeshError` if a facet has a corner that is none of the vertices."""
+    if faces.min(initial=0) < 0 or faces.max(initial=-1) >= len(vertices):
+        raise _outside(vertices)
+
+
+def _outside(vertices: FloatArray) -> MeshError:
+    return MeshError(
+        f"faces point outside of the {len(vertices)} vertices",
+        "check that indices start at 0 and belong to this mesh",
+    )
 
 
 def edges_of(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -97,10 +108,17 @@ def vertex_normals(vertices: FloatArray, faces: NDArray[np.int32]) -> FloatArray
     -------
     (V, 3) float64
         Unit length, or zero where no adjacent facet has an area.
+
+    Raises
+    ------
+    MeshError
+        If a facet has a corner that is none of the vertices.
     """
     from abs_engine.core.facet_loops import unit_normals  # numba takes a while to import
 
-    normals = unit_normals(np.asarray(vertices, np.float64), np.asarray(faces))
+    faces = np.asarray(faces)
+    _check_indices(vertices, faces)  # the compiled loop reads and writes wherever they point
+    normals = unit_normals(np.asarray(vertices, np.float64), faces)
     return np.asarray(normals, np.float64)
 
 

@@ -17,10 +17,12 @@ from abs_engine.core.kinds import to_path
 from abs_engine.core.threads import kept
 from abs_engine.io.arrays import Layout, check_arrays, index, real, text
 from abs_engine.io.head_points import POINTS, load_points
-from abs_engine.io.npz import read_npz
+from abs_engine.io.npz import read_kind, read_npz
 from abs_engine.io.pictures import read_image
 
 FORMAT, VERSION = "abs_engine.speaker", 1
+FACE = "abs_engine.speaker_face"
+"""Format of a face that was learned on a head, and is none."""
 LIPS_OF_68 = slice(48, 68)
 """The lips among the 68 landmarks of `Speaker.points`: 12 outer points, then 8 inner ones."""
 CLOSED_APERTURE = 1.0
@@ -221,7 +223,22 @@ def load_speaker(path: Path | None = None) -> Speaker:
     MeshError
         If the mesh cannot be drawn.
     """
-    return _bundled() if path is None else _read(to_path("speaker", path))
+    if path is None:
+        return _bundled()
+    path = to_path("speaker", path)
+    try:
+        return _read(path)
+    except ModelFormatError as error:
+        _check_no_face(path, error)
+        raise
+
+
+def _check_no_face(path: Path, error: ModelFormatError) -> None:
+    """Raise `ModelFormatError` from another one if a file is no head but a learned face."""
+    if read_kind(path) == FACE:
+        raise ModelFormatError(
+            f"{path} is a learned face", "give it to --model, and leave out --speaker"
+        ) from error
 
 
 @kept

@@ -153,10 +153,10 @@ def check_format(
     """Raise `ModelFormatError` unless the arrays of a file are of a kind and a version."""
     found = format_of(data), _version_of(data)
     if found != (kind, version):
-        remedy = "make it again" if found[0] == kind else "give one that was made"
+        same = found[0] == kind
         raise ModelFormatError(
             f"{path} is {found[0]} version {found[1]}, wanted {kind} version {version}",
-            f"{remedy} with this release",
+            "make it again with this release" if same else "give a file of that kind",
         )
 
 

@@ -77,7 +77,7 @@ def resolved(options: TrackOptions) -> tuple[TrackOptions, Prepare]:
     if options.preset is None and kind == CLOSE_UP.model:
         preset = CLOSE_UP
     if file is not None and kind == USUAL.model:
-        options = replace(options, speaker=file)
+        options = replace(options, speaker=_only_head(file, options.speaker))
     terms = preset.terms if options.terms is None else options.terms
     chosen = replace(
         options,
@@ -104,6 +104,15 @@ def _check_kind(options: TrackOptions, preset: Preset, kind: str) -> None:
             f"the preset '{options.preset}' is for the model '{preset.model}', not for '{kind}'",
             f"leave out --preset, or {other}",
         )
+
+
+def _only_head(model: Path, speaker: Path | None) -> Path:
+    """The head that is a model; raise `ParameterError` for another one beside it."""
+    if speaker is not None:
+        raise ParameterError(
+            f"--speaker does nothing for {model}, which is a head itself", "leave out --speaker"
+        )
+    return model
 
 
 def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:

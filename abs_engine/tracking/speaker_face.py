@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import WIDEST_SIDE, Camera
+from abs_engine.core.errors import ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
@@ -28,6 +29,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_model, write_npz
 from abs_engine.learn.posture_space import PostureSpace
 from abs_engine.learn.settings import LEARNING
+from abs_engine.learn.training import checksum
 from abs_engine.render.cpu import for_threads
 from abs_engine.tracking.head_fit import landmark_shape
 from abs_engine.tracking.head_pose import TexturedHead
@@ -243,10 +245,15 @@ def load_speaker_face(path: Path, speaker: Speaker) -> SpeakerFace:
     InputFileError
         If the file is missing or no NPZ archive.
     ModelFormatError
-        If it has another format or version, or is not complete.
+        If it has another format or version, is of another head, or is not complete.
     """
 
     def made(data: Mapping[str, Any]) -> SpeakerFace:
+        if str(data["head"]) != checksum(speaker):
+            raise ModelFormatError(
+                f"{path} is made of another head",
+                "give that head with --speaker, or learn it again",
+            )
         return _of_arrays(data, speaker)
 
     return read_model(path, FORMAT, VERSION, made, "face of a speaker", _LAYOUT)
@@ -258,12 +265,12 @@ def _of_arrays(data: Mapping[str, Any], speaker: Speaker) -> SpeakerFace:
     camera = Camera(data["camera_matrix"], (size[0], size[1]), data["camera_distortion"])
     poses = zip(data["view_rotation"], data["view_translation"], strict=True)
     seen = zip(data["view_gray"], poses, data["view_vertices"], strict=True)
+    if data["neutral"].shape != speaker.vertices.shape or data["view_gray"].shape[1:] != size[::-1]:
+        raise ValueError("its shapes do not fit together")
     faces = speaker.faces
     views = tuple(HeadView.of(gray, Pose(*pose), at, faces) for gray, pose, at in seen)
     expression = LinearShape(*(data[f"expression_{name}"] for name in _SHAPE))
     names = tuple(str(name) for name in data["names"])
-    if data["neutral"].shape != speaker.vertices.shape or data["view_gray"].shape[1:] != size[::-1]:
-        raise ValueError("its shapes do not fit together")
     scale = Scale(
         str(data["scale_source"]), float(data["scale_pupils"]), float(data["scale_uncertainty"])
     )

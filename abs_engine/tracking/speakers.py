@@ -6,12 +6,11 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from abs_engine.core.errors import FaceNotFoundError, ModelFormatError, ParameterError
+from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.assets import Speaker, load_speaker
-from abs_engine.learn.training import checksum
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.heads import correspondence_of, head_setting
 from abs_engine.tracking.initial_pose import FaceBox
@@ -48,10 +47,6 @@ def prepare_speaker(
     if path is None:
         raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
     face = load_speaker_face(path, speaker)
-    if face.head != checksum(speaker):
-        raise ModelFormatError(
-            f"{path} is made of another head", "give that head with --speaker, or learn it again"
-        )
     _check(path, face, leaves, options)
     return track_speaker(clip, face, options, leaves, renderer, tell, speaker=speaker)
 

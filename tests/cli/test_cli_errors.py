@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import whole_files
 from runs import write_broken, write_noise, write_speaker
 
 from abs_engine.capture.dot_annotations import read_marks
@@ -188,6 +189,21 @@ def test_a_model_of_another_version(fails, tmp_path, noise_video):
     speaker = write_speaker(tmp_path / "head.npz", version=99)
     line = fails(*track(noise_video, tmp_path / "run", "--speaker", speaker))
     assert "version 99" in line
+
+
+def test_a_face_that_was_learned_on_another_head(fails, tmp_path, noise_video):
+    """Its vertices are fewer than the facets of the head that is given point to."""
+    face = tmp_path / "me.face"
+    face.write_bytes(whole_files.speaker_face(face))
+    line = fails(*track(noise_video, tmp_path / "run", "--model", face))
+    assert "me.face is made of another head; give that head with --speaker" in line
+
+
+def test_a_learned_face_in_place_of_a_head(fails, tmp_path, noise_video):
+    face = tmp_path / "me.face"
+    face.write_bytes(whole_files.speaker_face(face))
+    line = fails(*track(noise_video, tmp_path / "run", "--speaker", face))
+    assert "me.face is a learned face; give it to --model, and leave out --speaker" in line
 
 
 def test_a_file_that_is_no_model(fails, tmp_path, noise_video):

@@ -39,6 +39,16 @@ def test_normals_are_weighted_by_area_and_zero_where_there_is_none():
     np.testing.assert_array_equal(normals[4], 0)
 
 
+@pytest.mark.parametrize("faces", [HALVES + 1, HALVES - 1, HALVES + 10**6])
+def test_normals_of_facets_that_point_outside_of_the_vertices_are_refused(faces):
+    with pytest.raises(MeshError, match="outside of the 4 vertices"):
+        vertex_normals(SQUARE, faces)
+
+
+def test_no_facets_have_no_normals():
+    assert not vertex_normals(SQUARE, np.zeros((0, 3), int)).any()
+
+
 @pytest.mark.parametrize(
     ("vertices", "faces", "says"),
     [

@@ -142,6 +142,8 @@ def test_a_model_is_known_by_its_file(tmp_path):
     head = shipped("speaker/head.npz")
     chosen, _ = resolved(TrackOptions(model=str(head)))
     assert (chosen.model, chosen.speaker) == ("head", head)
+    with pytest.raises(ParameterError, match="--speaker does nothing for"):
+        resolved(TrackOptions(model=str(head), speaker=tmp_path / "other.face"))
     for other, said in (
         (shipped("speaker/landmarks.npz"), "abs_engine.landmarks"),
         (tmp_path / "x.npz", "not exist"),

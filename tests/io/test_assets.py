@@ -197,8 +197,10 @@ def test_what_is_written_is_read_with_its_kind_and_version(tmp_path):
     assert set(read) == {"format", "version", *arrays}
     np.testing.assert_array_equal(read["a"], arrays["a"])
     assert (float(read["n"]), str(read["text"]), read["names"].tolist()) == (0.5, "so", ["x", "yy"])
-    with pytest.raises(ModelFormatError, match="k version 3, wanted k version 4"):
+    with pytest.raises(ModelFormatError, match="k version 3, wanted k version 4; make it again"):
         read_npz(path, "k", 4)
+    with pytest.raises(ModelFormatError, match="wanted j version 3; give a file of that kind"):
+        read_npz(path, "j", 3)
     with pytest.raises(OutputError, match="exists already"):
         write_npz(path, "k", 3, arrays)
     with pytest.raises(TypeError, match="code is neither"):

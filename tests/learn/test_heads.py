@@ -191,6 +191,8 @@ def test_a_target_of_another_vertex_count_is_refused(folder, tmp_path):
         ("[landmark]\n", ParameterError, "no section 'landmark'"),
         ("[units]\njawOpn = 'x'\n", ParameterError, "no face unit 'jawOpn'"),
         ("[regions]\nHead = 'face'\n", ParameterError, "no region 'face'"),
+        (table(HEAD, more="[regions]\nheads = 'skin'\n"), ParameterError,
+         "no part 'heads', which .* did you mean 'Head'"),
         ("length = 'ft'\n", ParameterError, "no length 'ft'"),
         (table(HEAD, {"chin": [10**6]}), ParameterError, "chin: 1000000 is no vertex"),
         (table(HEAD, more="length = 'mm'\n"), ParameterError, "eyes' outer corners are 0.08"),

@@ -6,14 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inspected import bodies
+from inspected import bodies, write_run
 
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.pose import POSE_NAMES
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.report.drawing import layout, legend, palette
 from abs_engine.report.inspect.body import person_body, posed
-from abs_engine.report.inspect.heads import _units
+from abs_engine.report.inspect.heads import _directions, _units
 from abs_engine.report.inspect.heat import heat_limits, read_values
 from abs_engine.report.inspect.labels import LabelFrame, limits_of
 from abs_engine.report.inspect.request import Request
@@ -49,6 +50,21 @@ def test_a_nomogram_goes_from_left_to_right():
     for weight, tile in zip((-1.0, 0.0, 1.0), tiles, strict=True):
         assert (tile == look.draw(posed(rest, {"jawOpen": weight}), view)).all()
     assert (tiles[0] != tiles[1]).any()
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [((*POSE_NAMES, "jaw1"), ["jaw1"]), (None, ["mode 1"]), ((*POSE_NAMES, "a", "b"), ["mode 1"])],
+)
+def test_rows_of_a_run_are_named_like_its_parameters(tmp_path, names, said):
+    path = write_run(tmp_path / "run") / "results.npz"
+    with np.load(path) as data:
+        arrays = dict(data)
+    if names is not None:
+        arrays |= {"parameter_names": np.array(names), "parameters": np.zeros((3, len(names)))}
+    np.savez(path, **arrays)
+    rows = _directions(Request("nomogram", tmp_path / "made.png", run=path.parent))[1]
+    assert [row.name for row in rows] == said
 
 
 @pytest.mark.parametrize(("low", "extremes"), [(0.0, {13: 1.0}), (-1.0, {6: 0.993, 19: -0.993})])

@@ -105,8 +105,8 @@ def _directions(request: Request) -> tuple[Body, list[Row], bool]:
         raise ParameterError("--rows names face units, not modes", "leave one of them out")
     if request.run is not None:
         run = load_run_head(request.run, load_speaker(request.speaker))
-        modes = run.mesh.modes[: request.modes]
-        return Body(run.speaker, run.mesh.mean.astype(np.float64)), mode_rows(modes), True
+        modes, names = run.mesh.modes[: request.modes], run.mode_names[: request.modes]
+        return Body(run.speaker, run.mesh.mean.astype(np.float64)), mode_rows(modes, names), True
     person = person_of(request)
     if request.modes is None:
         body = posed(person, request.units)

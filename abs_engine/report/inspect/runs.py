@@ -14,6 +14,7 @@ from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
+from abs_engine.core.pose import POSE_NAMES
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
 from abs_engine.report.drawing.view import View
@@ -57,6 +58,12 @@ class RunHead:
     def times(self) -> FloatArray:
         """Time at which each frame is shown, (T,) float64, seconds."""
         return np.asarray(self.arrays["time"], np.float64)
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Parameters that the mesh's modes are of, P; none where the run does not name them all."""
+        names = tuple(map(str, self.arrays.get("parameter_names", ())))[len(POSE_NAMES) :]
+        return names if len(names) == len(self.mesh.modes) else ()
 
     def found(self, frame: int) -> bool:
         """Whether the head was found in a frame."""

@@ -84,9 +84,10 @@ def unit_rows(body: Body, names: Sequence[str] = ()) -> list[Row]:
     return [Row(name, delta) for name, delta in zip(chosen, deltas, strict=True)]
 
 
-def mode_rows(modes: NDArray[np.floating]) -> list[Row]:
-    """Rows of a model's modes (P, V, 3), mm for one standard deviation."""
-    return [Row(f"mode {k + 1}", np.asarray(m, np.float64)) for k, m in enumerate(modes)]
+def mode_rows(modes: NDArray[np.floating], names: Sequence[str] = ()) -> list[Row]:
+    """Rows of a model's modes (P, V, 3), mm for one standard deviation; numbered without names."""
+    names = names or [f"mode {k + 1}" for k in range(len(modes))]
+    return [Row(name, np.asarray(m, np.float64)) for name, m in zip(names, modes, strict=True)]
 
 
 def posture_sheet(
