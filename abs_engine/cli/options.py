@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ import click
 from click.shell_completion import CompletionItem
 
 from abs_engine.core.errors import InputFileError
+from abs_engine.core.kinds import check_no_address
 from abs_engine.core.registry import RENDERERS, Registry, nearest
 
 STDOUT = Path("-")
 DRAWS = "what draws; auto: OpenGL, or the CPU if none loads. cpu is the fastest for track"
-_ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://", re.IGNORECASE)
 
 
 def at_home(word: str | Path) -> str:
@@ -29,10 +28,7 @@ class _Path(click.Path):
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Its path."""
-        if _ADDRESS.match(str(value)):
-            raise InputFileError(
-                f"{value} is an address, not a file", "download it, and give the file"
-            )
+        check_no_address(value)
         return Path(at_home(value))
 
 

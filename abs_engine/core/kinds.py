@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import InputFileError, ParameterError
 
 Kind = tuple[Callable[[Any], bool], str]
 """A test of a value, and what to give instead."""
@@ -21,6 +22,7 @@ def is_of(*kinds: type) -> Callable[[Any], bool]:
 TEXT: Kind = (is_of(str), "text")
 CALLED: Kind = (callable, "a function")
 PATH: Kind = (is_of(str, os.PathLike), "a path")
+_ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://", re.IGNORECASE)
 
 
 def check_kind(name: str, value: object, kind: Kind) -> None:
@@ -37,6 +39,15 @@ def to_path(name: str, value: str | os.PathLike[str]) -> Path:
     ------
     ParameterError
         If it is not a path.
+    InputFileError
+        If it is an address, see `check_no_address`.
     """
     check_kind(name, value, PATH)
+    check_no_address(value)
     return Path(value)
+
+
+def check_no_address(value: str | os.PathLike[str]) -> None:
+    """Raise `InputFileError` if a path is an address, such as ``https://...``."""
+    if _ADDRESS.match(os.fspath(value)):
+        raise InputFileError(f"{value} is an address, not a file", "download it, and give the file")

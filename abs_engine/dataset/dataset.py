@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
 from abs_engine.core.kinds import to_path
 from abs_engine.dataset import codec
@@ -100,22 +98,12 @@ class Dataset:
                 yield load_view(clip, self.folder / entry.name / camera)
 
     def __getitem__(self, number: int) -> Truth:
-        """The view of a number, counted from 0 in the order of `views`.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such view.
-        """
-        views = self.views
-        if not isinstance(number, (int, np.integer)):
-            raise ParameterError("a dataset's views have numbers", "write, for example, dataset[0]")
-        if not 0 <= number < len(views):
+        """View of a number, in the order of `views`; `ParameterError` where there is none."""
+        if number not in range(len(self)):
             raise ParameterError(
-                f"{self.folder} has {len(views)} views, not a view {number}",
-                f"give 0 to {len(views) - 1}" if views else "give a dataset that has some",
+                f"{self.folder} has no view {number!r}", f"count its {len(self)} from 0"
             )
-        return self.view(*views[number])
+        return self.view(*self.views[number])
 
     def clip(self, name: str) -> Clip:
         """Read what is true of a clip for all its cameras."""

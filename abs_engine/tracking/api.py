@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
@@ -232,7 +233,7 @@ def track(
     named = {"video": video, "output": output, "camera": camera, "terms": terms}
     check_kinds(options | named | {"progress": progress, "stage": stage})
     chosen = _options(options, camera, terms)
-    path = Path(video)
+    path = to_path("video", video)
     check_options(chosen, probe(path))
     with _opened(renderer) as drawn:
         collected: list[Run] = []

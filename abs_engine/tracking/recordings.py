@@ -206,8 +206,6 @@ def check_distinct(videos: Sequence[tuple[Path, Path]]) -> None:
     known: dict[str, Path] = {}
     for given, video in videos:
         content = digest(video)
-        if known.get(content) == given:
-            raise ParameterError(f"{given} is given twice", "give it once")
         if content in known:
             raise ParameterError(
                 f"{known[content]} and {given} are of the same video", "give it once"

@@ -67,6 +67,7 @@ def test_what_is_no_ordinary_file_is_never_waited_for(reader: Reader, tmp_path: 
     try:
         with suppress(AbsEngineError):
             reader.read(path)
+        assert signal.alarm(0)  # seconds were left
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)

@@ -107,7 +107,7 @@ def test_speaker_refuses_a_video_that_is_typed_twice(tmp_path, capsys):
     one, other = (write_kind(tmp_path / f"{n}.mp4", "libx264", noise(2, seed=n)) for n in (1, 2))
     out = tmp_path / "me.face"
     assert main(["speaker", *map(str, (one, one, other)), "-o", str(out)]) == 2
-    assert f"{one} is given twice; give it once" in capsys.readouterr().err
+    assert f"{one} and {one} are of the same video; give it once" in capsys.readouterr().err
     assert not out.exists()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import stat
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from abs_engine.io.pictures import MOST_PIXELS
 from abs_engine.io.video.stills import as_video, sequence_of
 from abs_engine.io.video.truncation import is_torn
 
-_ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
 _NOT_VIDEO = ("tty",)  # FFmpeg draws plain text as a picture of a terminal
 
 
@@ -67,20 +65,13 @@ def check_readable(path: Path) -> None:
         with path.open("rb"):
             pass
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:  # no name holds a NUL
-        raise _missing(path) from error
+        raise InputFileError(f"{path} does not exist", "check the path of the video") from error
     except OSError as error:
         raise InputFileError(
             f"{path} cannot be read ({error.strerror})", "check who may read it, and its path"
         ) from error
     if found.st_size == 0:
         raise InputFileError(f"{path} is empty", "copy or export the video again")
-
-
-def _missing(path: Path) -> InputFileError:
-    if _ADDRESS.match(str(path)):  # of whose two slashes a path keeps one
-        address = str(path).replace(":/", "://", 1)
-        return InputFileError(f"{address} is an address, not a file", "download it first")
-    return InputFileError(f"{path} does not exist", "check the path of the video")
 
 
 def _check_no_sequence(path: Path) -> None:
