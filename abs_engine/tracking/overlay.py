@@ -36,7 +36,7 @@ ACROSS = 2.2  # mouth widths in the panel
 STRIP_HEIGHT = 96
 STRIP_SECONDS = 4.0
 STRIP_MM = 25.0  # aperture at the strip's top
-_CODING = 20, "ultrafast"  # x264's quality and preset: half of the time, a fifth larger
+_CODING = 22, "ultrafast"  # x264's quality and preset: half of the time
 
 
 class Overlay:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import cast
 
 import av
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -76,11 +77,18 @@ class VideoWriter:
         Unless frames are uneven, that is the nearest step of 1 / `rate`; without a time, the next.
         """
         cut = np.ascontiguousarray(frame[: self._size[1], : self._size[0]])
-        picture = av.VideoFrame.from_ndarray(cut, format="rgb24")
+        picture = self._picture(cut)
         due = self._last + self._ticks if time is None else round(time / self._time_base)
         self._last = max(self._last + 1, due)
         picture.pts, picture.time_base = self._last, self._time_base
         self._container.mux(self._stream.encode(picture))
+
+    def _picture(self, frame: Frame) -> av.VideoFrame:
+        """The frame in the stream's format; for 4:2:0 OpenCV takes half as long as libav."""
+        if self._stream.pix_fmt == "rgb24":
+            return av.VideoFrame.from_ndarray(frame, format="rgb24")
+        planes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2YUV_I420), np.uint8)
+        return av.VideoFrame.from_ndarray(planes, format=self._stream.pix_fmt)
 
     def close(self) -> None:
         """Flush and close the file."""
