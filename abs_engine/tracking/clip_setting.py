@@ -197,6 +197,8 @@ class ClipSetting:
         How landmarks are weighed, where the network is asked.
     warnings : tuple of str
         What a user should know before believing the run, whatever its frames show.
+    colours_given : bool
+        Whether colours are another run's: they may be the reason why little is explained.
     clock : Clock
         What frames cost, by part.
     """
@@ -215,4 +217,5 @@ class ClipSetting:
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
     warnings: tuple[str, ...] = ()
+    colours_given: bool = False
     clock: Clock = field(default_factory=lambda: Clock(time.thread_time))

@@ -93,7 +93,8 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
         "preset": chosen.preset,
     }  # fmt: skip
     remarks = "\n".join([*footage_lines(clip.info), *made.remarks.splitlines()])
-    return replace(made, facts={**facts, **made.facts}, remarks=remarks)
+    setting = replace(made.setting, colours_given=clip.colours is not None)
+    return replace(made, setting=setting, facts={**facts, **made.facts}, remarks=remarks)
 
 
 def _silent(_stage: str) -> None:

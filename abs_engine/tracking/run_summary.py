@@ -12,7 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.run_warnings import doubts, little_explained
+from abs_engine.tracking.run_warnings import GIVEN_COLOURS, doubts, little_explained
 from abs_engine.tracking.shot_cuts import cut_line
 
 
@@ -32,7 +32,9 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     score = _mean_score(arrays["score"][found])
     source = _score_of(arrays["term_names"].tolist(), face.name)
     little = little_explained(source.get("score_of", "colour"), score)
-    warnings = [*setting.warnings, *shots, *little, *landmarks.get("warnings", ())]
+    doubted = [*little, *landmarks.get("warnings", ())]
+    hints = [GIVEN_COLOURS] if doubted and setting.colours_given else []
+    warnings = [*setting.warnings, *shots, *doubted, *hints]
     work = arrays["evaluations"][found]
     return {
         "frames": len(found),

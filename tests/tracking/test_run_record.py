@@ -165,6 +165,16 @@ def test_a_run_that_explains_little_holds_its_warning():
     assert line.startswith("the drawn mouth explains only 60%")
 
 
+@pytest.mark.parametrize(("score", "lines"), [(0.6, 2), (0.9, 0)])
+def test_given_colours_may_be_the_reason(score, lines):
+    recorder = Recorder(replace(toy_setting(), colours_given=True))
+    for result in RESULTS_OF_CLIP:
+        recorder.add(replace(result, score=score))
+    warnings = recorder.summary()["warnings"]
+    assert len(warnings) == lines
+    assert all("another run's" in line for line in warnings[1:])
+
+
 def test_what_is_no_run_is_refused(tmp_path, run):
     with pytest.raises(InputFileError, match=r"is not a run.*that 'track -o' made"):
         load_run(tmp_path)
