@@ -2,7 +2,8 @@
 
 A landmark network goes on to say where a mouth is behind a hand. The colours within the lips' outer
 edge and around it tell: within it a mouth shows lips, teeth or dark, in whatever proportion, and
-around it skin. A hand shows skin within, a microphone what is no skin around.
+around it skin. A microphone shows what is no skin around, a hand skin within; or, where it is as
+red as the lips, some of both: so the two likenesses are multiplied.
 """
 
 from __future__ import annotations
@@ -98,8 +99,8 @@ class UsualLook:
 
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth."""
-        within = (
-            now.inside < FRAME_LOOP.least_like * self.inside
+        usual = self.inside * self.around
+        return (
+            now.inside * now.around < FRAME_LOOP.least_like * usual
             or now.lips < FRAME_LOOP.least_lips * self.lips
         )
-        return within or now.around < FRAME_LOOP.least_like * self.around

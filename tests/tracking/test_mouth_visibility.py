@@ -134,10 +134,18 @@ def test_what_is_usual_is_the_lower_quartile():
     assert (found.inside, found.around, found.lips) == pytest.approx((0.35, 0.4, 0.2))
     assert UsualLook.of([None, None]) is None
     assert UsualLook.of([]) is None
-    assert not found.hidden(MouthLook(0.17, 0.19, 0.05))
-    assert found.hidden(MouthLook(0.15, 0.19, 0.05))
-    assert found.hidden(MouthLook(0.17, 0.17, 0.05))
-    assert found.hidden(MouthLook(0.17, 0.19, 0.03))
+    assert not found.hidden(MouthLook(0.20, 0.40, 0.05))
+    assert found.hidden(MouthLook(0.18, 0.40, 0.05))
+    assert found.hidden(MouthLook(0.35, 0.21, 0.05))
+    assert found.hidden(MouthLook(0.35, 0.40, 0.03))
+
+
+def test_a_hand_nearly_as_red_as_lips_hides_them():
+    """It looks a little too much like skin within, and a little too much like lips around."""
+    found = UsualLook(0.91, 0.93, 0.7)
+    assert found.hidden(MouthLook(0.62, 0.60, 0.6))
+    assert not found.hidden(MouthLook(0.62, 0.93, 0.6))
+    assert not found.hidden(MouthLook(0.91, 0.60, 0.6))
 
 
 def test_lips_of_the_skins_colour_are_not_covered_where_they_meet():
