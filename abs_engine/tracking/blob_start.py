@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import FaceNotFoundError, ParameterError
+from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
@@ -159,12 +159,7 @@ def _frames_of_poses(
     video: Path, motion: GivenMotion, camera: Camera, model: MouthModel
 ) -> list[CalibrationFrame]:
     """Frames to learn from, of those in whose picture the given poses put the mouth."""
-    seen = motion.seen(camera, model.pivot)
-    if all(pose is None for pose in seen.given):
-        raise FaceNotFoundError(
-            f"by the given poses the mouth is in the picture in no frame of {video}",
-            "check that they are of this video, and give the camera's calibration with --camera",
-        )
+    seen = motion.in_picture(camera, model.pivot, video)
     return choose_frames(followed(seen, read_frames(video)), str(video), least=0.0)
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.frame_state import HeadFrame, Memory
 
@@ -33,6 +34,17 @@ class GivenMotion:
         Frames are learned from whose mouth can be there.
         """
         return GivenMotion(tuple(p if _inside(p, camera, point) else None for p in self.given))
+
+    def in_picture(self, camera: Camera, point: FloatArray, video: Path) -> GivenMotion:
+        """The same; `FaceNotFoundError` if none of them does."""
+        seen = self.seen(camera, point)
+        if all(pose is None for pose in seen.given):
+            raise FaceNotFoundError(
+                f"by the given poses the mouth is in the picture in no frame of {video}",
+                "check that they are of this video, and give the camera's calibration with "
+                "--camera",
+            )
+        return seen
 
 
 class GivenFollower:

@@ -22,6 +22,7 @@ from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expres
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.frame_choice import candidate_frames, spread_over
+from abs_engine.tracking.given_head import GivenHead
 from abs_engine.tracking.head_fit import AverageHead
 from abs_engine.tracking.head_frame import HeadBinder
 from abs_engine.tracking.head_views import turned_apart
@@ -93,10 +94,12 @@ def prepare_head(
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, tell)
         except FaceNotFoundError:
-            if options.mouth is None or options.pupil_distance or options.evidence != BOTH:
+            told = options.mouth or options.poses
+            if told is None or options.pupil_distance or options.evidence != BOTH:
                 raise
-        _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
-        remark = "no face was seen about the mouth that was given: started from its colours"
+        if options.mouth is not None:
+            _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
+        remark = "no face was seen where it was said to be: started from its colours"
         return replace(by_blobs(clip, speaker, renderer, options, leaves, tell), remarks=remark)
     return by_blobs(clip, speaker, renderer, options, leaves, tell)
 
@@ -145,7 +148,8 @@ def by_landmarks(
     else:
         scale = pupil_scale(options.pupil_distance)
     box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
-    choice = FaceChoice(options.face, box)
+    given = None if options.poses is None else GivenHead.read(options.poses, clip, speaker)
+    choice = FaceChoice(options.face, box if given is None else given.box(speaker))
     tell("finding the face")
     expression = None
     if options.physics is not None:
@@ -154,13 +158,22 @@ def by_landmarks(
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         found = ((image, follower.step(image)) for image in clip.frames())
         seen = candidate_frames(found, str(clip.video))
+    anybody, posed = average.result(), []
+    if given is not None:
+        posed = given.posed(seen, follower.found)
+        seen = [(image, marks) for _, image, marks in posed]
+        scale = given.scale(posed, anybody)
+        anybody = _average(speaker, correspondence, scale, expression, known)
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     tell("fitting the head")
-    fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
+    fitted = fit_person(anybody, chosen, clip.camera, renderer, clip.colours, tell, turned)
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )
+    if given is not None:
+        own = _motion(fitted, choice, clip.first(follower.found))
+        setting = given.holding(setting, fitted, own, posed)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 
@@ -179,7 +192,7 @@ def head_setting(
 
     `found` are its first landmarks; `face` is the person's, with what else was learned of it.
     """
-    model, classes, shape = fitted.model, fitted.classes, fitted.shape
+    model, classes = fitted.model, fitted.classes
     lips = LipLandmarks.of(fitted.noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     face = fitted.face if face is None else face
@@ -194,13 +207,19 @@ def head_setting(
         steps=fitted.steps,
         seen=fitted.seen,
     )
-    own = LandmarkMotion(shape, fitted.textured, choice, tuple(found), fitted.light)
-    motion = ShiftedMotion(own, no_correction(), model.pivot)
+    motion = ShiftedMotion(_motion(fitted, choice, found), no_correction(), model.pivot)
     look = fitted.look
     return ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
         None if look is None else ByLook(classes, look), clip.info.times, landmarks=marks,
     )  # fmt: skip
+
+
+def _motion(
+    fitted: FittedPerson, choice: FaceChoice, found: Sequence[Landmarks | None]
+) -> LandmarkMotion:
+    """How a fitted person's head is followed."""
+    return LandmarkMotion(fitted.shape, fitted.textured, choice, tuple(found), fitted.light)
 
 
 def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:

@@ -83,12 +83,12 @@ def check_choices(options: TrackOptions) -> None:
     asked = {
         "--face": options.face is not None,
         "--pupil-distance": options.pupil_distance is not None,
-        "--evidence": options.evidence != DEFAULTS.evidence,
+        "--evidence": options.evidence != DEFAULTS.evidence and other != "--poses",
     }
     for name, given in asked.items():
         if given and other is not None:
             raise ParameterError(
-                f"{name} needs a start from landmarks, which {other} replaces",
+                f"{name} has no effect with {other}",
                 f"leave out {name}, or {other}",
             )
     if options.face is not None and options.mouth is not None:

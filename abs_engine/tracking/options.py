@@ -107,8 +107,8 @@ class TrackOptions:
 
     @property
     def from_landmarks(self) -> bool:
-        """Whether landmarks place the head: none is known, and no poses are given."""
-        return self.placed_by_landmarks and self.person is None
+        """Whether the person's head is fitted to landmarks: none is known."""
+        return self.start == LANDMARKS and self.person is None
 
     @property
     def placed_by_landmarks(self) -> bool:

@@ -120,11 +120,11 @@ def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"preset": "basu1998", "face": 2}, "--face needs a start from landmarks, which --preset"),
-        ({"preset": "basu1998", "pupil_distance": 58.0}, "which --preset basu1998 replaces"),
+        ({"preset": "basu1998", "face": 2}, "--face has no effect with --preset"),
+        ({"preset": "basu1998", "pupil_distance": 58.0}, "has no effect with --preset basu1998"),
         ({"model": "talking", "evidence": "landmarks"}, "--evidence does nothing for the model"),
         ({"model": "talking", "physics": Path("lips.npz")}, "--physics does nothing for the model"),
-        ({"model": "talking", "face": 2}, "which --model replaces"),
+        ({"model": "talking", "face": 2}, "has no effect with --model"),
         ({"preset": "odisio2004", "start": "landmarks"}, "is not found from landmarks"),
     ],
 )

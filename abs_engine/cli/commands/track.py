@@ -27,7 +27,8 @@ Head poses come from a run or filmed truth (its folder), or from a file:
         run; NaN, or False in found, where not known
 x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
 (x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
-taken as they are with --person, otherwise as a first guess; frames without one are not tracked.
+taken as they are with --person; those of an unknown person are laid on the head that is fitted.
+Frames without one are not tracked.
 """
 _NEEDS = """\
 The drivers forces, fixed-step and newton need colour; axes and levenberg need texture or local,
@@ -69,7 +70,7 @@ def _notes() -> str:
             "colours.npz of a run of the same person and light (default: learn them)"),
         take.file("--physics", "how the lips move, as 'train' learned it"),
         take.file("--poses",
-            "known head poses, see below; no face is then looked for or followed"),
+            "known head poses, see below"),
     ),
     *take.group(
         "How it is tracked; names below",

@@ -88,7 +88,7 @@ class VideoWriter:
         if self._stream.pix_fmt == "rgb24":
             return av.VideoFrame.from_ndarray(frame, format="rgb24")
         planes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2YUV_I420), np.uint8)
-        return av.VideoFrame.from_ndarray(planes, format=self._stream.pix_fmt)
+        return av.VideoFrame.from_ndarray(planes, format="yuv420p")
 
     def close(self) -> None:
         """Flush and close the file."""
