@@ -86,6 +86,13 @@ class Belief:
         """Probability that the lips are closed."""
         return NormalDist(self.gap, max(self.aperture, 1e-9)).cdf(CLOSED_APERTURE)
 
+    def seen_in(self, pixel: float) -> Belief:
+        """Belief where a pixel is so large at the mouth, mm."""
+        more = BELIEF.coarse * pixel**2
+        return replace(
+            self, aperture=math.hypot(self.aperture, more), width=math.hypot(self.width, more)
+        )
+
     def against(self, disagreement: float) -> Belief:
         """Belief where there is another measure of the aperture.
 

@@ -262,11 +262,15 @@ def _result(setting: ClipSetting, index: int, work: Work, found: Found) -> Frame
         told = problem.blocks.part(marks.told, POSTURE)
         by_landmarks = face.measures(told)[2]
     belief = belief_of(told_by, face, x)
+    pose = problem.frame.pose(x)
+    if belief is not None:
+        depth = float(pose.apply(face.pivot)[2])
+        belief = belief.seen_in(depth / float(setting.camera.matrix[0, 0]))
     own = belief.aperture if belief else float("nan")
     # Landmarks alone are no second measure beside themselves
     off = float("nan") if alone else disagreement(aperture, own, by_landmarks)
     return FrameResult(
-        index, True, x, problem.frame.pose(x), lips, width, aperture, value.value,
+        index, True, x, pose, lips, width, aperture, value.value,
         work.explained(value), found.best.n_evaluations, found.best.status,
         landmark_distance=_apart(work, x)[0], landmark_aperture=by_landmarks, unit=problem.unit,
         terms=value.terms, highest=found.best,

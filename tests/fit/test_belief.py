@@ -138,3 +138,12 @@ def test_lips_that_touch_are_no_surer_for_it():
     walled = Problem(BASE, FACE.blocks, {}, (likely, contact))
     assert np.abs(walled.newton(closed, 2)[2] - free.newton(closed, 2)[2]).max() > 1.0
     np.testing.assert_array_equal(walled.information(closed), free.information(closed))
+
+
+def test_large_pixels_leave_more_open():
+    made, x = told(400 * np.eye(N))
+    fine = belief_of(made, FACE, x)
+    near, far = fine.seen_in(0.5), fine.seen_in(5.0)
+    assert near.aperture == pytest.approx(fine.aperture, rel=0.01)
+    assert far.aperture > 1.5 > fine.aperture
+    assert far.width > near.width

@@ -44,7 +44,7 @@ def test_a_few_frames_tell_of_all_and_one_that_is_off_of_none():
     true = own()
     given = [of_another_head(pose) for pose in true]
     some = [(k, true[k]) for k in (0, 3, 5, 7)]
-    far = Pose(some[1][1].rotation, some[1][1].translation + [0, 0, 50])
+    far = Pose(some[1][1].rotation, some[1][1].translation + np.array([0, 0, 50.0]))
     found = aligned(given, [some[0], (3, far), *some[2:]], PIVOT)
     away = [one.apply(PIVOT) - other.apply(PIVOT) for one, other in zip(found, true, strict=True)]
     assert np.abs(away).max() < 0.1
