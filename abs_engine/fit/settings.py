@@ -182,10 +182,11 @@ class BeliefSettings:
         those found with it: RMS 1.9 to 4.1 mm.
     coarse : float, pixels^2 / mm
         Deviation of aperture and width, in mm, for the square of a pixel's size at the mouth, mm;
-        added in quadrature. Lip points needed none. Chosen on p01 to p08 of the strangers and four clips of
-        GRID, made smaller by 2, 3 and 4, against themselves in full size: where a pixel is larger
-        than 5 mm, 90 % intervals of the aperture hold 92 to 96 % instead of 51 to 71. Measured on
-        p09 to p16 and the other four: 84 % instead of 64, and 86 instead of 74 from 3.5 mm on.
+        added in quadrature. Lip points needed none. Chosen on p01 to p08 of the strangers and four
+        clips of GRID, made smaller by 2, 3 and 4, against themselves in full size: where a pixel is
+        larger than 5 mm, 90 % intervals of the aperture hold 92 to 96 % instead of 51 to 71.
+        Measured on p09 to p16 and the other four: 84 % instead of 64, and 86 instead of 74 from 3.5
+        mm on.
     protrusion : tuple of float, 1, mm and share
         The same. Chosen on the three people.
     points : tuple of tuple of float, 1, mm and share
@@ -201,9 +202,9 @@ class BeliefSettings:
     aperture: tuple[float, ...] = (0.4, 0.3, 0.17)
     width: tuple[float, ...] = (1.19, 0.0, 0.021)
     agreed: float = 0.9
-    coarse: float = 0.07
     grey_aperture: tuple[float, ...] = (0.4, 1.5, 0.6)
     grey_width: tuple[float, ...] = (1.19, 3.0, 0.021)
+    coarse: float = 0.07
     protrusion: tuple[float, ...] = (0.0, 0.72)
     points: tuple[tuple[float, ...], ...] = ((1.25, 0.11), (1.27, 0.43), (0.0, 1.38))
     rotation: tuple[float, ...] = (0.06, 0.018, 0.012)

@@ -218,7 +218,7 @@ def head_setting(
 def _motion(
     fitted: FittedPerson, choice: FaceChoice, found: Sequence[Landmarks | None]
 ) -> LandmarkMotion:
-    """How a fitted person's head is followed."""
+    """Motion of a fitted person's head by its landmarks and its texture."""
     return LandmarkMotion(fitted.shape, fitted.textured, choice, tuple(found), fitted.light)
 
 
