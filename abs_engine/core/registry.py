@@ -15,7 +15,7 @@ from runpy import run_path
 from typing import Any
 
 from abs_engine.core.errors import AbsEngineError, InputFileError, ParameterError, PluginError
-from abs_engine.core.foreign import FAILURES, named, reason
+from abs_engine.core.foreign import FAILURES, blamed, named
 from abs_engine.core.kinds import TEXT, check_kind
 
 
@@ -117,12 +117,8 @@ def load_plugin(path: Path) -> None:
         raise InputFileError(f"{path} is a folder", "give the Python file in it")
     if not path.is_file():
         raise InputFileError(f"{path} does not exist", "give a Python file")
-    try:
+    with blamed(str(path), remedy="correct it"):
         run_path(str(path), run_name=f"abs_engine_plugin_{path.stem}")
-    except AbsEngineError:
-        raise
-    except FAILURES as error:
-        raise PluginError(f"{path} cannot be run {reason(error, path)}", "correct it") from error
     PLUGINS.append(path)
 
 

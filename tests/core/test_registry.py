@@ -164,7 +164,7 @@ def test_a_file_that_adds_entries(tmp_path):
     assert RENDERERS.get("mine") is dict
     RENDERERS._added.pop("mine")
     own.write_text("1 / 0\n")
-    with pytest.raises(PluginError, match=r"own\.py cannot be run \(ZeroDivisionError"):
+    with pytest.raises(PluginError, match=r"own\.py fails \(ZeroDivisionError"):
         load_plugin(own)
     with pytest.raises(InputFileError, match="does not exist"):
         load_plugin(tmp_path / "none.py")
@@ -175,9 +175,9 @@ def test_a_file_that_adds_entries(tmp_path):
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        ("\n\nint('three')\n", r"own\.py cannot be run \(ValueError: .*\) in own\.py, line 3"),
-        ("\nraise SystemExit(3)\n", r"own\.py cannot be run \(SystemExit: 3\) in own\.py, line 2"),
-        ("def f(:\n", r"own\.py cannot be run \(SyntaxError: .*line 1\)\)"),
+        ("\n\nint('three')\n", r"own\.py fails \(ValueError: .*\) in own\.py, line 3"),
+        ("\nraise SystemExit(3)\n", r"own\.py fails \(SystemExit: 3\) in own\.py, line 2"),
+        ("def f(:\n", r"own\.py fails \(SyntaxError: .*line 1\)\)"),
     ],
 )
 def test_the_line_of_a_file_that_fails_is_named(tmp_path, fault, said):
