@@ -7,7 +7,7 @@ with `Registry.add`.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
@@ -57,16 +57,31 @@ class Registry:
 
         Raises
         ------
+        ParameterError
+            If its name is no text.
         PluginError
-            If an installed package brings one of the same name.
+            If an installed package brings one of the same name, or the entry is of another kind.
         """
+        check_kind(f"the name of a {self.kind}", name, TEXT)
         if name in self._installed:
             raise PluginError(f"there is a {self.kind} '{name}' already", "give another name")
-        self._added[name] = entry
+        self._added[name] = self._checked(name, entry)
 
     def names(self) -> tuple[str, ...]:
         """All names, those of installed packages first, then those that were added."""
-        return tuple(dict.fromkeys([*sorted(self._installed), *self._added]))
+        return (*sorted(self._installed), *self._added)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self.names())
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is an entry of a name."""
+        return name in self.names()
+
+    def __len__(self) -> int:
+        """Return the number of entries."""
+        return len(self.names())
 
     def get(self, name: str) -> Any:
         """The entry of a name.
@@ -80,9 +95,9 @@ class Registry:
         """
         check_kind(self.kind, name, TEXT)
         if name in self._added:
-            return self._checked(name, self._added[name])
+            return self._added[name]
         if name not in self._installed:
-            raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self.names()))
+            raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self))
         return self._checked(name, _loaded(self.kind, self._installed[name]))
 
     def _checked(self, name: str, entry: Any) -> Any:

@@ -246,8 +246,8 @@ def added() -> tuple[Metric, ...]:
         If one has a key of the engine's own, whose scores it would replace, or another than the
         name that it was added under, which no two have.
     """
-    metrics: tuple[Metric, ...] = tuple(METRICS.get(name) for name in METRICS.names())
-    for name, metric in zip(METRICS.names(), metrics, strict=True):
+    metrics: tuple[Metric, ...] = tuple(map(METRICS.get, METRICS))
+    for name, metric in zip(METRICS, metrics, strict=True):
         if metric.key in BY_KEY:
             raise PluginError(
                 f"the engine has a metric '{metric.key}' itself", "give yours another key"

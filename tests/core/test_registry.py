@@ -53,6 +53,9 @@ def test_an_entry_that_is_added_is_found_and_an_unknown_one_named():
     toys = Registry("toy")
     toys.add("ball", 3)
     assert (toys.names(), toys.get("ball")) == (("ball",), 3)
+    assert (list(toys), len(toys), "ball" in toys, "bal" in toys) == (["ball"], 1, True, False)
+    with pytest.raises(ParameterError, match="the name of a toy is 3; give text"):
+        toys.add(3, None)
     with pytest.raises(ParameterError, match="no toy 'bal'; did you mean 'ball'"):
         toys.get("bal")
 
@@ -111,10 +114,9 @@ def test_what_is_chosen_counts_more_than_the_preset():
     ("registry", "entry", "lacks"), [(DRIVERS, object, "minimiser"), (TERMS, object(), "bind")]
 )
 def test_an_entry_of_another_kind_is_named(registry, entry, lacks):
-    registry.add("odd", entry)
     with pytest.raises(PluginError, match=f"'odd' is a .* without '{lacks}'"):
-        registry.get("odd")
-    registry._added.pop("odd")
+        registry.add("odd", entry)
+    assert "odd" not in registry
 
 
 @pytest.mark.parametrize(

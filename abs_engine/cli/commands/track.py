@@ -38,7 +38,7 @@ and take no colour.
 def _notes() -> str:
     """Formats of files, and what can be chosen by name."""
     kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
-    names = [f"{title + ':':<10}{', '.join(registry.names())}\n" for title, registry in kinds]
+    names = [f"{title + ':':<10}{', '.join(registry)}\n" for title, registry in kinds]
     return f"{_POSES}\n{''.join(names)}{_NEEDS}"
 
 
