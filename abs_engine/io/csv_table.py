@@ -78,7 +78,9 @@ class Table:
         raise InputFileError(f"{self.path} lacks the columns {shown}{hint}", remedy)
 
 
-def read_table(path: Path, *, empty_lines: bool = False) -> Table:
+def read_table(
+    path: Path, *, empty_lines: bool = False, remedy: str = "give comma-separated text"
+) -> Table:
     """Read a CSV file whose first line names its columns.
 
     Parameters
@@ -88,6 +90,8 @@ def read_table(path: Path, *, empty_lines: bool = False) -> Table:
         Keep lines whose cells are all empty, as a frame's of which nothing is known may be; by
         default they are left out, as spreadsheets end with such lines. Lines without a cell
         always are.
+    remedy : str
+        What to do about a file that is no text.
 
     Raises
     ------
@@ -106,7 +110,7 @@ def read_table(path: Path, *, empty_lines: bool = False) -> Table:
             f"{path} cannot be read ({error.strerror})", "check the path"
         ) from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputFileError(f"{path} is not a CSV file", "give comma-separated text") from error
+        raise InputFileError(f"{path} is not a CSV file", remedy) from error
     if len(found) < 2:
         raise InputFileError(f"{path} holds no results", "give a line of names and a line a frame")
     (_, heading), *rest = found
