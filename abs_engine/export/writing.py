@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from abs_engine.core.errors import PluginError
+from abs_engine.core.errors import OutputError, PluginError
 from abs_engine.core.foreign import blamed, own
 from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import EXPORTERS
@@ -51,12 +51,17 @@ def export_run(
     InputFileError, ModelFormatError
         If the run cannot be read.
     OutputError
-        If the output exists or cannot be written.
+        If the output exists, cannot be written, or is a folder that is named as a file.
     PluginError
         If a plugin's exporter fails, writes nothing, or does not return what is lost.
     """
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
+    if output.suffix and not exporter.suffix:
+        raise OutputError(
+            f"{output} is named as a file, and a folder is written",
+            f"choose a name without {output.suffix}",
+        )
     smoothing = None if smooth is None else Smoothing.named(smooth)
     tracked = read_run(to_path("run", run), speaker, exporter.needs)
     if smoothing is None:

@@ -133,7 +133,7 @@ class Run:
 
     @property
     def closed(self) -> BoolArray:
-        """Whether the lips are closed, (T,)."""
+        """Whether the lips are closed, (T,); False where they were lost: mask it with `found`."""
         return self["closed"]
 
     @property

@@ -412,3 +412,9 @@ def test_an_exporter_of_one_s_own_that_fails_is_named(
     with pytest.raises(PluginError, match=f"the exporter 'own' {said}"):
         export_run(folder, "own", tmp_path / f"out{suffix}")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_named_as_a_file_is_refused(folder, tmp_path):
+    with pytest.raises(OutputError, match=r"named as a file, .*; choose a name without \.TextGrid"):
+        export_run(folder, "praat", tmp_path / "praat.TextGrid")
+    assert list(tmp_path.iterdir()) == []
