@@ -10,6 +10,7 @@ import numpy as np
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import InputFileError, ParameterError
+from abs_engine.core.words import counted
 from abs_engine.io.inputs import MOST
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
@@ -81,6 +82,5 @@ def without_zeros(points: FloatArray, say: Callable[[str], None] | None = None) 
     if throughout.sum() == 1:
         lost[:, throughout] = False
     if say is not None and lost.any():
-        places = "1 position" if lost.sum() == 1 else f"{lost.sum()} positions"
-        say(f"{places} at exactly 0, 0, 0 treated as missing")
+        say(f"{counted(int(lost.sum()), 'position')} at exactly 0, 0, 0 treated as missing")
     return np.where(lost[..., None], np.nan, points)

@@ -62,8 +62,8 @@ def read_viseme_pictures(path: Path, visemes: Collection[str]) -> tuple[VisemePi
         table.require(POSE_NAMES, HELP)
     numbers = table.numbers(POSE_NAMES if placed else ())
     out = []
-    rows = zip(table.text("picture"), table.text("viseme"), numbers, strict=True)
-    for line, (name, viseme, row) in enumerate(rows, 2):
+    rows = zip(table.lines, table.text("picture"), table.text("viseme"), numbers, strict=True)
+    for line, name, viseme, row in rows:
         where = f"{path}, line {line}"
         picture = path.parent / name
         if not name or not picture.is_file():

@@ -80,9 +80,20 @@ class Command(click.Command):
         try:
             self._check_values(ctx, args, many)
             return super().parse_args(ctx, list(_one_by_one(args, many)))
+        except click.MissingParameter as error:
+            self._hint(ctx, error)
+            raise
         except click.UsageError as error:
             error.ctx = ctx  # some are raised without it
             raise
+
+    def _hint(self, ctx: click.Context, error: click.MissingParameter) -> None:
+        """Name, where an argument is missing, the option that may have taken it."""
+        several = (p for p in self.params if isinstance(p, Option) and p.many)
+        took = [p.opts[0] for p in several if len(ctx.params.get(p.name or "") or ()) > 1]
+        if took and isinstance(error.param, click.Argument):
+            name = error.param.get_error_hint(ctx)
+            error.param_hint = f"{name} before {took[0]}, which takes all words up to an option"
 
     def _check_values(self, ctx: click.Context, args: Sequence[str], many: set[str]) -> None:
         """Refuse an option after which the next one stands, in place of a value."""

@@ -212,4 +212,4 @@ def renderer_names() -> Iterable[str]:
     """Those that `--renderer` takes."""
     from abs_engine.render.select import NAMES
 
-    return *NAMES, *RENDERERS.names()
+    return *NAMES, *RENDERERS

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from abs_engine.core.words import counted
+
 
 def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "") -> Iterator[str]:
     """Counts, speed and warnings of a run, of its ``run.json`` and ``timing.json``.
@@ -12,7 +14,7 @@ def summary_lines(summary: dict[str, Any], timing: dict[str, Any], said: str = "
     Warnings among the lines of `said`, which were printed before, are left out.
     """
     yield (
-        f"{summary['frames']} frames, {summary['lost_frames']} lost, "
+        f"{counted(summary['frames'], 'frame')}, {summary['lost_frames']} lost, "
         f"{summary['closed_frames']} with closed lips; "
         f"{summary['mean_evaluations']:.0f} evaluations and "
         f"{timing['seconds_per_frame']:.3f} s a frame"

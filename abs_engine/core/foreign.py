@@ -16,7 +16,8 @@ _ENGINE = str(Path(__file__).resolve().parents[1]) + os.sep
 
 
 def own(made: object) -> bool:
-    """Whether a class or function is the engine's, and no plugin's."""
+    """Whether a class or function, or what a partial calls, is the engine's, and no plugin's."""
+    made = getattr(made, "func", made)
     return str(getattr(made, "__module__", "")).startswith("abs_engine.")
 
 
@@ -25,23 +26,25 @@ def named(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())
 
 
-def reason(error: BaseException, file: Path | None = None) -> str:
+def reason(error: BaseException) -> str:
     """An error by its kind and message, and the last line of a plugin's file that led to it.
 
-    The file is the first outside the engine that was entered, unless it is given.
+    The file is the first outside the engine that was entered.
     """
     entered = [
         frame for frame in traceback.extract_tb(error.__traceback__)
         if not frame.filename.startswith((_ENGINE, "<"))
     ]  # fmt: skip
-    theirs = str(file) if file else entered[0].filename if entered else ""
+    theirs = entered[0].filename if entered else ""
     lines = [frame.lineno for frame in entered if frame.filename == theirs]
     where = f" in {Path(theirs).name}, line {lines[-1]}" if lines else ""
     return f"({named(error)}){where}"
 
 
 @contextmanager
-def blamed(what: str, kind: type[AbsEngineError] = PluginError) -> Iterator[None]:
+def blamed(
+    what: str, kind: type[AbsEngineError] = PluginError, remedy: str = "correct its plugin"
+) -> Iterator[None]:
     """Errors of a plugin's part, `what`, as one of a kind that names it; named ones stay.
 
     Raises
@@ -53,4 +56,4 @@ def blamed(what: str, kind: type[AbsEngineError] = PluginError) -> Iterator[None
     except AbsEngineError:
         raise
     except FAILURES as error:
-        raise kind(f"{what} fails {reason(error)}", "correct its plugin") from error
+        raise kind(f"{what} fails {reason(error)}", remedy) from error

@@ -141,8 +141,16 @@ class Pose:
     translation: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotation", np.asarray(self.rotation, np.float64).reshape(3, 3))
-        object.__setattr__(self, "translation", np.asarray(self.translation, np.float64).reshape(3))
+        try:
+            turn = np.asarray(self.rotation, np.float64).reshape(3, 3)
+            shift = np.asarray(self.translation, np.float64).reshape(3)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(
+                "a pose has a 3x3 matrix and 3 numbers",
+                "give these, or a rotation vector to Pose.from_vectors",
+            ) from error
+        object.__setattr__(self, "rotation", turn)
+        object.__setattr__(self, "translation", shift)
         if not (np.isfinite(self.rotation).all() and np.isfinite(self.translation).all()):
             raise ParameterError("a pose holds NaN or infinity", "check the values it was made of")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ def is_of(*kinds: type) -> Callable[[Any], bool]:
 TEXT: Kind = (is_of(str), "text")
 CALLED: Kind = (callable, "a function")
 PATH: Kind = (is_of(str, os.PathLike), "a path")
+WHOLE: Kind = (is_of(Integral), "a whole number")
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://", re.IGNORECASE)
 
 
@@ -30,6 +32,14 @@ def check_kind(name: str, value: object, kind: Kind) -> None:
     fits, what = kind
     if not fits(value):
         raise ParameterError(f"{name} is {value!r}", f"give {what}")
+
+
+def checked_frame(frame: int, count: int) -> int:
+    """The frame itself, if it is one of so many; else `ParameterError`."""
+    check_kind("frame", frame, WHOLE)
+    if not 0 <= frame < count:
+        raise ParameterError(f"there is no frame {frame}", f"give 0 to {count - 1}")
+    return frame
 
 
 def to_path(name: str, value: str | os.PathLike[str]) -> Path:

@@ -7,7 +7,7 @@ with `Registry.add`.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
@@ -15,7 +15,7 @@ from runpy import run_path
 from typing import Any
 
 from abs_engine.core.errors import AbsEngineError, InputFileError, ParameterError, PluginError
-from abs_engine.core.foreign import FAILURES, named, reason
+from abs_engine.core.foreign import FAILURES, blamed, named
 from abs_engine.core.kinds import TEXT, check_kind
 
 
@@ -57,16 +57,31 @@ class Registry:
 
         Raises
         ------
+        ParameterError
+            If its name is no text.
         PluginError
-            If an installed package brings one of the same name.
+            If an installed package brings one of the same name, or the entry is of another kind.
         """
+        check_kind(f"the name of a {self.kind}", name, TEXT)
         if name in self._installed:
             raise PluginError(f"there is a {self.kind} '{name}' already", "give another name")
-        self._added[name] = entry
+        self._added[name] = self._checked(name, entry)
 
     def names(self) -> tuple[str, ...]:
         """All names, those of installed packages first, then those that were added."""
-        return tuple(dict.fromkeys([*sorted(self._installed), *self._added]))
+        return (*sorted(self._installed), *self._added)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self.names())
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is an entry of a name."""
+        return name in self.names()
+
+    def __len__(self) -> int:
+        """Return the number of entries."""
+        return len(self.names())
 
     def get(self, name: str) -> Any:
         """The entry of a name.
@@ -80,9 +95,9 @@ class Registry:
         """
         check_kind(self.kind, name, TEXT)
         if name in self._added:
-            return self._checked(name, self._added[name])
+            return self._added[name]
         if name not in self._installed:
-            raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self.names()))
+            raise ParameterError(f"there is no {self.kind} '{name}'", nearest(name, self))
         return self._checked(name, _loaded(self.kind, self._installed[name]))
 
     def _checked(self, name: str, entry: Any) -> Any:
@@ -117,12 +132,8 @@ def load_plugin(path: Path) -> None:
         raise InputFileError(f"{path} is a folder", "give the Python file in it")
     if not path.is_file():
         raise InputFileError(f"{path} does not exist", "give a Python file")
-    try:
+    with blamed(str(path), remedy="correct it"):
         run_path(str(path), run_name=f"abs_engine_plugin_{path.stem}")
-    except AbsEngineError:
-        raise
-    except FAILURES as error:
-        raise PluginError(f"{path} cannot be run {reason(error, path)}", "correct it") from error
     PLUGINS.append(path)
 
 

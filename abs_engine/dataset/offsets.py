@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import checked_frame
 from abs_engine.dataset.codec import CHUNK, OFFSETS_FORMAT, VERSION, VERTICES, chunk_name
 from abs_engine.dataset.picture import AGAIN
 from abs_engine.io.arrays import real
@@ -62,7 +62,7 @@ class StoredOffsets:
         ModelFormatError
             If its file is of other frames or of another mesh.
         """
-        check_frame(frame, self._frames)
+        checked_frame(frame, self._frames)
         name = chunk_name(frame)
         if name not in self._kept:
             self._kept[name] = self._read(name, frame // CHUNK * CHUNK)
@@ -76,9 +76,3 @@ class StoredOffsets:
         frames = min(CHUNK, self._frames - first)
         layout = {"offsets": real(frames, self._vertices, 3, dtype=np.float16)}
         return read_npz(path, OFFSETS_FORMAT, VERSION, layout, AGAIN)["offsets"]
-
-
-def check_frame(frame: int, frames: int) -> None:
-    """Raise `ParameterError` unless there is such a frame."""
-    if not 0 <= frame < frames:
-        raise ParameterError(f"there is no frame {frame}", f"give 0 to {frames - 1}")

@@ -21,7 +21,10 @@ _CODE = re.compile(r"\s*(\d+):(\d+):(\d+):(\d+(?:\.\d+)?)\s*", re.ASCII)
 
 
 def seconds_since_first(
-    codes: Sequence[str], path: Path, rate: float | None = None
+    codes: Sequence[str],
+    path: Path,
+    rate: float | None = None,
+    lines: Sequence[int] | None = None,
 ) -> NDArray[np.float64]:
     """Seconds (N,) since the first of N timecodes ``hh:mm:ss:ff.fff``; they may pass midnight.
 
@@ -34,6 +37,8 @@ def seconds_since_first(
     rate : float, optional
         Frames counted in a second. By default the smallest of `BASES` above the largest frame
         number; takes under a second may not show it.
+    lines : sequence of int, optional
+        The lines of the table that they are in; by default those from 2 on.
 
     Raises
     ------
@@ -41,10 +46,11 @@ def seconds_since_first(
         If one is no timecode; its line is named.
     """
     parts = [_CODE.fullmatch(code) for code in codes]
-    for line, part in enumerate(parts, 2):
+    numbers = range(2, len(codes) + 2) if lines is None else lines
+    for line, code, part in zip(numbers, codes, parts, strict=True):
         if part is None:
             raise InputFileError(
-                f"line {line} of {path}: '{codes[line - 2]}' is not a timecode",
+                f"line {line} of {path}: '{code}' is not a timecode",
                 "write hours, minutes, seconds and frames as hh:mm:ss:ff.fff in every row",
             )
     if not parts:

@@ -15,10 +15,10 @@ from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
+from abs_engine.core.kinds import checked_frame
 from abs_engine.dataset import codec
 from abs_engine.dataset.camera_file import PlacedCamera, load_placed_camera
 from abs_engine.dataset.clip import Clip
-from abs_engine.dataset.offsets import check_frame
 from abs_engine.dataset.picture import AGAIN, read_picture
 from abs_engine.io.arrays import Layout, real, truth
 from abs_engine.io.assets import LIPS_OF_68
@@ -83,7 +83,7 @@ class Truth(Clip):
 
     def frame_path(self, frame: int) -> Path | None:
         """The picture of a frame before compression, where the dataset keeps it."""
-        check_frame(frame, len(self))
+        checked_frame(frame, len(self))
         path = self.folder / codec.FRAMES / codec.frame_name(frame)
         return path if path.is_file() else None
 
@@ -137,7 +137,7 @@ class Truth(Clip):
         """Labels of what hides the head, (H, W), see `codec.COVER_NAMES`; 0 without occluders."""
         if self.has(codec.COVER):
             return self._picture(codec.COVER, frame)
-        check_frame(frame, len(self))
+        checked_frame(frame, len(self))
         return np.zeros(self.camera.size[::-1], np.uint8)
 
     @property
@@ -181,7 +181,7 @@ class Truth(Clip):
         return read_npz(path, codec.POINTS_FORMAT, codec.VERSION, _POINTS, AGAIN, T=len(self))
 
     def _picture(self, kind: str, frame: int) -> NDArray[Any]:
-        check_frame(frame, len(self))
+        checked_frame(frame, len(self))
         path = self.folder / kind / codec.frame_name(frame)
         return read_picture(path, kind, self.camera.size)
 

@@ -9,6 +9,7 @@ sense. The vertices are those of the filmed person with the weights on the bundl
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ def is_arkit(columns: Sequence[str]) -> bool:
 
 
 def _lower_case(table: Table) -> Table:
-    return Table(table.path, {k.lower(): v for k, v in table.columns.items()}, table.rows)
+    return replace(table, columns={k.lower(): v for k, v in table.columns.items()})
 
 
 def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray:
@@ -103,7 +104,7 @@ def _on_frames(table: Table, numbers: FloatArray, clip: Reference) -> FloatArray
     remedy = "give a row for each frame, or timecodes that cover the clip"
     if "timecode" not in table.columns:
         raise ParameterError(problem, remedy)
-    times = seconds_since_first(table.text("timecode"), table.path)
+    times = seconds_since_first(table.text("timecode"), table.path, lines=table.lines)
     wanted = np.arange(clip.frames) / clip.rate
     if (np.diff(times) <= 0).any() or abs(times[-1] - wanted[-1]) > 1.5 / clip.rate:
         raise ParameterError(f"{problem}, and lasts {times[-1]:.2f} s", remedy)
@@ -117,7 +118,7 @@ def _check_duration(table: Table, clip: Reference) -> None:
     cells = table.text("timecode") if "timecode" in table.columns else []
     if wanted < 1 or not all(cells) or not cells:
         return  # within a second the timecodes do not show how many frames they count
-    lasts = float(seconds_since_first(cells, table.path)[-1])
+    lasts = float(seconds_since_first(cells, table.path, lines=table.lines)[-1])
     if abs(lasts - wanted) > 1.5 / clip.rate + DRIFT * wanted:
         raise ParameterError(
             f"{table.path} lasts {lasts:.2f} s by its timecodes, the truth {wanted:.2f} s",

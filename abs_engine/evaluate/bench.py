@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import WHOLE, check_kind
 from abs_engine.evaluate.bench_result import WAYS, BenchResult, WorkResult
 from abs_engine.evaluate.bench_ways import Way, open_ours, open_theirs
 from abs_engine.evaluate.bench_work import Work, ball_work
@@ -61,6 +62,7 @@ def run_bench(
     ParameterError
         If there are no rounds.
     """
+    check_kind("rounds", rounds, WHOLE)
     if rounds < 1:
         raise ParameterError(f"{rounds} rounds measure nothing", "take at least one")
     renderers: dict[str, str] = {}

@@ -8,6 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from abs_engine.core.errors import PluginError
 from abs_engine.core.registry import METRICS
 from abs_engine.dataset import Truth
 from abs_engine.dataset.codec import CLOSED_BELOW
@@ -237,8 +238,25 @@ BY_KEY = {metric.key: metric for metric in BUILT_IN}
 
 
 def added() -> tuple[Metric, ...]:
-    """Metrics of installed packages and plugins."""
-    return tuple(METRICS.get(name) for name in METRICS.names())
+    """Metrics of installed packages and plugins.
+
+    Raises
+    ------
+    PluginError
+        If one has a key of the engine's own, whose scores it would replace, or another than the
+        name that it was added under, which no two have.
+    """
+    metrics: tuple[Metric, ...] = tuple(map(METRICS.get, METRICS))
+    for name, metric in zip(METRICS, metrics, strict=True):
+        if metric.key in BY_KEY:
+            raise PluginError(
+                f"the engine has a metric '{metric.key}' itself", "give yours another key"
+            )
+        if metric.key != name:
+            raise PluginError(
+                f"the metric '{name}' has the key '{metric.key}'", "add it under its key"
+            )
+    return metrics
 
 
 def catalogue() -> tuple[Metric, ...]:

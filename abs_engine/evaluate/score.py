@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.errors import AbsEngineError, ParameterError, PluginError
-from abs_engine.core.foreign import FAILURES, reason
+from abs_engine.core.errors import ParameterError, PluginError
+from abs_engine.core.foreign import blamed
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import metrics
 from abs_engine.evaluate.catalogue import added, catalogue
@@ -131,21 +131,25 @@ def _added_means(said: Estimate, truth: Truth) -> dict[str, Mean]:
     """Means of the metrics that packages and plugins add, as far as the estimate allows them."""
     means = {}
     for metric in added():
-        try:
+        name = f"the metric '{metric.key}'"
+        with blamed(name):
             values = np.asarray(metric.measure(said, truth), np.float64)  # type: ignore[misc]
-        except AbsEngineError:
-            raise
-        except FAILURES as error:  # whatever a plugin does
-            raise PluginError(
-                f"the metric '{metric.key}' fails on {said.name} {reason(error)}",
-                "correct it; return NaN where there is nothing to measure",
-            ) from error
         if values.shape != (len(truth),):
             raise PluginError(
-                f"the metric '{metric.key}' returns values of shape {values.shape}",
+                f"{name} returns values of shape {values.shape}",
                 f"return one for each of the {len(truth)} frames",
             )
-        if np.isfinite(values).any():
+        known = values[~np.isnan(values)]
+        if np.isinf(known).any():
+            raise PluginError(
+                f"{name} returns infinite values", "return NaN where there is nothing to measure"
+            )
+        if metric.root and known.sum() < 0:
+            raise PluginError(
+                f"{name} is the root of a mean that is below 0",
+                "return squares, or leave out root=True",
+            )
+        if known.size:
             means[metric.key] = Mean.of(values, root=metric.root)
     return means
 

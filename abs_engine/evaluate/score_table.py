@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from abs_engine.evaluate.catalogue import Metric, catalogue
@@ -16,14 +16,19 @@ FORMAT, VERSION = "abs_engine.scores", 1
 Systems = Mapping[str, Mapping[str, Score]]
 
 
+def used(systems: Iterable[Mapping[str, Score]]) -> list[Metric]:
+    """Metrics that any of some systems has, in the catalogue's order."""
+    have = {key for scores in systems for key in scores}
+    return [metric for metric in catalogue() if metric.key in have]
+
+
 def lines(systems: Systems) -> list[str]:
     """The table for a terminal: a row for each metric, a column for each system.
 
     The 95 % confidence interval is in brackets. Shares are in percent.
     """
-    labels = [m for m in catalogue() if any(m.key in scores for scores in systems.values())]
     rows = [["", *systems]]
-    for metric in labels:
+    for metric in used(systems.values()):
         unit = f" ({shown_unit(metric)})" if metric.unit else ""
         cells = [shown(metric, scores.get(metric.key)) for scores in systems.values()]
         rows.append([metric.label + unit, *(" ".join(cell).rstrip() for cell in cells)])
@@ -40,14 +45,13 @@ def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
     facts : mapping of str to JSON values
         What else it says.
     """
-    used = [m for m in catalogue() if any(m.key in scores for scores in systems.values())]
     told = {
         "format": FORMAT,
         "version": VERSION,
         **facts,
         "metrics": {
             m.key: {"label": m.label.strip(), "unit": m.unit, "definition": m.definition}
-            for m in used
+            for m in used(systems.values())
         },
         "systems": {
             name: {
@@ -66,12 +70,11 @@ def as_csv(systems: Systems) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["system", "metric", "unit", "value", "low", "high"])
     for name, scores in systems.items():
-        for metric in catalogue():
-            if metric.key in scores:
-                score = scores[metric.key]
-                numbers = (score.value, score.low, score.high)
-                shown = ["" if math.isnan(n) else f"{n:.6g}" for n in numbers]
-                writer.writerow([name, metric.key, metric.unit, *shown])
+        for metric in used([scores]):
+            score = scores[metric.key]
+            numbers = (score.value, score.low, score.high)
+            shown = ["" if math.isnan(n) else f"{n:.6g}" for n in numbers]
+            writer.writerow([name, metric.key, metric.unit, *shown])
     return text.getvalue()
 
 

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import OutputError
-from abs_engine.dataset import Truth
+from abs_engine.core.kinds import check_kind, is_of, to_path
+from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.closing import Closures, narrow
 from abs_engine.evaluate.estimate import check_run
 from abs_engine.evaluate.metrics import (
@@ -29,15 +30,16 @@ from abs_engine.evaluate.metrics import (
     to_camera,
     without_constant_offset,
 )
+from abs_engine.tracking.record import load_run
 
-Run = Mapping[str, NDArray[Any]]
+RunArrays = Mapping[str, NDArray[Any]]
 
 
 class Tracked(Protocol):
     """A run that holds its arrays."""
 
     @property
-    def arrays(self) -> Run:
+    def arrays(self) -> RunArrays:
         """Arrays of a run by their names."""
         ...
 
@@ -49,7 +51,7 @@ SCORES, CURVES = "truth_scores.json", "truth_curves.png"
 
 
 def report(
-    run: Run, truth: Truth, folder: Path, closures: Closures | None = None
+    run: RunArrays, truth: Truth, folder: Path, closures: Closures | None = None
 ) -> dict[str, Any]:
     """Score a run and write ``truth_scores.json`` and ``truth_curves.png`` into `folder`.
 
@@ -87,17 +89,21 @@ def report(
     return scores
 
 
-def score(run: Run | Tracked, truth: Truth, closures: Closures | None = None) -> dict[str, Any]:
+def score(
+    run: RunArrays | Tracked | Path | str,
+    truth: Truth | Path | str,
+    closures: Closures | None = None,
+) -> dict[str, Any]:
     """Numbers of a run against the truth.
 
     Parameters
     ----------
-    run : mapping of str to array, or an object with one as `arrays`
+    run : mapping of str to array, an object with one as `arrays`, or the path of a run
         `lip_points` (T, N, 3), mm, head frame; `lip_vertex` (N,), their vertex indices in the
         truth's mesh; `rotation` (T, 3), rotation vectors, and `translation` (T, 3), mm, head
         to camera; `aperture` and `width` (T,), mm, defined as `Truth.aperture` and `Truth.width`.
         What it says itself of closed lips does not count.
-    truth : Truth
+    truth : Truth, or its path
     closures : two (T,) bool, optional
         Frames that are called closed, and those that are, as measured on the meshes; by default
         those in which the aperture, the run's and the truth's, is below `CLOSED_APERTURE`.
@@ -114,11 +120,13 @@ def score(run: Run | Tracked, truth: Truth, closures: Closures | None = None) ->
     Raises
     ------
     InputFileError
-        If the run lacks an array.
+        If the run lacks an array, or a path is that of no run or truth.
     ParameterError
-        If it is of other frames or of another mesh than the truth.
+        If the run is of other frames or of another mesh than the truth, or a value is of another
+        kind.
     """
-    run = run if isinstance(run, Mapping) else run.arrays
+    run = _arrays(run)
+    truth = truth if isinstance(truth, Truth) else load_truth(to_path("truth", truth))
     check_run(run, len(truth), len(truth.neutral))
     found, vertex = run["lip_points"], run["lip_vertex"]
     true = truth.points(vertex)
@@ -142,7 +150,15 @@ def score(run: Run | Tracked, truth: Truth, closures: Closures | None = None) ->
     }
 
 
-def draw(run: Run, truth: Truth) -> Figure:
+def _arrays(run: RunArrays | Tracked | Path | str) -> RunArrays:
+    if isinstance(run, str | Path):
+        return load_run(Path(run))
+    arrays: Any = getattr(run, "arrays", run)
+    check_kind("run", arrays, (is_of(Mapping), "a run, its arrays, or its path"))
+    return dict(arrays)
+
+
+def draw(run: RunArrays, truth: Truth) -> Figure:
     """Curves of aperture, width and lip error over time; closed frames of the truth are shaded."""
     figure = Figure(figsize=(9, 7.5), layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
@@ -172,12 +188,12 @@ def _above(axes: Axes) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=place, borderaxespad=0.2, ncols=2, frameon=False)
 
 
-def _aligned(run: Run, truth: Truth) -> PointError:
+def _aligned(run: RunArrays, truth: Truth) -> PointError:
     true = truth.points(run["lip_vertex"])
     return lip_rms_mm(without_constant_offset(run["lip_points"], true), true)
 
 
-def _pose_error(run: Run, truth: Truth, tracked: NDArray[np.bool_]) -> dict[str, float]:
+def _pose_error(run: RunArrays, truth: Truth, tracked: NDArray[np.bool_]) -> dict[str, float]:
     """Root mean square over frames of the angle between poses, and of their distance."""
     angle = head_angle(run["rotation"], truth.rotations)
     away = head_distance(run["translation"], truth.translations)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from abs_engine.core.errors import OutputError, PluginError
+from abs_engine.core.foreign import blamed, own
 from abs_engine.core.kinds import to_path
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.export.exporter import Exporter, Loss, TrackedRun, read_run
@@ -49,28 +51,63 @@ def export_run(
     InputFileError, ModelFormatError
         If the run cannot be read.
     OutputError
-        If the output exists or cannot be written.
+        If the output exists, cannot be written, or is a folder that is named as a file.
+    PluginError
+        If a plugin's exporter fails, writes nothing, or does not return what is lost.
     """
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
+    if output.suffix and not exporter.suffix:
+        raise OutputError(
+            f"{output} is named as a file, and a folder is written",
+            f"choose a name without {output.suffix}",
+        )
     smoothing = None if smooth is None else Smoothing.named(smooth)
     tracked = read_run(to_path("run", run), speaker, exporter.needs)
     if smoothing is None:
-        return _written(exporter, tracked, output)
+        return _written(to, exporter, tracked, output)
     tracked, moved = smoothed(tracked, smoothing)
-    return moved, *_written(exporter, tracked, output)
+    return moved, *_written(to, exporter, tracked, output)
 
 
-def _written(exporter: Exporter, tracked: TrackedRun, output: Path) -> tuple[Loss, ...]:
+def _written(name: str, exporter: Exporter, tracked: TrackedRun, output: Path) -> tuple[Loss, ...]:
     """Write a file or a folder, whole or not at all."""
     if not exporter.suffix:
         with NewFolder(output) as folder:
-            lost = exporter.write(tracked, folder.work)
+            lost = _lost(name, exporter, tracked, folder.work)
+            if not any(folder.work.iterdir()):
+                raise PluginError(
+                    f"the exporter '{name}' wrote nothing", "let it write into the given folder"
+                )
             folder.finish()
         return lost
     with scratch() as aside:
         made = aside / output.name
-        lost = exporter.write(tracked, made)
+        lost = _lost(name, exporter, tracked, made)
+        if not made.is_file():
+            raise PluginError(
+                f"the exporter '{name}' wrote no file {made.name}", "let it write the given path"
+            )
         content = made.read_bytes()
     write_new(output, content)
     return lost
+
+
+def _lost(name: str, exporter: Exporter, tracked: TrackedRun, path: Path) -> tuple[Loss, ...]:
+    """Losses that an exporter reports once it has written to a path.
+
+    Raises
+    ------
+    PluginError
+        If it is a plugin's and fails, or says nothing of the kind.
+    """
+    if own(exporter.write):
+        return exporter.write(tracked, path)  # an error is of the disk
+    with blamed(f"the exporter '{name}'"):
+        lost: object = exporter.write(tracked, path)
+    if isinstance(lost, tuple) and all(isinstance(one, Loss) for one in lost):
+        return lost
+    raise PluginError(
+        f"the exporter '{name}' does not return what is lost",
+        "return a tuple of Loss, which may be empty",
+    )

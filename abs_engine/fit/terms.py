@@ -160,7 +160,7 @@ def term_kinds(names: Sequence[str]) -> dict[str, TermKind]:
         If none is named, or one is not known.
     """
     if not names:
-        raise ParameterError("no evidence is named", f"choose one of {', '.join(TERMS.names())}")
+        raise ParameterError("no evidence is named", f"choose one of {', '.join(TERMS)}")
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ParameterError(f"the evidence '{twice}' is named twice", "name it once")

@@ -27,11 +27,14 @@ class Table:
     columns : mapping of column name to its place
         Names as written, without spaces around them.
     rows : list of list of str
+    lines : list of int
+        Lines of the file that the rows are, from 1 on; blank ones count, too.
     """
 
     path: Path
     columns: dict[str, int]
     rows: list[list[str]]
+    lines: list[int]
 
     def text(self, name: str) -> list[str]:
         """A column as text, without spaces around it."""
@@ -49,9 +52,9 @@ class Table:
         wanted = list(names)
         out = np.full((len(self.rows), len(wanted)), np.nan)
         for k, name in enumerate(wanted):
-            for line, cell in enumerate(self.text(name)):
+            for row, cell in enumerate(self.text(name)):
                 if cell:
-                    out[line, k] = self._number(cell, line, name)
+                    out[row, k] = self._number(cell, self.lines[row], name)
         return out
 
     def _number(self, cell: str, line: int, name: str) -> float:
@@ -60,7 +63,7 @@ class Table:
         except ValueError as error:
             shown = " ".join(cell.split())[:60]
             raise InputFileError(
-                f"{self.path}, line {line + 2}: '{shown}' in column {name} is not a number",
+                f"{self.path}, line {line}: '{shown}' in column {name} is not a number",
                 "leave the cells of lost frames empty",
             ) from error
 
@@ -75,7 +78,9 @@ class Table:
         raise InputFileError(f"{self.path} lacks the columns {shown}{hint}", remedy)
 
 
-def read_table(path: Path, *, empty_lines: bool = False) -> Table:
+def read_table(
+    path: Path, *, empty_lines: bool = False, remedy: str = "give comma-separated text"
+) -> Table:
     """Read a CSV file whose first line names its columns.
 
     Parameters
@@ -85,6 +90,8 @@ def read_table(path: Path, *, empty_lines: bool = False) -> Table:
         Keep lines whose cells are all empty, as a frame's of which nothing is known may be; by
         default they are left out, as spreadsheets end with such lines. Lines without a cell
         always are.
+    remedy : str
+        What to do about a file that is no text.
 
     Raises
     ------
@@ -96,26 +103,29 @@ def read_table(path: Path, *, empty_lines: bool = False) -> Table:
     check_file(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [row for row in csv.reader(file) if _counts(row, empty_lines)]
+            reader = csv.reader(file)
+            found = [(reader.line_num, row) for row in reader if _counts(row, empty_lines)]
     except OSError as error:
         raise InputFileError(
             f"{path} cannot be read ({error.strerror})", "check the path"
         ) from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputFileError(f"{path} is not a CSV file", "give comma-separated text") from error
-    if len(lines) < 2:
+        raise InputFileError(f"{path} is not a CSV file", remedy) from error
+    if len(found) < 2:
         raise InputFileError(f"{path} holds no results", "give a line of names and a line a frame")
-    names = [name.strip() for name in lines[0]]
+    (_, heading), *rest = found
+    names = [name.strip() for name in heading]
     twice = [name for name in names if name and names.count(name) > 1]
     if twice:
         raise InputFileError(f"{path} has two columns {twice[0]}", "name every column once")
-    for number, row in enumerate(lines[1:], 2):
+    for line, row in rest:
         if len(row) != len(names):
             raise InputFileError(
-                f"{path}, row {number}: {len(row)} cells under {len(names)} names",
+                f"{path}, line {line}: {len(row)} cells under {len(names)} names",
                 "write the file again",
             )
-    return Table(path, {name: k for k, name in enumerate(names)}, lines[1:])
+    columns = {name: k for k, name in enumerate(names)}
+    return Table(path, columns, [row for _, row in rest], [line for line, _ in rest])
 
 
 def _counts(row: list[str], empty: bool) -> bool:

@@ -76,9 +76,8 @@ def open_renderer(name: str | None = "auto") -> OpenRenderer:
 
 def _registered(name: str) -> OpenRenderer:
     """A renderer that another package brings."""
-    own = RENDERERS.names()
-    if name not in own:
-        raise ParameterError(f"there is no renderer '{name}'", nearest(name, [*NAMES, *own]))
+    if name not in RENDERERS:
+        raise ParameterError(f"there is no renderer '{name}'", nearest(name, [*NAMES, *RENDERERS]))
     make = RENDERERS.get(name)
     with blamed(f"the renderer '{name}'"):
         opened: OpenRenderer = make()

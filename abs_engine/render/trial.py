@@ -12,7 +12,7 @@ from abs_engine.core.scene import Candidates, Renderer, Scene
 
 _CAMERA, _WINDOW = Camera.ideal((64, 48)), Window(12.0, 8.0, 30.0, 20.0, 1.5)
 _DISTANCE = 500.0  # mm, of a triangle that is wider than the window
-_SIDE = 400.0
+_SIDE, _CLASS = 400.0, 3
 _KINDS = {
     "rgb": ("f", (3,)), "facet_id": ("iu", ()), "class_id": ("iu", ()), "depth": ("f", ()),
     "barycentrics": ("f", (3,)),
@@ -52,7 +52,8 @@ def _triangle() -> Scene:
     none, facet = np.zeros((0, 3, 3), np.float32), np.array([[0, 1, 2]], np.int32)
     middle, grey = np.full((3, 2), 0.5, np.float32), np.full((4, 4, 3), 128, np.uint8)
     side = np.float32(_SIDE)
-    return Scene(side * corners, none, facet, middle, np.ones(1, np.int32), grey, cull=False)
+    kind = np.full(1, _CLASS, np.int32)
+    return Scene(side * corners, none, facet, middle, kind, grey, cull=False)
 
 
 def _wrong(drawn: object, count: int) -> str:
@@ -66,9 +67,13 @@ def _wrong(drawn: object, count: int) -> str:
         return f"an object of type {type(other[0]).__name__}, not Buffers"
     faults = (_fault(name, getattr(one, name)) for one in drawn for name in _KINDS)
     found = next((fault for fault in faults if fault), "")
-    if not found and not all((one.facet_id == 1).any() for one in drawn):
+    if found:
+        return found
+    if not all((one.facet_id == 1).any() for one in drawn):
         return "nothing of a triangle that fills the window"
-    return found
+    if any((one.class_id[one.facet_id == 1] != _CLASS).any() for one in drawn):
+        return "class_id of another class than the triangle's"
+    return ""
 
 
 def _fault(name: str, buffer: object) -> str:

@@ -14,6 +14,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import Kind, check_kind, is_of, to_path
 from abs_engine.core.provenance import caution, made_by
+from abs_engine.core.words import counted
 from abs_engine.dataset import Truth
 from abs_engine.dataset.sums import digest
 from abs_engine.evaluate.estimate import of_run
@@ -264,7 +265,7 @@ def _rest(run: RunHead) -> NDArray[np.float32]:
 
 def _subtitle(frames: int, rate: float, camera: Camera) -> str:
     width, height = camera.size
-    return f"{frames} frames at {rate:g} a second, {width}x{height} pixels"
+    return f"{counted(frames, 'frame')} at {rate:g} a second, {width}x{height} pixels"
 
 
 def _focus(lips: NDArray[Any]) -> tuple[float, float, float]:

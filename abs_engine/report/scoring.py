@@ -36,6 +36,7 @@ MAP_FORMAT, MAP_VERSION = "abs_engine.error_map", 1
 POOLED = "all clips"
 FAR_MM = 50.0
 """RMS error above which a file is most likely of another view."""
+_RESULTS = "give a run's folder or a CSV file"
 
 View = tuple[str | None, str | None]
 _log = logging.getLogger(__name__)
@@ -163,9 +164,7 @@ def default_folder(results: Sequence[Path]) -> Path:
     if len(results) > 1:
         return Path("evaluation")
     only = Path(results[0])
-    if only.suffix.lower() == ".csv":
-        return only.with_name(f"{only.stem}-evaluation")
-    return only / "evaluation"
+    return only.with_name(f"{only.stem}-evaluation") if only.is_file() else only / "evaluation"
 
 
 def run_closures(path: Path, truth: Truth) -> Closures | None:
@@ -223,7 +222,7 @@ def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] 
             f"the ground truth of {path} has no 68 landmarks", "film it again with this release"
         )
     clip = Reference(len(truth), truth.rate, truth.neutral.astype(np.float64), marks)
-    if not is_arkit(list(read_table(path).columns)):
+    if not is_arkit(list(read_table(path, remedy=_RESULTS).columns)):
         return read_landmarks(path, clip)
     if not areas:
         raise ParameterError(
@@ -249,7 +248,7 @@ def _check_result(path: Path) -> None:
     if path.is_dir():
         load_run(path)
     elif not path.is_file():
-        raise InputFileError(f"{path} does not exist", "give a run's folder or a CSV file")
+        raise InputFileError(f"{path} does not exist", _RESULTS)
 
 
 def _doubts(scores: Mapping[str, Score]) -> tuple[str, ...]:

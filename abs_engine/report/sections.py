@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.evaluate.catalogue import Metric, catalogue
-from abs_engine.evaluate.score_table import shown, shown_unit
+from abs_engine.evaluate.catalogue import Metric
+from abs_engine.evaluate.score_table import shown, shown_unit, used
 from abs_engine.report.data import ReportData, Rows, System
 from abs_engine.report.document import safe
 from abs_engine.report.drawing import colours
@@ -122,13 +122,13 @@ above.</span></p>{"".join(parts)}</section>"""
 
 def scores(data: ReportData) -> str:
     """The table of scores and, folded, what they mean."""
-    used = [m for m in catalogue() if any(m.key in s.scores for s in data.systems)]
-    if not used:
+    metrics = used(system.scores for system in data.systems)
+    if not metrics:
         return ""
     head = "".join(f"<th>{safe(s.name)}</th>" for s in data.systems)
-    rows = "".join(_score_row(metric, data) for metric in used)
+    rows = "".join(_score_row(metric, data) for metric in metrics)
     means = "".join(
-        f"<tr><th>{safe(m.label.strip())}</th><td>{safe(m.definition)}</td></tr>" for m in used
+        f"<tr><th>{safe(m.label.strip())}</th><td>{safe(m.definition)}</td></tr>" for m in metrics
     )
     return f"""<section><h2>Scores</h2>
 <p>In brackets: 95 % confidence interval by a bootstrap over blocks of frames.</p>

@@ -15,6 +15,7 @@ import numpy as np
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import FACING, Pose
+from abs_engine.core.kinds import check_kind, is_of, to_path
 from abs_engine.core.provenance import code_digest
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.studio.cameras import check_view
@@ -64,6 +65,8 @@ def film_scene(
     KeyboardInterrupt
         If interrupted; its text says what was kept.
     """
+    check_kind("scene", scene, (is_of(SceneFile), "a SceneFile, as read_scene returns"))
+    folder = to_path("folder", folder)
     scene, speaker = complete(scene), load_speaker()
     text = scene_text(scene)
     order = Order(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.kinds import to_path
+from abs_engine.core.kinds import CALLED, PATH, check_kind, to_path
 from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
@@ -23,7 +23,6 @@ from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
 from abs_engine.render.trial import check_renderer
 from abs_engine.tracking.option_checks import check_options
-from abs_engine.tracking.option_kinds import check_kinds
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
 from abs_engine.tracking.record import Recorder
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _INTERNAL = ("model_file",)  # follows from `model`
-_PATHS = ("speaker", "colours", "physics", "poses")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,7 +133,7 @@ class Run:
 
     @property
     def closed(self) -> BoolArray:
-        """Whether the lips are closed, (T,)."""
+        """Whether the lips are closed, (T,); False where they were lost: mask it with `found`."""
         return self["closed"]
 
     @property
@@ -230,21 +228,22 @@ def track(
     >>> run = abs_engine.track("a.mpg")  # doctest: +SKIP
     >>> run.aperture.max()  # doctest: +SKIP
     """
-    named = {"video": video, "output": output, "camera": camera, "terms": terms}
-    check_kinds(options | named | {"progress": progress, "stage": stage})
+    path, folder = to_path("video", video), None if output is None else to_path("output", output)
+    for name, called in (("progress", progress), ("stage", stage)):
+        if called is not None:
+            check_kind(name, called, CALLED)
     chosen = _options(options, camera, terms)
-    path = to_path("video", video)
     check_options(chosen, probe(path))
     with _opened(renderer) as drawn:
         collected: list[Run] = []
-        if output is None:
+        if folder is None:
             tracker = prepare(path, drawn, chosen, stage)
             return _run(tracker, chosen, progress)
 
         def keep(tracker: ClipTracker, recorder: Recorder) -> None:
             collected.append(_of(recorder, tracker, chosen))
 
-        track_video(path, Path(output), drawn, chosen, progress, stage=stage, recorded=keep)
+        track_video(path, folder, drawn, chosen, progress, stage=stage, recorded=keep)
         return collected[0]
 
 
@@ -275,12 +274,10 @@ def _options(
     for name in given:
         if name not in known:
             raise ParameterError(f"there is no option '{name}'", nearest(name, known))
-    paths = {name: Path(given[name]) for name in _PATHS if given.get(name) is not None}
-    own = camera if camera is None or isinstance(camera, Camera) else load_camera(Path(camera))
-    model = given.get("model")
-    named = {} if model is None else {"model": str(model)}
-    rest = {**given, **paths, **named, "terms": terms}
-    return TrackOptions(**rest, camera=own)
+    if camera is not None and not isinstance(camera, Camera):
+        check_kind("camera", camera, (PATH[0], "a path or a Camera"))
+        camera = load_camera(Path(camera))
+    return TrackOptions(**{**given, "terms": terms}, camera=camera)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import numpy as np
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.words import counted
 from abs_engine.tracking.face_detection import Face, faces_about
 from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.landmarks import Landmarks, landmarks_again, landmarks_of
@@ -52,7 +53,7 @@ class FaceChoice:
             return None, []
         number = self.number or 1
         if number > len(seen):
-            count = f"{len(seen)} face{'s' if len(seen) > 1 else ''}"
+            count = counted(len(seen), "face")
             raise FaceNotFoundError(
                 f"there is no face {number}: the first frame with a face shows {count}",
                 f"give --face 1{f' to {len(seen)}' if len(seen) > 1 else ', or leave it out'}",

@@ -17,6 +17,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
+from abs_engine.learn.heads.frame import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import ClipSetting
@@ -79,14 +80,14 @@ def prepare_head(
     ParameterError
         If given poses do not fit the video, or the evidence or the driver not the head.
     MeshError
-        If the head's vertices are not finite.
+        If a plugin's head has other vertices than its lists and facets name, vertices that are not
+        finite, or no human size.
     TermError
         If a plugin's evidence fails on a drawing of the average head, or is not finite there.
     """
     leaves.check("head", ("colour",))
     speaker = load_speaker(options.speaker) if speaker is None else speaker
-    if not np.isfinite(speaker.vertices).all():  # of a plugin: files were checked
-        raise MeshError("the head's vertices are not all finite", "correct the model that makes it")
+    _check_made(speaker)
     if not all(own(kind.bind) for kind in leaves.kinds.values()):
         Trial(mouth_model(speaker, None), clip.camera, renderer).check(leaves.kinds)
     if options.from_landmarks or (speaker.imported and options.placed_by_landmarks):
@@ -102,6 +103,23 @@ def prepare_head(
         remark = "no face was seen where it was said to be: started from its colours"
         return replace(by_blobs(clip, speaker, renderer, options, leaves, tell), remarks=remark)
     return by_blobs(clip, speaker, renderer, options, leaves, tell)
+
+
+def _check_made(speaker: Speaker) -> None:
+    """Raise `MeshError` for a head that a plugin made wrongly; files were checked."""
+    vertices, needed = speaker.vertices, int(speaker.faces.max()) + 1
+    fault = ""
+    if len(vertices) < needed:
+        fault = f"has {len(vertices)} vertices, and facets of {needed}"
+    elif not np.isfinite(vertices).all():
+        fault = "has vertices that are not all finite"
+    elif "landmark_68" in speaker.points:
+        outer = vertices[speaker.points["landmark_68"][[36, 45]]]
+        eyes, (_, least, most) = float(np.linalg.norm(outer[1] - outer[0])), EYES_MM
+        if not least < eyes < most:
+            fault = f"has the outer corners of its eyes {eyes:.0f} mm apart"
+    if fault:
+        raise MeshError(f"the head {fault}", "correct the model that makes it")
 
 
 def _average(

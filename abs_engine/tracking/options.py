@@ -21,6 +21,7 @@ from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.mouth_landmarks import BOTH
+from abs_engine.tracking.option_kinds import PATHS, check_kinds
 from abs_engine.tracking.scale import Scale
 
 LANDMARKS, BLOBS = STARTS = "landmarks", "blobs"
@@ -96,14 +97,25 @@ class TrackOptions:
     smooth: str | None = None
 
     def __post_init__(self) -> None:
-        """Take "colour+texture" for ("colour", "texture"), and None for the default."""
+        """Take "colour+texture" for ("colour", "texture"), and None for the default.
+
+        Raises
+        ------
+        ParameterError
+            If an option is of another kind.
+        """
+        check_kinds(vars(self))
         for one in fields(self):
             if getattr(self, one.name) is None:
                 object.__setattr__(self, one.name, one.default)
+        for name in PATHS:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, Path(getattr(self, name)))
         given: Any = self.terms
         if isinstance(given, str):
             given = tuple(part.strip() for part in given.split("+") if part.strip())
         object.__setattr__(self, "terms", None if given is None else tuple(given))
+        object.__setattr__(self, "model", None if self.model is None else str(self.model))
 
     @property
     def from_landmarks(self) -> bool:

@@ -124,14 +124,12 @@ def _driver(preset: Preset, kind: str, terms: tuple[str, ...]) -> str:
 
 def _file(name: str) -> Path | None:
     """The file that a model is named by; None where it is named by its kind."""
-    if name in MODELS.names():
+    if name in MODELS:
         return None
     path = Path(name)
     if path.suffix or len(path.parts) > 1:
         return path
-    raise ParameterError(
-        f"there is no model '{name}', nor is it a file", nearest(name, MODELS.names())
-    )
+    raise ParameterError(f"there is no model '{name}', nor is it a file", nearest(name, MODELS))
 
 
 def model_of_file(path: Path) -> str:

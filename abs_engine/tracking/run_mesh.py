@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.errors import InputFileError, ModelFormatError
-from abs_engine.core.kinds import to_path
+from abs_engine.core.kinds import checked_frame, to_path
 from abs_engine.io.arrays import Layout, index, real
 from abs_engine.io.assets import Speaker
 from abs_engine.io.npz import read_npz
@@ -59,8 +59,15 @@ class RunMesh:
         return len(self.weights)
 
     def vertices(self, frame: int) -> NDArray[np.float64]:
-        """Vertices (V, 3), mm, head frame; NaN in a lost frame."""
-        return np.asarray(self.mean + np.tensordot(self.weights[frame], self.modes, 1), np.float64)
+        """Vertices (V, 3), mm, head frame; NaN in a lost frame.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such frame.
+        """
+        weights = self.weights[checked_frame(frame, len(self))]
+        return np.asarray(self.mean + np.tensordot(weights, self.modes, 1), np.float64)
 
     def points(self, vertex: NDArray[np.integer]) -> NDArray[np.float64]:
         """Paths (T, N, 3), mm, head frame, of some vertices (N,)."""

@@ -34,7 +34,9 @@ def read_mouths(path: Path) -> list[LabelledMouth]:
     numbers = table.numbers(("frame", *COLUMNS))
     empty = np.flatnonzero(np.isnan(numbers).any(axis=1))
     if len(empty):
-        raise InputFileError(f"{path}, line {empty[0] + 2}: a cell is empty", "label every point")
+        raise InputFileError(
+            f"{path}, line {table.lines[empty[0]]}: a cell is empty", "label every point"
+        )
     videos = table.text("video")
     found: list[LabelledMouth] = []
     for video in dict.fromkeys(videos):

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import whole_files
+from results import clip, write_dataset
 from runs import write_broken, write_noise, write_speaker
 
 from abs_engine.capture.dot_annotations import read_marks
@@ -243,6 +244,20 @@ def test_unknown_names(fails, tmp_path, noise_video):
     words = "render", "-o", tmp_path / "p.png", "--renderer", "cpu"
     assert "no face unit 'smirk'" in fails(*words, "--unit", "smirk=1")
     assert "NAME=WEIGHT" in fails(*words, "--unit", "smirk")
+
+
+def test_an_argument_that_an_option_took(fails, tmp_path):
+    line = fails("evaluate", "--truth", tmp_path, tmp_path)
+    assert "missing argument 'RUN...' before --truth, which takes all words up to an" in line
+    assert "before" not in fails("evaluate", "--truth", tmp_path)
+
+
+def test_a_video_is_no_result(tmp_path, capsys):
+    video = write_noise(tmp_path / "talk.mp4")
+    truth = write_dataset(tmp_path / "truth", clip(4))
+    assert main(["evaluate", str(video), "--truth", str(truth)]) == 2
+    assert "talk.mp4 is not a CSV file; give a run's folder or a CSV" in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {"talk.mp4", "truth"}
 
 
 def test_what_is_no_run_or_no_truth(fails, tmp_path):

@@ -324,10 +324,8 @@ def test_lists_of_another_mesh_are_refused(tmp_path):
 def own_metric():
     """Adds a metric of one's own, and takes it out again."""
 
-    def add(measured):
-        METRICS.add(
-            "own_mm", Metric("own_mm", "own", "mm", "as the test says", measured, root=True)
-        )
+    def add(measured, key="own_mm"):
+        METRICS.add("own_mm", Metric(key, "own", "mm", "as the test says", measured, root=True))
 
     yield add
     METRICS._added.pop("own_mm")
@@ -348,9 +346,21 @@ def test_a_metric_of_one_s_own_that_measures_nothing_has_no_row(truth, own_metri
 
 @pytest.mark.parametrize(
     ("measured", "problem"),
-    [(lambda said, true: 1 / 0, "ZeroDivisionError"), (lambda said, true: [1.0], r"shape \(1,\)")],
+    [
+        (lambda said, true: 1 / 0, "ZeroDivisionError"),
+        (lambda said, true: [1.0], r"shape \(1,\)"),
+        (lambda said, true: np.r_[np.inf, np.ones(len(true) - 1)], "returns infinite values"),
+        (lambda said, true: np.full(len(true), -4.0), "root of a mean that is below 0"),
+    ],
 )
 def test_a_metric_that_fails_is_named(truth, own_metric, measured, problem):
     own_metric(measured)
     with pytest.raises(PluginError, match=f"'own_mm'.*{problem}"):
+        measure(perfect(truth), truth, None)
+
+
+@pytest.mark.parametrize("key", ["aperture_rms_mm", "frames", "other_mm"])
+def test_a_metric_replaces_no_other(truth, own_metric, key):
+    own_metric(lambda said, true: np.full(len(true), 77.0), key)
+    with pytest.raises(PluginError, match=f"'{key}'"):
         measure(perfect(truth), truth, None)

@@ -30,6 +30,7 @@ from abs_engine.dataset.timecode import BASES, seconds_since_first
 from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.score import measure, summary
+from abs_engine.io.csv_table import read_table
 from abs_engine.report.inspect.runs import load_run_head
 from abs_engine.report.scoring import evaluate
 from abs_engine.studio.speech import read_livelink
@@ -292,7 +293,17 @@ def test_wide_files_that_are_wrong(truth, reference, tmp_path):
     pixels, points = true_landmarks(truth)
     fails(InputFileError, "between 0 and", *wide_rows(truth, pixels / 640, points))
     fails(InputFileError, "give points in mm", *wide_rows(truth, pixels, points / 1000))
-    fails(InputFileError, r"row 2: 4 cells", heading, [rows[0][:4], *rows[1:]])
+    fails(InputFileError, r"line 2: 4 cells", heading, [rows[0][:4], *rows[1:]])
+
+
+def test_blank_lines_count_where_a_line_is_named(tmp_path):
+    path = tmp_path / "gaps.csv"
+    path.write_text("\na,b\n\n1,2\n,\n\n3,x\n")
+    with pytest.raises(InputFileError, match="line 7: 'x' in column b"):
+        read_table(path).numbers(("a", "b"))
+    path.write_text("a,b\n\n\n1,2,3\n")
+    with pytest.raises(InputFileError, match="line 4: 3 cells under 2 names"):
+        read_table(path)
 
 
 def test_long_files_that_are_wrong(truth, reference, tmp_path):

@@ -16,12 +16,18 @@ import trimesh
 from runs import written_run
 
 from abs_engine.cli import main
-from abs_engine.core.errors import InputFileError, ModelFormatError, OutputError, ParameterError
+from abs_engine.core.errors import (
+    InputFileError,
+    ModelFormatError,
+    OutputError,
+    ParameterError,
+    PluginError,
+)
 from abs_engine.core.registry import EXPORTERS
 from abs_engine.evaluate.arkit_csv import read_arkit
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.export import gltf
-from abs_engine.export.exporter import read_run, rms
+from abs_engine.export.exporter import Exporter, Loss, read_run, rms
 from abs_engine.export.face_units import unit_loss, unit_weights
 from abs_engine.export.fap import LIPS, fapu, neutral, parameters
 from abs_engine.export.praat import closures
@@ -370,3 +376,45 @@ def test_lips_that_stay_closed_are_closed_to_the_end_of_the_grid():
     }
     run = SimpleNamespace(arrays=arrays, rate=25.0)
     np.testing.assert_allclose(closures(run), [[0.07, 0.18], [0.27, 0.4]])
+
+
+def _leaves(_run, path: Path) -> None:
+    path.write_text("half")
+    raise OSError("bad")
+
+
+def _ends(*_) -> None:
+    raise SystemExit(5)
+
+
+def _says_nothing(_run, path: Path) -> None:
+    path.write_text("x")
+
+
+@pytest.mark.parametrize(
+    ("write", "suffix", "said"),
+    [
+        (_leaves, ".e", r"fails \(OSError: bad\) in test_export\.py, line \d+; correct its plugin"),
+        (_ends, ".e", r"fails \(SystemExit: 5\)"),
+        (_ends, "", r"fails \(SystemExit: 5\)"),
+        (_says_nothing, ".e", "does not return what is lost; return a tuple of Loss"),
+        (lambda *_: (), ".e", r"wrote no file out\.e"),
+        (lambda _, path: path.mkdir() or (), ".e", r"wrote no file out\.e"),
+        (lambda *_: (3,), "", "does not return what is lost"),
+        (lambda *_: (Loss(0.0, "mm", "all"),), "", "wrote nothing"),
+    ],
+)
+def test_an_exporter_of_one_s_own_that_fails_is_named(
+    write, suffix, said, folder, tmp_path, request
+):
+    EXPORTERS.add("own", Exporter("own", write, suffix))
+    request.addfinalizer(lambda: EXPORTERS._added.pop("own"))
+    with pytest.raises(PluginError, match=f"the exporter 'own' {said}"):
+        export_run(folder, "own", tmp_path / f"out{suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_named_as_a_file_is_refused(folder, tmp_path):
+    with pytest.raises(OutputError, match=r"named as a file, .*; choose a name without \.TextGrid"):
+        export_run(folder, "praat", tmp_path / "praat.TextGrid")
+    assert list(tmp_path.iterdir()) == []

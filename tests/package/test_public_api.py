@@ -28,6 +28,15 @@ def test_every_public_name_can_be_imported():
     ("export_run", (3, "landmarks", "out.csv"), "run is 3; give a path"),
     ("export_run", ("run", "landmarks", "out.csv", None, 8), "smooth is 8; give text"),
     ("load_run", (3,), "folder is 3; give a path"),
+    ("score", (3, "truth"), "run is 3; give a run, its arrays, or its path"),
+    ("score", ({}, 3), "truth is 3; give a path"),
+    ("score", ("none", "truth"), "none is not a run: results.npz is missing; give the "
+     "folder that 'track -o' made"),
+    ("film_scene", ("x", "y"), "scene is 'x'; give a SceneFile, as read_scene returns"),
+    ("run_bench", ("x",), "rounds is 'x'; give a whole number"),
+    ("Pose", ([0, 0, 0], [0, 0, 1]), "a pose has a 3x3 matrix and 3 numbers; give these, "
+     "or a rotation vector to Pose.from_vectors"),
+    ("TrackOptions", (3,), "person is 3; give text"),
     ("load_mesh", (3,), "folder is 3; give a path"),
     ("load_speaker", (3,), "speaker is 3; give a path"),
     ("load_dataset", (3,), "folder is 3; give a path"),

@@ -58,6 +58,10 @@ FAULTS = [
         lambda drawn: [replace(one, facet_id=one.facet_id * 0) for one in drawn],
         "draws nothing of a triangle that fills the window",
     ),
+    (
+        lambda drawn: [replace(one, class_id=(one.facet_id > 0).astype(int)) for one in drawn],
+        "draws class_id of another class than the triangle's",
+    ),
     (lambda drawn: 1 / 0, "fails (ZeroDivisionError: division by zero) in test_trial.py, line "),
 ]
 

@@ -98,6 +98,9 @@ def test_timecodes_by_hand(tmp_path):
         (["1:0:0:0,61,0,0,0,0,0,0", "1:0:0:1,61,0,nan,0,0,0,0"], "line 3"),
         (["noon,61,0,0,0,0,0,0"], "'noon' is not a timecode"),
         (["1:0:0:4,61,0,0,0,0,0,0", "1:0:0:2,61,0,0,0,0,0,0"], "line 3"),
+        (["", "1:0:0:4,61,0,0,0,0,0,0", "", "1:0:0:2,61,0,0,0,0,0,0"], "line 5"),
+        (["", "1:0:0:4,61,0,0,0,0,0"], "line 3"),
+        (["", "noon,61,0,0,0,0,0,0"], "line 3"),
     ],
 )
 def test_bad_recordings_are_refused_in_one_line(tmp_path, rows, named):

@@ -47,8 +47,16 @@ def test_a_model_that_makes_no_tracker_is_named(make, said, prepared):
     assert said in str(caught.value)
 
 
-def test_vertices_that_are_not_finite_are_refused(prepared):
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda vertices: vertices * np.nan, "vertices that are not all finite; correct the model"),
+        (lambda vertices: vertices[:100], r"100 vertices, and facets of \d+; correct the model"),
+        (lambda vertices: vertices * 10, r"the outer corners of its eyes \d+ mm apart; correct"),
+    ],
+)
+def test_a_head_that_is_none_is_refused(change, said, prepared):
     head = load_speaker()
-    broken = replace(head, vertices=head.vertices * np.nan)
-    with pytest.raises(MeshError, match="the head's vertices are not all finite"):
+    broken = replace(head, vertices=change(head.vertices))
+    with pytest.raises(MeshError, match=f"the head has {said}"):
         prepared(lambda *given: prepare_head(*given, broken))

@@ -136,6 +136,8 @@ def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
         np.testing.assert_array_equal(abs_engine.load_run(tmp_path / name)["time"], kept.time)
     for name in ("run", "run/mesh.npz"):
         read = abs_engine.load_mesh(tmp_path / name)
+        with pytest.raises(ParameterError, match=f"no frame {len(read)}; give 0 to"):
+            read.vertices(len(read))
         assert repr(read).startswith(f"<RunMesh of {len(OPEN)} frames: {len(read.mean)} vertices, ")
     with pytest.raises(InputFileError, match=r"nowhere is not a run: results\.npz is missing"):
         abs_engine.load_run(tmp_path / "nowhere" / "results.npz")

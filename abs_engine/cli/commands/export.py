@@ -11,7 +11,7 @@ from abs_engine.core.registry import EXPORTERS, load_plugin
 
 
 def _notes() -> str:
-    rows = [(name, EXPORTERS.get(name)) for name in EXPORTERS.names()]
+    rows = [(name, EXPORTERS.get(name)) for name in EXPORTERS]
     lines = (f"  {name:12}{one.text}{one.suffix and f' ({one.suffix})'}\n" for name, one in rows)
     return "Formats:\n" + "".join(lines)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.progress import Progress
+from abs_engine.core.words import counted
 from abs_engine.io.files import check_free
 
 _NOTES = """\
@@ -38,10 +39,10 @@ def mouths(chosen: Chosen) -> Done:
     with Progress("learning") as progress:
         progress.announce("reading the labelled frames")
         labelled = read_mouths(chosen.labels)
-        progress.announce(f"learning from {len(labelled)} frames")
+        progress.announce(f"learning from {counted(len(labelled), 'frame')}")
         looks = learn_opening(labelled, chosen.seed)
     save_looks(looks, chosen.output)
     return Done(
-        [f"learned from {len(labelled)} frames", f"wrote {chosen.output}"],
+        [f"learned from {counted(len(labelled), 'frame')}", f"wrote {chosen.output}"],
         {"output": chosen.output, "frames": len(labelled)},
     )

@@ -16,6 +16,7 @@ from abs_engine.cli.dots_film import DotsFilm
 from abs_engine.cli.drawing import note
 from abs_engine.cli.progress import Progress
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.words import counted
 from abs_engine.io.files import check_free, write_new
 
 if TYPE_CHECKING:
@@ -203,8 +204,8 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
     found, missing = observed.found, observed.found.size - int(observed.found.sum())
     uncertain = int(observed.uncertain.sum())
     lines = [
-        f"{observed.frames} frames of {len(observed.names)} points at {observed.rate:g} frames/s; "
-        f"{missing} of {found.size} not found, {uncertain} uncertain"
+        f"{counted(observed.frames, 'frame')} of {len(observed.names)} points at "
+        f"{observed.rate:g} frames/s; {missing} of {found.size} not found, {uncertain} uncertain"
     ]
     if len(observed.pixels) and found.any():
         error = np.sqrt(np.mean(observed.error[found] ** 2))
@@ -218,6 +219,6 @@ def _done(chosen: Chosen, observed: Observations, more: Sequence[str] = ()) -> D
                 "was lost or mistaken for another"
             )
     head = int((~np.isfinite(observed.rotations).all(axis=1)).sum())
-    lines += [f"{head} frames without the head", *more, f"wrote {chosen.output}"]
+    lines += [f"{counted(head, 'frame')} without the head", *more, f"wrote {chosen.output}"]
     facts = {"frames": observed.frames, "missing": missing, "uncertain": uncertain}
     return Done(lines, {"output": chosen.output, **facts, "frames_without_head": head})

@@ -14,6 +14,7 @@ from abs_engine.cli.progress import Progress, say
 from abs_engine.cli.settings import SETTINGS, settings_option, settings_text
 from abs_engine.cli.summary import summary_lines
 from abs_engine.core.registry import DRIVERS, MODELS, PRESETS, TERMS, load_plugin
+from abs_engine.core.words import counted
 from abs_engine.io.unfinished import check_output
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ and take no colour.
 def _notes() -> str:
     """Formats of files, and what can be chosen by name."""
     kinds = ("presets", PRESETS), ("models", MODELS), ("terms", TERMS), ("drivers", DRIVERS)
-    names = [f"{title + ':':<10}{', '.join(registry.names())}\n" for title, registry in kinds]
+    names = [f"{title + ':':<10}{', '.join(registry)}\n" for title, registry in kinds]
     return f"{_POSES}\n{''.join(names)}{_NEEDS}"
 
 
@@ -154,7 +155,7 @@ def track(chosen: Chosen) -> Done:
         )
     before = run["timing"]["resumed_frames"]
     lines = [
-        *([f"{before} frames were there from before"] if before else []),
+        *([f"{counted(before, 'frame')} tracked before"] if before else []),
         *summary_lines(run["summary"], run["timing"], run["settings"]["remarks"]),
         scale_line(run["settings"]["scale"]),
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",

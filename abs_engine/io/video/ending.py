@@ -9,6 +9,7 @@ from typing import Any
 import av
 
 from abs_engine.core.errors import VideoError
+from abs_engine.core.words import counted
 from abs_engine.io.video.truncation import is_torn
 
 _LAST = 5  # packets and frames; a damaged frame may be shown a few frames before the last
@@ -77,5 +78,5 @@ class Ending:
 
 def broken_off(path: Path, count: int, why: str = "") -> VideoError:
     """The error of a video that ends too early."""
-    frames = "1 frame" if count == 1 else f"{count} frames"
-    return VideoError(f"{path} is cut off after {frames}{why}", "copy or export it again")
+    after = counted(count, "frame")
+    return VideoError(f"{path} is cut off after {after}{why}", "copy or export it again")

@@ -14,7 +14,7 @@ from abs_engine.core.errors import ParameterError
 from abs_engine.learn.heads.marks import Marks
 from abs_engine.learn.heads.table import UNITS
 
-_EYES_MM = 88.0, 65.0, 115.0
+EYES_MM = 88.0, 65.0, 115.0
 """Distance of the eyes' outer corners of adults, the least and the greatest that is believed."""
 _USUAL = np.array(
     [[-41, 37, 79], [-19, 36, 85], [19, 36, 85], [41, 37, 79], [0, 2, 116], [0, -64, 92]],
@@ -92,7 +92,7 @@ def _turns() -> list[FloatArray]:
 def _millimetres(eyes: float, length: str | None) -> float:
     """Of the file's unit of length, in which the outer corners of the eyes are so far apart."""
     known = UNITS.values() if length is None else [UNITS[length]]
-    usual, least, most = _EYES_MM
+    usual, least, most = EYES_MM
     best = min(known, key=lambda mm: abs(np.log(max(eyes * mm, 1e-9) / usual)))
     if not least < eyes * best < most:
         raise ParameterError(

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from abs_engine.core.provenance import made_by
+from abs_engine.core.words import counted
 from abs_engine.report.articulation.analysis import Analysis
 from abs_engine.report.articulation.applied import Applied
 from abs_engine.report.articulation.tables import boxes, variance_table
@@ -98,9 +99,9 @@ def applied_lines(done: Applied) -> list[str]:
     """Frames with parameters, their error at the points, and the points that lack."""
     error = done.error[done.found]
     lines = [
-        f"{len(done.found)} frames, {int((~done.found).sum())} without parameters; error, RMS over "
-        f"the points: median {np.median(error):.2f} mm, worst {error.max():.2f} mm (frame "
-        f"{done.first + int(np.nanargmax(done.error))})"
+        f"{counted(len(done.found), 'frame')}, {int((~done.found).sum())} without parameters; "
+        f"error, RMS over the points: median {np.median(error):.2f} mm, "
+        f"worst {error.max():.2f} mm (frame {done.first + int(np.nanargmax(done.error))})"
     ]
     if np.median(error) > _FAR:
         lines.append(
@@ -152,7 +153,7 @@ def _percent(share: float | None) -> str:
 
 
 def _points(names: Collection[str]) -> str:
-    return "1 point" if len(names) == 1 else f"{len(names)} points"
+    return counted(len(names), "point")
 
 
 def _named(names: Sequence[str]) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import checked_frame
 from abs_engine.report.drawing.layout import columns_of, evenly, sheet
 from abs_engine.report.inspect.output import Progress
 from abs_engine.report.inspect.request import Request
@@ -73,10 +74,3 @@ def presented(
     if len(tiles) == 1:
         return tiles[0]
     return sheet(tiles, columns_of(len(tiles), (tiles[0].shape[1], tiles[0].shape[0])))
-
-
-def checked_frame(frame: int, count: int) -> int:
-    """The frame itself, if there is such a frame; else `ParameterError`."""
-    if not 0 <= frame < count:
-        raise ParameterError(f"there is no frame {frame}", f"give 0 to {count - 1}")
-    return frame

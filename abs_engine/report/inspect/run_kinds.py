@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.arrays import Image
 from abs_engine.core.errors import ParameterError
+from abs_engine.core.kinds import checked_frame
 from abs_engine.core.scene import Renderer
 from abs_engine.evaluate.estimate import Estimate, check_run
 from abs_engine.evaluate.score import error_map
@@ -17,7 +18,7 @@ from abs_engine.report.drawing.layout import beside
 from abs_engine.report.drawing.legend import colour_bar
 from abs_engine.report.drawing.view import views_of
 from abs_engine.report.inspect.body import Body, posed
-from abs_engine.report.inspect.film import Film, checked_frame, presented
+from abs_engine.report.inspect.film import Film, presented
 from abs_engine.report.inspect.heads import FILM_VIEWS, person_of
 from abs_engine.report.inspect.heat import (
     HEAT_COLOURS,

@@ -14,6 +14,7 @@ from abs_engine.core.arrays import FloatArray, Image
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import Pose
+from abs_engine.core.kinds import checked_frame
 from abs_engine.core.pose import POSE_NAMES
 from abs_engine.io.assets import Speaker
 from abs_engine.io.video import read_frames
@@ -89,9 +90,7 @@ class RunHead:
 
     def check(self, frame: int) -> int:
         """The frame itself, if there is such a frame; else `ParameterError`."""
-        if not 0 <= frame < len(self):
-            raise ParameterError(f"there is no frame {frame}", f"give 0 to {len(self) - 1}")
-        return frame
+        return checked_frame(frame, len(self))
 
 
 def load_run_head(folder: Path, speaker: Speaker) -> RunHead:

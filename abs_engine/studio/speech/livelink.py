@@ -63,13 +63,13 @@ def read_livelink(path: Path | str, timecode_rate: float | None = None) -> Recor
         values than the header, a value is no number, or time does not grow.
     """
     path = Path(path)
-    header, rows, first_line = _rows(path)
+    header, rows, lines = _rows(path)
     columns = [i for i, name in enumerate(header) if i > 1 and not _is_angle(name)]
     names = tuple(header[i][0].lower() + header[i][1:] for i in columns)
-    values = _numbers(path, header, rows, first_line)
+    values = _numbers(path, header, rows, lines)
     places = [header.index(name) - 2 if name in header else -1 for name in _HEAD]
     head = np.stack([values[:, i] if i >= 0 else np.zeros(len(values)) for i in places], axis=1)
-    times = _seconds(path, [row[0] for row in rows], first_line, timecode_rate)
+    times = _seconds(path, [row[0] for row in rows], lines, timecode_rate)
     return Recording(names, values[:, np.array(columns) - 2], head, times)
 
 
@@ -118,8 +118,8 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
     return Speech(np.clip(weights, 0.0, 1.0), labels, (), rate, np.asarray(head, np.float64))
 
 
-def _rows(path: Path) -> tuple[list[str], list[list[str]], int]:
-    """Header, samples, and the line number of the first sample."""
+def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
+    """Header, samples, and the line number of each."""
     check_file(path)
     try:
         lines = list(csv.reader(path.read_text("utf-8-sig").splitlines()))
@@ -130,23 +130,24 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]], int]:
         raise InputFileError(
             f"{path} does not begin with Timecode and BlendShapeCount", "give a Live Link Face CSV"
         )
-    rows = [row for row in lines[1:] if row]
+    numbers = [number for number, row in enumerate(lines, 1) if number > 1 and row]
+    rows = [lines[number - 1] for number in numbers]
     if not rows or len(header) < 3 or "" in header:
         raise InputFileError(f"{path} holds no samples, or a column no name", "record it again")
-    return header, rows, 2
+    return header, rows, numbers
 
 
-def _numbers(path: Path, header: list[str], rows: list[list[str]], first: int) -> FloatArray:
+def _numbers(path: Path, header: list[str], rows: list[list[str]], lines: list[int]) -> FloatArray:
     """Values (N, C - 2) behind timecode and count."""
     values = np.empty((len(rows), len(header) - 2))
-    for line, row in enumerate(rows, first):
+    for k, (line, row) in enumerate(zip(lines, rows, strict=True)):
         if len(row) != len(header):
             raise InputFileError(
                 f"line {line} of {path} has {len(row)} values, its header {len(header)}",
                 "check that the file is whole",
             )
         try:
-            values[line - first] = [to_number(cell) for cell in row[2:]]
+            values[k] = [to_number(cell) for cell in row[2:]]
         except ValueError as error:
             raise InputFileError(
                 f"line {line} of {path}: {error}", "correct it, or leave that line out"
@@ -154,12 +155,14 @@ def _numbers(path: Path, header: list[str], rows: list[list[str]], first: int) -
     return values
 
 
-def _seconds(path: Path, codes: list[str], first: int, timecode_rate: float | None) -> FloatArray:
+def _seconds(
+    path: Path, codes: list[str], lines: list[int], timecode_rate: float | None
+) -> FloatArray:
     """Seconds since the first timecode, growing."""
-    times = seconds_since_first(codes, path, timecode_rate)
+    times = seconds_since_first(codes, path, timecode_rate, lines)
     steps = np.diff(times)
     if (steps <= 0).any():
-        line = first + 1 + int(np.flatnonzero(steps <= 0)[0])
+        line = lines[1 + int(np.flatnonzero(steps <= 0)[0])]
         raise InputFileError(
             f"line {line} of {path} is not later than the line before it",
             "sort the lines, or give the timecode's rate",
