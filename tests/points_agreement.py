@@ -2,11 +2,11 @@
 
 Run it by hand. `python tests/points_agreement.py shapes [PERSON...]`: the compared surface over the
 visemes of a corpus, of 275 points and of 30 beads; people are bundled ones, or a number to draw
-one by chance. `python tests/points_agreement.py tracked PERSON FOLDER`: the same of dots that two cameras see
-and that are followed and triangulated, in a new folder or in one that it left; and how far these are
-off. `python tests/points_agreement.py film PERSON FOLDER` films visemes and a sentence,
-`... faces FOLDER` makes the faces, and `... track FOLDER` tracks the sentence with each. All of it
-is in the frame of the upper teeth. Points are off by 0.3 mm.
+one by chance. `python tests/points_agreement.py tracked PERSON FOLDER`: the same of dots that two
+cameras see and that are followed and triangulated, in a new folder or in one that it left; and how
+far these are off. `python tests/points_agreement.py film PERSON FOLDER` films visemes and a
+sentence, `... faces FOLDER` makes the faces, and `... track FOLDER` tracks the sentence with each.
+All of it is in the frame of the upper teeth. Points that are not tracked are off by 0.3 mm.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from abs_engine.io.files import png
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import build
 from abs_engine.learn.bite import bite_plane_of
+from abs_engine.learn.corpus_dots import corpus_dots
 from abs_engine.learn.measured.face import measured_face
 from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
-from abs_engine.learn.corpus_dots import corpus_dots
 from abs_engine.papers.odisio2004.bead_session import filmed_places
 from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
@@ -146,9 +146,9 @@ def tracked(person: str, folder: Path) -> None:
         there = seen & at
         if at.any():
             say(
-                f"{name}: {at.sum()} dots, {seen[:, at].mean():.1%} seen, {rms(away[there]):.2f} mm "
-                f"off, {rms(moved[there]):.2f} without what all visemes have in common of a dot, at "
-                f"most {np.linalg.norm(away[there], axis=1).max():.1f}"
+                f"{name}: {at.sum()} dots, {seen[:, at].mean():.1%} seen, {rms(away[there]):.2f} "
+                f"mm off, {rms(moved[there]):.2f} without what all visemes have in common, at most "
+                f"{np.linalg.norm(away[there], axis=1).max():.1f}"
             )
     built = build(corpus, missing="impute")
     made = measured_face(speaker, built)
