@@ -20,6 +20,7 @@ from abs_engine.dataset.codec import BOARD as BOARD_CODE
 from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.spoken import SpokenCorpus
 from abs_engine.studio.board_mesh import printed
+from abs_engine.studio.corpus import viseme_weights
 from abs_engine.studio.filming import plan_of
 from abs_engine.studio.look import Light, Look
 from abs_engine.studio.make import Crew, Order, Progress, make
@@ -38,7 +39,10 @@ _SIDES = (("left", -_YAW), ("right", _YAW))
 CAMERAS = tuple(name for name, _ in _SIDES)
 RATE, HELD, WAY = 25.0, 1, 3
 """Frames per second; of which each viseme is held, and which lead to the next."""
+PARTED = "preph"
+"""The viseme before all others."""
 PLACES = 14
+"""Of the board."""
 _SIZE, _FOCAL, _LENS = (480, 480), 1400.0, (-0.08, 0.03)
 _CLOSER, _LOWER = 1.35, 20.0
 """The picture shows the face from chin to brows: factor of the focal length, and mm from where a
@@ -56,9 +60,12 @@ _PLATE = Pose(np.eye(3), np.array([0.0, -12.0, 45.0]))
 
 
 def moments(count: int) -> list[tuple[int, int]]:
-    """First and last frame of so many visemes of `SAID`."""
+    """First and last frame of so many visemes of `SAID`, which begins with parted lips.
+
+    So all dots are seen in frame 0, where a person points at them.
+    """
     step = HELD + WAY
-    return [(k * step, k * step + HELD - 1) for k in range(count)]
+    return [(k * step, k * step + HELD - 1) for k in range(1, count + 1)]
 
 
 def plate_places() -> FloatArray:
@@ -108,7 +115,9 @@ class BeadSession:
         still = np.zeros((PLACES + 1, len(self.spoken.speaker.unit_names)))
         boards = self._plan(BOARDS, still, 0.0, command)
         board = self._board(Pose.from_vectors(boards.rotations[0], boards.translations[0]))
-        said = self._plan(SAID, joined(self.spoken.weights), _REACH, command)
+        speaker, neutral = self.spoken.speaker, self.spoken.neutral
+        parted = viseme_weights(speaker, neutral, PARTED, self.seed)
+        said = self._plan(SAID, joined([parted, *self.spoken.weights]), _REACH, command)
         return [replace(boards, props=(*boards.props, board)), replace(said, number=1)]
 
     def _plan(self, name: str, weights: FloatArray, reach: float, command: str) -> ClipPlan:
@@ -161,7 +170,7 @@ def _turned(view: View, name: str, yaw: float, middle: FloatArray) -> View:
     return replace(view, name=name, rotations=rotations, translations=translations, crf=10)
 
 
-def joined(postures: FloatArray) -> FloatArray:
+def joined(postures: Several[FloatArray]) -> FloatArray:
     """Weights (T, 52) of postures (V, 52), held for `HELD` frames and joined smoothly."""
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, WAY + 1) / (WAY + 1))[:, None]
     out: list[FloatArray] = []
