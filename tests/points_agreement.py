@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point
+from worn_dots import filmed_places
 
 from abs_engine.capture.corpus import Corpus
 from abs_engine.capture.viseme_pictures import read_viseme_pictures
@@ -37,7 +38,6 @@ from abs_engine.learn.measured.face import measured_face
 from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
-from abs_engine.papers.odisio2004.bead_session import filmed_places
 from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
 from abs_engine.papers.odisio2004.tracked_beads import tracked_corpus

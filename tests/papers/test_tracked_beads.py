@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 import pytest
+from worn_dots import filmed_places
 
 from abs_engine.capture.headframe import rigid_motion
 from abs_engine.capture.triangulate import triangulate
@@ -50,7 +51,7 @@ def test_both_cameras_see_the_dots_where_they_are_said_to_be(spoken, plans):
     dots, plan = corpus_dots(spoken.speaker).vertices, plans[1]
     views = [View(view.camera, view.pose(0)) for view in plan.views]
     teeth = bite_plane_of(spoken.speaker, spoken.neutral)
-    true = room.filmed_places(spoken, dots)
+    true = filmed_places(spoken, dots)
     for k, (frame, _) in enumerate(room.moments(len(VISEMES))):
         placed = head(plan, frame)
         world = placed.apply(teeth.inverse.apply(true[k]))
@@ -86,7 +87,7 @@ def test_tracked_dots_are_off_by_a_fraction_of_a_millimetre(tmp_path, spoken):
     corpus = tracked_corpus(spoken, "clara", 0, tmp_path)
     worn = corpus_dots(spoken.speaker)
     own = [worn.names.index(name) for name in corpus.names]
-    away = corpus.points - room.filmed_places(spoken, worn.vertices[own])
+    away = corpus.points - filmed_places(spoken, worn.vertices[own])
     assert len(corpus.names) > 0.8 * len(worn.names)
     assert np.sqrt(np.nanmean((away**2).sum(axis=2))) < 0.5
     assert corpus.visemes == VISEMES

@@ -179,11 +179,3 @@ def joined(postures: Several[FloatArray]) -> FloatArray:
         if then is not None:
             out += list(now + share * (then - now))
     return np.array(out)
-
-
-def filmed_places(spoken: SpokenCorpus, vertices: Several[int]) -> FloatArray:
-    """True places (V, N, 3) of dots in the visemes, mm, in the frame of the upper teeth."""
-    at = np.asarray(vertices)
-    deltas = spoken.speaker.units[:, at].astype(np.float64)
-    head = spoken.neutral[at].astype(np.float64) + np.tensordot(spoken.weights, deltas, 1)
-    return spoken.corpus.frame.apply(head)

@@ -1,7 +1,7 @@
 """A corpus of visemes from a session of `bead_session`, by the project's own observing.
 
-Nothing of the truth is used but where a person would point at: the places of the dots in the first
-frame of either clip, some pixels off.
+Nothing of the truth is used but where a person would point at: the dots of the skull in the picture
+of the plate, and all dots in the first frame of the visemes, each off by `CARELESS`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from abs_engine.papers.odisio2004.bead_session import (
 from abs_engine.studio.props import BOARD
 
 CARELESS = 0.7
-"""Standard deviation, px, of where a person points at beside a dot."""
+"""Standard deviation of where a person points at beside a dot, px along either axis."""
 LOST = 0.15
 """Share of the visemes in which a dot may be missing; it is filled in there. Chosen on clara, whose
 face is as good with 0.02 to 0.3."""
@@ -101,7 +101,7 @@ class Session:
         return [data.view(clip, name) for name in CAMERAS]
 
     def _pointed(self, views: Sequence[Truth], frame: int, names: Collection[str]) -> FloatArray:
-        """Where a person points at dots (2, N, 2) in a frame."""
+        """Pixels (2, N, 2) at which a person points for dots in a frame."""
         own = [self.worn.names.index(name) for name in names]
         at = np.stack([view.pixels(frame, self.worn.vertices[own]) for view in views])
         return at + np.random.default_rng([self.seed, frame]).normal(0.0, CARELESS, at.shape)
@@ -115,7 +115,7 @@ def _calibrated(found: Sequence[Sequence[Corners | None]], size: tuple[int, int]
 
 
 def _plate(views: Sequence[View], seen: Sequence[Corners | None]) -> HeadMotion:
-    """Where the upper teeth are in the world, by the plate that is between them."""
+    """Place of the upper teeth in the world, by the plate that is between them."""
     left, right = seen
     if left is None or right is None:
         raise CalibrationError("the plate between the teeth is not seen", "show its print")
@@ -163,6 +163,4 @@ def tracked_corpus(
         write_observations(observed, Session(film, worn, seed).observe())
     corpus = read_corpus(observed, roles)
     lost = np.isnan(corpus.points).any(axis=2).mean(axis=0)
-    return corpus.without(
-        [name for name, share in zip(worn.names, lost, strict=True) if share > LOST]
-    )
+    return corpus.without([corpus.names[k] for k in np.flatnonzero(lost > LOST)])
