@@ -2,9 +2,11 @@
 
 Run it by hand. `python tests/points_agreement.py shapes [PERSON...]`: the compared surface over the
 visemes of a corpus, of 275 points and of 30 beads; people are bundled ones, or a number to draw
-one by chance. `python tests/points_agreement.py film PERSON FOLDER` films visemes and a sentence,
-`... faces FOLDER` makes the faces, and `... track FOLDER` tracks the sentence with each. All of it
-is in the frame of the upper teeth. Points are off by 0.3 mm.
+one by chance. `python tests/points_agreement.py tracked PERSON FOLDER`: the same of dots that two
+cameras see and that are followed and triangulated, in a new folder or in one that it left; and how
+far these are off. `python tests/points_agreement.py film PERSON FOLDER` films visemes and a
+sentence, `... faces FOLDER` makes the faces, and `... track FOLDER` tracks the sentence with each.
+All of it is in the frame of the upper teeth. Points that are not tracked are off by 0.3 mm.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 from trimesh.triangles import closest_point
+from worn_dots import filmed_places
 
 from abs_engine.capture.corpus import Corpus
 from abs_engine.capture.viseme_pictures import read_viseme_pictures
@@ -30,12 +33,14 @@ from abs_engine.io.files import png
 from abs_engine.learn.articulated import face_shape
 from abs_engine.learn.articulatory import build
 from abs_engine.learn.bite import bite_plane_of
+from abs_engine.learn.corpus_dots import corpus_dots
 from abs_engine.learn.measured.face import measured_face
 from abs_engine.learn.spoken import SpokenCorpus, spoken_heads
 from abs_engine.learn.talking import learn_face
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import film_visemes, read_visemes, sightings
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
+from abs_engine.papers.odisio2004.tracked_beads import tracked_corpus
 from abs_engine.render.select import open_renderer
 from abs_engine.studio.corpus import PAPER_VISEMES, speak_corpus
 from abs_engine.studio.french import QUICK
@@ -124,6 +129,32 @@ def shapes(people: list[str]) -> None:
             say(f"{name} {points} points, {made.head.misfit:.2f} mm left: {line}")
 
 
+def tracked(person: str, folder: Path) -> None:
+    """Print how far tracked dots are off, and the face that is made of them."""
+    speaker = load_speaker()
+    spoken = speak_corpus(speaker, speaker.named(person))
+    folder.mkdir(exist_ok=True)
+    corpus = tracked_corpus(spoken, person, 0, folder)
+    worn = corpus_dots(speaker)
+    own = [worn.names.index(name) for name in corpus.names]
+    away = corpus.points - filmed_places(spoken, worn.vertices[own])
+    seen = np.isfinite(away).all(axis=2)
+    moved = away - np.nanmean(away, axis=0)
+    say(f"{len(corpus.names)} of {len(worn.names)} dots are seen often enough")
+    for name, members in {"all": corpus.names, **corpus.groups}.items():
+        at = np.isin(corpus.names, members)
+        there = seen & at
+        if at.any():
+            say(
+                f"{name}: {at.sum()} dots, {seen[:, at].mean():.1%} seen, {rms(away[there]):.2f} "
+                f"mm off, {rms(moved[there]):.2f} without what all visemes have in common, at most "
+                f"{np.linalg.norm(away[there], axis=1).max():.1f}"
+            )
+    built = build(corpus, missing="impute")
+    made = measured_face(speaker, built)
+    say(f"{made.head.misfit:.2f} mm left: {scored(made.shape, built.alpha, spoken, speaker)}")
+
+
 def film(person: str, folder: Path) -> None:
     """Film visemes and a sentence of a bundled person."""
     speaker = load_speaker()
@@ -203,6 +234,8 @@ if __name__ == "__main__":
     what, *rest = sys.argv[1:]
     if what == "shapes":
         shapes(rest)
+    elif what == "tracked":
+        tracked(rest[0], Path(rest[1]))
     elif what == "film":
         film(rest[0], Path(rest[1]))
     elif what == "faces":

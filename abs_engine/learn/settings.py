@@ -26,6 +26,10 @@ class LearningSettings:
         measured.
     highest_bead : float, mm, head frame
         No bead is higher: below the eyes, where speech moves the face. Not measured.
+    facing_dot : float, part of a vertex's normal
+        That looks forward at least where a dot is put that two cameras follow. Not measured.
+    dots_apart, beads_apart : float, mm
+        Between such dots at least, near the mouth and on the face. Not measured.
     corner : float, mm
         Beads within this height of the mouth's corners are above neither lip nor below it. Not
         measured.
@@ -128,6 +132,9 @@ class LearningSettings:
     dot_noise: float = 0.02
     hiding: float = 1.0
     highest_bead: float = 28.0
+    facing_dot: float = 0.4
+    dots_apart: float = 4.0
+    beads_apart: float = 9.0
     corner: float = 2.0
     farthest_dots: float = 12.0
     exchanged: float = 0.8

@@ -9,18 +9,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.core.errors import CalibrationError, FaceNotFoundError
 from abs_engine.face.talking_file import save_talking
 from abs_engine.io.assets import load_speaker
 from abs_engine.learn.bite import bite_plane_of
 from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004 import unassisted as room
+from abs_engine.papers.odisio2004 import unassisted_faces as faces_room
 from abs_engine.papers.odisio2004.gathered import FULL, QUICK, Report
 from abs_engine.papers.odisio2004.goals import NOT_MEASURED
 from abs_engine.papers.odisio2004.page import reproduction_page
 from abs_engine.papers.odisio2004.reproduce import FACE
 from abs_engine.papers.odisio2004.sentences_filmed import plan_sentence
 from abs_engine.papers.odisio2004.sentences_parts import FILMED, unassisted_part
+from abs_engine.papers.odisio2004.unassisted_faces import KnownFace, faces_of
 from abs_engine.papers.odisio2004.visemes import film_speech
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.studio.french import SENTENCES
@@ -103,8 +105,7 @@ def tracked(monkeypatch, speaker, heads, **replaced):
 
 
 def scored(speaker, folder, face):
-    bare = SimpleNamespace(built=SimpleNamespace(alpha=None))
-    tracker = room._Tracker(report(folder, speaker), bare, face, "la_lin", None)
+    tracker = room._Tracker(report(folder, speaker), KnownFace(face, None), "la_lin", None)
     one = tracker.score(folder / "film", folder / "kept")
     return room._pooled([one, one])
 
@@ -147,9 +148,31 @@ def test_the_quick_report_leaves_it_out(tmp_path, speaker):
     assert "unassisted" not in own.results
 
 
+def test_a_session_in_which_nothing_can_be_observed_makes_no_face(tmp_path, speaker, monkeypatch):
+    """The other faces are made all the same, and each has the postures of its own points."""
+
+    def blind(*_):
+        raise CalibrationError("the board was found in 0 pictures", "show it")
+
+    built = SimpleNamespace(alpha=np.ones((2, 7)))
+    monkeypatch.setattr(faces_room, "tracked_corpus", blind)
+    monkeypatch.setattr(faces_room, "_write", lambda *_: None)
+    bare = SimpleNamespace(built=built, spoken=None, person="clara")
+    faces = faces_of(report(tmp_path, speaker), bare, tmp_path)
+    assert [face.path is None for face in faces.values()] == [False, False, True]
+    assert list(faces) == ["given", "measured", "tracked beads"]
+
+    other = SimpleNamespace(alpha=np.zeros((2, 7)))
+    monkeypatch.setattr(faces_room, "tracked_corpus", lambda *_: None)
+    monkeypatch.setattr(faces_room, "build", lambda *_, **__: other)
+    faces = faces_of(report(tmp_path, speaker), bare, tmp_path)
+    assert faces["tracked beads"].postures is other.alpha
+    assert faces["measured"].postures is built.alpha
+
+
 @pytest.mark.skipif(
     not os.environ.get("ABS_ENGINE_SLOW"),
-    reason="four minutes of filming and tracking; ABS_ENGINE_SLOW=1 runs it",
+    reason="ten minutes of filming and tracking; ABS_ENGINE_SLOW=1 runs it",
 )
 def test_a_measured_face_follows_lips_about_as_well_as_the_true_head(tmp_path, speaker):
     own = report(tmp_path, speaker, replace(FULL, unassisted=1, frames=36))
@@ -161,9 +184,10 @@ def test_a_measured_face_follows_lips_about_as_well_as_the_true_head(tmp_path, s
     )  # fmt: skip
     unassisted_part(own, None)
     rows = {(row["face"], row["test"], row["model"]): row for row in own.results["unassisted"]}
-    assert len(rows) == 8
+    assert len(rows) == 12
     for row in rows.values():
         assert (row["found"], row["frames"]) == (1, 36)
         if row["model"] == "la_lin":
             assert row["lips_mm"] < 0.6 * row["motion_mm"]
-    assert list(tmp_path.glob("unassisted-*/measured.face"))
+    for name in ("measured", "tracked beads"):
+        assert list(tmp_path.glob(f"unassisted-*/{name}.face"))

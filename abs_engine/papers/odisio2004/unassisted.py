@@ -1,8 +1,9 @@
 """A speaker known by measured points and pictures alone: an experiment of our own.
 
-The paper's experiments here are given the true head, the poses of the training pictures, sentences
-filmed as these were, and the first pose. Here the first pose is always estimated; a face of
-measured points takes the place of the true head and poses, and other filming that of the usual.
+The paper's experiments here are given the true head, the poses and postures of the training
+pictures, sentences filmed as these were, and the first pose. Here the first pose is always
+estimated; faces of measured points, or of dots that are tracked, take the place of the true head
+and poses (see `unassisted_faces`), and other filming that of the usual.
 """
 
 from __future__ import annotations
@@ -15,42 +16,32 @@ from typing import Any
 
 import numpy as np
 
-from abs_engine.capture.viseme_pictures import VisemePicture
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
     FaceNotFoundError,
-    NothingSeenError,
     OutOfPictureError,
-    ParameterError,
-    TooFewPointsError,
 )
 from abs_engine.core.provenance import code_digest
 from abs_engine.dataset import Truth, load_truth
-from abs_engine.face.talking_file import StoredTalker, load_talking, save_talking
-from abs_engine.io.files import png
+from abs_engine.face.talking_file import StoredTalker, load_talking
 from abs_engine.io.naming import made_before
 from abs_engine.learn.bite import bite_plane_of
-from abs_engine.learn.measured.face import measured_face
-from abs_engine.learn.training import checksum
 from abs_engine.papers.odisio2004.filmed import SIZE
 from abs_engine.papers.odisio2004.gathered import Report
-from abs_engine.papers.odisio2004.reproduce import FACE
 from abs_engine.papers.odisio2004.sentences import in_spread_order
 from abs_engine.papers.odisio2004.sentences_filmed import cut, plan_sentence
 from abs_engine.papers.odisio2004.sentences_work import settings_of
 from abs_engine.papers.odisio2004.sequence import track
+from abs_engine.papers.odisio2004.unassisted_faces import KnownFace, faces_of
 from abs_engine.papers.odisio2004.visemes import Speech
 from abs_engine.studio.french import SENTENCES, Sentence
 from abs_engine.studio.look import Light, Look
 from abs_engine.studio.make import Crew, Order, make
 from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.landmark_correspondence import Correspondence
-from abs_engine.tracking.measured_looks import with_looks
 from abs_engine.tracking.viseme_poses import pose_by_landmarks
 
-GIVEN, MEASURED = "given", "measured"
-"""Faces: of the true head and the true poses of its pictures; of points, poses estimated."""
 SAME, OTHER = "as training", "otherwise"
 """Tests: filmed as the training pictures were; with another camera and light, and more motion."""
 LIPS = ("upper_lip", "lower_lip")
@@ -115,41 +106,17 @@ def unassisted(report: Report, bare: Speech, count: int) -> list[dict[str, Any]]
     """
     folder = report.kept / f"unassisted-{code_digest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
-    faces = {GIVEN: report.folder / FACE, MEASURED: _measured(report, bare, folder)}
+    faces = faces_of(report, bare, folder)
     sentences, rows = in_spread_order(SENTENCES)[:count], []
     places = correspondence_of(report.speaker, report.renderer)
     for test, filming in FILMINGS.items():
         films = [_film(report, folder, test, filming, sentence) for sentence in sentences]
         for name, model in product(faces, ASKED):
             report.tell(f"sentences with less given: {name} head, {model}, filmed {test}")
-            tracker = _Tracker(report, bare, faces[name], model, places)
+            tracker = _Tracker(report, faces[name], model, places)
             scores = [tracker.score(film, folder / f"{film.name} {name} {model}") for film in films]
             rows.append({"face": name, "test": test, "model": model, **_pooled(scores)})
     return rows
-
-
-def _measured(report: Report, bare: Speech, folder: Path) -> Path | None:
-    """File of the face of the corpus' points; None where a picture's pose is not found."""
-    path = folder / f"{MEASURED}.face"
-    if made_before(path):
-        return path
-    table = []
-    for k, (viseme, picture) in enumerate(
-        zip(bare.pictures.visemes, bare.pictures.pictures, strict=True)
-    ):
-        own = folder / f"viseme_{k:03d}.png"
-        own.write_bytes(png(picture))
-        table.append(VisemePicture(own, viseme, None))
-    report.tell("a head of measured points")
-    camera = bare.pictures.camera
-    try:
-        made = measured_face(report.speaker, bare.built)
-        looks = with_looks(made, bare.built, table, camera, report.renderer, report.tell)
-    except (FaceNotFoundError, NothingSeenError, ParameterError, TooFewPointsError) as error:
-        report.tell(f"no measured head: {error}")
-        return None
-    save_talking(path, looks, "measured", checksum(report.speaker), made.neutral)
-    return path
 
 
 def _film(report: Report, folder: Path, test: str, filming: Filming, sentence: Sentence) -> Path:
@@ -180,15 +147,15 @@ class _Tracker:
     """A face, if it could be made, and one of its appearance models."""
 
     report: Report
-    bare: Speech
-    face: Path | None
+    known: KnownFace
     model: str
     places: Correspondence
 
     def score(self, film: Path, kept: Path) -> _Score:
         """Errors of a filmed sentence; nothing is found where the first frame shows no face."""
         truth = load_truth(film)
-        talker = None if self.face is None else load_talking(self.face)
+        path = self.known.path
+        talker = None if path is None else load_talking(path)
         try:
             found = None if talker is None else self._tracked(talker, truth, film, kept)
         except (FaceNotFoundError, OutOfPictureError) as error:
@@ -213,7 +180,7 @@ class _Tracker:
         pose = pose_by_landmarks(first, head, report.speaker, self.places, camera, film)
         found = track(
             talker.face, self.model, truth.pictures(), camera, pose, shape.neutral,
-            report.renderer, settings_of(self.model), self.bare.built.alpha, kept=kept,
+            report.renderer, settings_of(self.model), self.known.postures, kept=kept,
         )  # fmt: skip
         lips = report.speaker.vertices_of(*LIPS)
         heads = np.stack([shape.scene.vertices(row)[lips] for row in found.alpha])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.face.shape.lip_dots import lips17
 from abs_engine.io.assets import Speaker
+from abs_engine.learn.corpus_dots import corpus_dots
 from abs_engine.studio.people.chart import Chart, Floats
 from abs_engine.studio.people.person import Person, neutral
 from abs_engine.studio.people.regions import step
@@ -18,12 +19,14 @@ INK = (28, 32, 74)
 BEADS = ((34, 120, 204), (30, 158, 92), (238, 214, 60), (214, 70, 160))
 """Colours that no face has."""
 
-DOT_SETS = {"lips17": 0.8}
+DOT_SETS = {"lips17": 0.8, "corpus": 0.9}
 """Sets by name, and the radius (mm) of their dots.
 
 ``lips17``: sixteen dots of ink on the lips and one on the tip of the nose, the number that Basu,
 Oliver and Pentland (1998) marked: eight just inside the outer border of the lips, the corners
 among them, and four on each lip as near to where they meet as is seen with the mouth closed.
+``corpus``: these, and more of ink around them, on the jaw line, over the face and on the skull, for
+a corpus of visemes that two cameras see; see `learn.corpus_dots`.
 """
 _BEAD_RADIUS = 1.3
 
@@ -60,7 +63,8 @@ def dots(speaker: Speaker, person: Person) -> Dots:
                 f"{person.name}: there is no set of dots '{person.beads}'",
                 f"give a number or one of {', '.join(DOT_SETS)}",
             )
-        chosen = lips17(speaker)
+        lips_only = person.beads == "lips17"
+        chosen = lips17(speaker) if lips_only else corpus_dots(speaker).vertices.astype(np.int32)
         return Dots(
             chosen, DOT_SETS[person.beads], np.tile(np.array(INK, np.uint8), (len(chosen), 1))
         )
