@@ -146,7 +146,7 @@ class Pose:
             shift = np.asarray(self.translation, np.float64).reshape(3)
         except (TypeError, ValueError) as error:
             raise ParameterError(
-                "a pose has a 3x3 matrix and 3 numbers",
+                "a pose is a 3x3 rotation matrix and a translation of 3 numbers",
                 "give these, or a rotation vector to Pose.from_vectors",
             ) from error
         object.__setattr__(self, "rotation", turn)

@@ -243,14 +243,14 @@ def added() -> tuple[Metric, ...]:
     Raises
     ------
     PluginError
-        If one has a key of the engine's own, whose scores it would replace, or another than the
-        name that it was added under, which no two have.
+        If one has a key of the engine's own, whose scores it would replace, or a key other than the
+        name that it was added under; names are unique.
     """
     metrics: tuple[Metric, ...] = tuple(map(METRICS.get, METRICS))
     for name, metric in zip(METRICS, metrics, strict=True):
         if metric.key in BY_KEY:
             raise PluginError(
-                f"the engine has a metric '{metric.key}' itself", "give yours another key"
+                f"the engine already has a metric '{metric.key}'", "give yours another key"
             )
         if metric.key != name:
             raise PluginError(

@@ -144,9 +144,9 @@ def _added_means(said: Estimate, truth: Truth) -> dict[str, Mean]:
             raise PluginError(
                 f"{name} returns infinite values", "return NaN where there is nothing to measure"
             )
-        if metric.root and known.sum() < 0:
+        if metric.root and (known < 0).any():
             raise PluginError(
-                f"{name} is the root of a mean that is below 0",
+                f"{name} takes the root of a mean below 0",
                 "return squares, or leave out root=True",
             )
         if known.size:

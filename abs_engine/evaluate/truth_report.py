@@ -120,7 +120,7 @@ def score(
     Raises
     ------
     InputFileError
-        If the run lacks an array, or a path is that of no run or truth.
+        If the run lacks an array, or a path leads to no run or truth.
     ParameterError
         If the run is of other frames or of another mesh than the truth, or a value is of another
         kind.

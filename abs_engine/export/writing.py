@@ -57,9 +57,9 @@ def export_run(
     """
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
-    if output.suffix and not exporter.suffix:
+    if output.suffix[1:].isalpha() and not exporter.suffix:
         raise OutputError(
-            f"{output} is named as a file, and a folder is written",
+            f"{output} is named like a file, but a folder is written",
             f"choose a name without {output.suffix}",
         )
     smoothing = None if smooth is None else Smoothing.named(smooth)
@@ -77,7 +77,7 @@ def _written(name: str, exporter: Exporter, tracked: TrackedRun, output: Path) -
             lost = _lost(name, exporter, tracked, folder.work)
             if not any(folder.work.iterdir()):
                 raise PluginError(
-                    f"the exporter '{name}' wrote nothing", "let it write into the given folder"
+                    f"the exporter '{name}' wrote nothing", "make it write into the given folder"
                 )
             folder.finish()
         return lost
@@ -86,7 +86,7 @@ def _written(name: str, exporter: Exporter, tracked: TrackedRun, output: Path) -
         lost = _lost(name, exporter, tracked, made)
         if not made.is_file():
             raise PluginError(
-                f"the exporter '{name}' wrote no file {made.name}", "let it write the given path"
+                f"the exporter '{name}' wrote no file {made.name}", "make it write that path"
             )
         content = made.read_bytes()
     write_new(output, content)
@@ -99,7 +99,7 @@ def _lost(name: str, exporter: Exporter, tracked: TrackedRun, path: Path) -> tup
     Raises
     ------
     PluginError
-        If it is a plugin's and fails, or says nothing of the kind.
+        If it is a plugin's and fails, or returns something else.
     """
     if own(exporter.write):
         return exporter.write(tracked, path)  # an error is of the disk

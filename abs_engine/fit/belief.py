@@ -87,7 +87,7 @@ class Belief:
         return NormalDist(self.gap, max(self.aperture, 1e-9)).cdf(CLOSED_APERTURE)
 
     def seen_in(self, pixel: float) -> Belief:
-        """Belief where a pixel is so large at the mouth, mm."""
+        """Belief where a pixel covers so many mm at the mouth."""
         more = BELIEF.coarse * pixel**2
         return replace(
             self, aperture=math.hypot(self.aperture, more), width=math.hypot(self.width, more)

@@ -28,7 +28,7 @@ class Table:
         Names as written, without spaces around them.
     rows : list of list of str
     lines : list of int
-        Lines of the file that the rows are, from 1 on; blank ones count, too.
+        The rows' line numbers in the file, from 1 on; blank lines count, too.
     """
 
     path: Path
@@ -91,7 +91,7 @@ def read_table(
         default they are left out, as spreadsheets end with such lines. Lines without a cell
         always are.
     remedy : str
-        What to do about a file that is no text.
+        What to do about a file that is not text.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Dots of a corpus that two cameras before a face follow: what of its points they can see."""
+"""Dots of a corpus that two cameras follow: those of its points that can be seen from the front."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _MIMIC = ("eye", "brow", "noseSneer")  # face units that are at rest while visem
 
 
 def corpus_dots(speaker: Speaker) -> Points:
-    """Choose them on a head: the same vertices for all its people.
+    """Choose the dots on a head: the same vertices for all its people.
 
     Returns
     -------
     Points
         The 17 of lips and nose, and of `choose_points` those around the lips, on the jaw line and
-        over the face that are seen from the front and lie far enough from each other to be told
+        over the face that are seen from the front and lie far enough from each other to be kept
         apart, none on the throat; and eight on the skull. Groups are those of a corpus and
         ``skull``. That of the lower teeth is empty: they are hidden most of the time, so that what
-        asks for jaw line and lower teeth has the jaw line alone.
+        asks for jaw line and lower teeth gets the jaw line alone.
     """
     place = speaker.vertices.astype(np.float64)
     seen = vertex_normals(place, speaker.faces)[:, 2] > LEARNING.facing_dot

@@ -27,9 +27,9 @@ class LearningSettings:
     highest_bead : float, mm, head frame
         No bead is higher: below the eyes, where speech moves the face. Not measured.
     facing_dot : float, part of a vertex's normal
-        That looks forward at least where a dot is put that two cameras follow. Not measured.
+        That must point forward at least where a dot for two cameras is put. Not measured.
     dots_apart, beads_apart : float, mm
-        Between such dots at least, near the mouth and on the face. Not measured.
+        Least distance of such dots, near the mouth and on the rest of the face. Not measured.
     corner : float, mm
         Beads within this height of the mouth's corners are above neither lip nor below it. Not
         measured.

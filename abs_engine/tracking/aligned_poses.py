@@ -1,30 +1,27 @@
 """Poses that were measured elsewhere, laid on a head that was fitted to landmarks.
 
-Whose head they are of is not known: its size, its axes and its origin may be others. The size
-follows from how far apart the eyes are seen at the poses' distance; axes and origin differ by a
-constant, which the frames that the head was fitted to tell.
+Whose head they are of is not known: its unit of length, axes and origin may differ. All three
+follow from frames in which the fitted head is found by its landmarks and texture, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from abs_engine.core.arrays import FloatArray, Image
-from abs_engine.core.camera import Camera
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.tracking.external_poses import GivenFollower, GivenMotion
 from abs_engine.tracking.face_choice import FaceFollower
 from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame
 from abs_engine.tracking.landmark_motion import LandmarkMotion
-from abs_engine.tracking.landmark_rays import SeenRays
-from abs_engine.tracking.landmark_shape import LandmarkShape
-from abs_engine.tracking.landmarks import EYES, Landmarks
+from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.preparation import PREPARATION
 
@@ -87,31 +84,6 @@ class PosedFollower:
         self._given.finish()
 
 
-def pupils_by(
-    posed: Iterable[tuple[Pose, Landmarks]], shape: LandmarkShape, pupils: float, camera: Camera
-) -> float:
-    """Distance of a person's pupils, mm, by how far apart the eyes are seen where poses put them.
-
-    Parameters
-    ----------
-    posed : iterable of (Pose, Landmarks)
-    shape : LandmarkShape
-        Of the average head, whose `pupils` are so far apart, mm.
-    pupils : float
-    camera : Camera
-    """
-    right, left = (shape.mean[pair].mean(axis=0) for pair in EYES)
-    apart, middle, seen = left - right, 0.5 * (left + right), []
-    for pose, marks in posed:
-        rays = SeenRays.of(marks, camera).rays
-        one, other = (rays[pair].mean(axis=0) for pair in EYES)
-        depth, along = float(pose.apply(middle)[2]), pose.rotation @ apart
-        drawn = (along[:2] - 0.5 * (one + other) * along[2]) / depth
-        wide = float(np.linalg.norm(drawn))
-        seen.append(float(np.linalg.norm(other - one)) / max(wide, 1e-9))
-    return pupils * float(np.median(seen))
-
-
 def aligned(
     given: Sequence[Pose | None], own: Sequence[tuple[int, Pose]], pivot: FloatArray
 ) -> tuple[Pose | None, ...]:
@@ -124,31 +96,59 @@ def aligned(
     own : sequence of (int, Pose)
         Frames that have both, and the fitted head's pose there.
     pivot : (3,) float64, mm, the fitted head's frame
-        Between the lips, where both are laid on each other.
+        Between the lips, where both are aligned.
 
     Raises
     ------
     ParameterError
-        If they do not turn as the face does.
+        If they do not move as the face does.
+    FaceNotFoundError
+        If no frame has both.
     """
     pairs = [(pose, one) for k, one in own if (pose := given[k]) is not None]
+    if not pairs:
+        raise FaceNotFoundError("no frame has a pose and a face", "give poses of this video")
     turns = Rotation.from_matrix([one.rotation.T @ other.rotation for one, other in pairs])
     turn = turns.mean()
     off = float(np.rad2deg(np.median((turn.inv() * turns).magnitude())))
-    if off > HEAD_POSE.given_apart:
+    scale, shift, away = _placed(pairs, turn.apply(pivot), pivot)
+    if off > HEAD_POSE.given_apart or away > HEAD_POSE.given_away:
         raise ParameterError(
-            f"the given poses do not turn as the face does: in half of the frames looked at they "
-            f"are {off:.0f} degrees off",
-            "check that they are of this video, and turn from the head's axes to the camera's",
+            f"the given poses do not move as the face does: in half of the frames looked at they "
+            f"are {off:.0f} degrees and {away:.0f} mm or more off",
+            "check that they are of this video, and map the head's axes to the camera's",
         )
-    shift = np.median(
-        [one.rotation.T @ (o.apply(pivot) - one.apply(pivot)) for one, o in pairs], axis=0
-    )
     matrix = turn.as_matrix()
-    return tuple(None if one is None else _laid(one, matrix, shift, pivot) for one in given)
+    return tuple(None if one is None else _laid(one, matrix, scale, shift, pivot) for one in given)
 
 
-def _laid(pose: Pose, turn: FloatArray, shift: FloatArray, pivot: FloatArray) -> Pose:
-    """A pose as that of a head that is turned and shifted in its axes."""
+def _placed(
+    pairs: Sequence[tuple[Pose, Pose]], usual: FloatArray, pivot: FloatArray
+) -> tuple[float, FloatArray, float]:
+    """Scale of given poses, the pivot in their axes (3,), mm, and how far off the median frame is.
+
+    In a head that hardly moves, where the pivot `usual`ly is, in the same axes, separates scale and
+    depth.
+    """
+    turns = np.stack([one.rotation for one, _ in pairs])
+    there = np.stack([one.translation for one, _ in pairs])
+    wanted = np.stack([other.apply(pivot) for _, other in pairs])
+
+    def off(x: FloatArray) -> FloatArray:
+        return np.asarray(x[0] * there + turns @ x[1:] - wanted)
+
+    def residuals(x: FloatArray) -> FloatArray:
+        held = (x[1:] - usual) / HEAD_POSE.given_origin
+        return np.concatenate([off(x).ravel() / PREPARATION.pose_deviation[3], held])
+
+    ratio = float(np.median(wanted[:, 2] / (there + turns @ usual)[:, 2]))
+    found = least_squares(residuals, np.r_[ratio, usual], loss="soft_l1", x_scale=[0.1, 10, 10, 10])
+    away = float(np.median(np.linalg.norm(off(found.x), axis=1)))
+    return float(found.x[0]), found.x[1:], away
+
+
+def _laid(pose: Pose, turn: FloatArray, scale: float, shift: FloatArray, pivot: FloatArray) -> Pose:
+    """A pose as that of a head with turned axes, the pivot at `shift` in those of the given one."""
     rotation = pose.rotation @ turn
-    return Pose(rotation, pose.apply(pivot + shift) - rotation @ pivot)
+    there = scale * pose.translation + pose.rotation @ shift
+    return Pose(rotation, there - rotation @ pivot)

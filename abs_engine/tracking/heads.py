@@ -80,7 +80,7 @@ def prepare_head(
     ParameterError
         If given poses do not fit the video, or the evidence or the driver not the head.
     MeshError
-        If a plugin's head has other vertices than its lists and facets name, vertices that are not
+        If a plugin's head has fewer vertices than its facets name, vertices that are not
         finite, or no human size.
     TermError
         If a plugin's evidence fails on a drawing of the average head, or is not finite there.
@@ -95,22 +95,22 @@ def prepare_head(
         try:
             return by_landmarks(clip, speaker, correspondence, renderer, options, leaves, tell)
         except FaceNotFoundError:
-            told = options.mouth or options.poses
-            if told is None or options.pupil_distance or options.evidence != BOTH:
+            expected = options.mouth is not None or options.poses is not None
+            if not expected or options.pupil_distance or options.evidence != BOTH:
                 raise
         if options.mouth is not None:
             _check_box(clip.video, FaceBox.around_mouth(*options.mouth))
-        remark = "no face was seen where it was said to be: started from its colours"
+        remark = "no face was seen where it was expected: started from colours"
         return replace(by_blobs(clip, speaker, renderer, options, leaves, tell), remarks=remark)
     return by_blobs(clip, speaker, renderer, options, leaves, tell)
 
 
 def _check_made(speaker: Speaker) -> None:
     """Raise `MeshError` for a head that a plugin made wrongly; files were checked."""
-    vertices, needed = speaker.vertices, int(speaker.faces.max()) + 1
+    vertices, needed = speaker.vertices, int(speaker.faces.max(initial=-1)) + 1
     fault = ""
     if len(vertices) < needed:
-        fault = f"has {len(vertices)} vertices, and facets of {needed}"
+        fault = f"has {len(vertices)} vertices, but its facets need {needed}"
     elif not np.isfinite(vertices).all():
         fault = "has vertices that are not all finite"
     elif "landmark_68" in speaker.points:
@@ -175,23 +175,21 @@ def by_landmarks(
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
         found = ((image, follower.step(image)) for image in clip.frames())
-        seen = candidate_frames(found, str(clip.video))
-    anybody, posed = average.result(), []
-    if given is not None:
-        posed = given.posed(seen, follower.found)
-        seen = [(image, marks) for _, image, marks in posed]
-        scale = given.scale(posed, anybody)
-        anybody = _average(speaker, correspondence, scale, expression, known)
+        marked = (
+            (image, None if marks is None else (k, marks)) for k, (image, marks) in enumerate(found)
+        )
+        numbered = candidate_frames(marked, str(clip.video))
+    seen = [(image, marks) for image, (_, marks) in numbered]
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     tell("fitting the head")
-    fitted = fit_person(anybody, chosen, clip.camera, renderer, clip.colours, tell, turned)
+    fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
     setting = head_setting(
         clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
     )
     if given is not None:
         own = _motion(fitted, choice, clip.first(follower.found))
-        setting = given.holding(setting, fitted, own, posed)
+        setting = given.holding(setting, fitted, own, numbered)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
 

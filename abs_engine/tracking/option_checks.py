@@ -75,7 +75,6 @@ def check_choices(options: TrackOptions) -> None:
     _check_taken(model, options, chosen.model or "")
     placed = {
         "--person": options.person is not None,
-        "--poses": options.poses is not None,
         "--model": LANDMARKS not in model.starts,
         by: chosen.start == BLOBS,
     }
@@ -83,7 +82,7 @@ def check_choices(options: TrackOptions) -> None:
     asked = {
         "--face": options.face is not None,
         "--pupil-distance": options.pupil_distance is not None,
-        "--evidence": options.evidence != DEFAULTS.evidence and other != "--poses",
+        "--evidence": options.evidence != DEFAULTS.evidence,
     }
     for name, given in asked.items():
         if given and other is not None:
@@ -91,6 +90,8 @@ def check_choices(options: TrackOptions) -> None:
                 f"{name} has no effect with {other}",
                 f"leave out {name}, or {other}",
             )
+    if options.face is not None and options.poses is not None:
+        raise ParameterError("head poses say which face is meant", "leave out --face, or --poses")
     if options.face is not None and options.mouth is not None:
         raise ParameterError("--mouth says which face is meant", "leave out --face, or --mouth")
 

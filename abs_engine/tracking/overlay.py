@@ -62,7 +62,9 @@ class Overlay:
         self._painter = Painter(setting)
         self._times = self._painter.times
         uneven = bool(self._times)
-        self._writer = VideoWriter(path, self._painter.size, setting.rate, *_CODING, uneven)
+        self._writer = VideoWriter(
+            path, self._painter.size, setting.rate, *_CODING, uneven, quick=True
+        )
         self._behind, self._clock = Behind(), setting.clock
 
     def add(self, image: Image, result: FrameResult) -> None:

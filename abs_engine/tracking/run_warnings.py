@@ -26,7 +26,7 @@ BURNT_OUT = (
 
 LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
 GIVEN_COLOURS = (
-    "the colours are another run's: if they are not of this person in this light, leave them out"
+    "the colours are another run's: leave them out unless they are of this person in this light"
 )
 OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
 

@@ -20,7 +20,7 @@ from abs_engine.tracking.settings.head import HEAD_POSE
 
 USUAL_PUPILS, PUPILS_SPREAD = 63.4, 3.8
 """Distance of adults' pupils, mm, and its standard deviation (Dodgson 2004, 3,976 people)."""
-_GIVEN, _POSES = "pupil distance", "given poses"
+_GIVEN = "pupil distance"
 _LEAST_PUPILS, _MOST_PUPILS = 30.0, 90.0  # mm; no human's lie outside
 
 
@@ -46,7 +46,7 @@ class Scale:
     @property
     def held(self) -> float:
         """Standard deviation, mm, of the pupils' distance while a head is fitted."""
-        return HEAD_POSE.given_held if self.source in (_GIVEN, _POSES) else HEAD_POSE.scale_held
+        return HEAD_POSE.given_held if self.source == _GIVEN else HEAD_POSE.scale_held
 
 
 def pupil_scale(given: float | None) -> Scale:
@@ -67,28 +67,12 @@ def pupil_scale(given: float | None) -> Scale:
     return Scale(_GIVEN, given, DETECTION.given_spread / given)
 
 
-def scale_by_poses(pupils: float) -> Scale:
-    """The scale by poses that were given, in which a person's pupils are so far apart, mm.
-
-    Raises
-    ------
-    ParameterError
-        If no human's are.
-    """
-    if not _LEAST_PUPILS <= pupils <= _MOST_PUPILS:
-        raise ParameterError(
-            f"by the given poses the pupils of the face are {pupils:.0f} mm apart",
-            "give translations in mm, and the camera's calibration with --camera",
-        )
-    return Scale(_POSES, pupils, DETECTION.posed_spread / pupils)
-
-
 def known_scale(pupils: float, person: bool, poses: bool) -> Scale:
     """The scale of a head that is not fitted to landmarks, whose pupils are that far apart, mm."""
     if person:
         return Scale("known head", pupils, 0.0)
     spread = PUPILS_SPREAD / USUAL_PUPILS
-    return Scale(_POSES if poses else "average head", pupils, spread)
+    return Scale("given poses" if poses else "average head", pupils, spread)
 
 
 def scale_line(told: Mapping[str, Any]) -> str:

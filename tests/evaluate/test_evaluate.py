@@ -350,7 +350,7 @@ def test_a_metric_of_one_s_own_that_measures_nothing_has_no_row(truth, own_metri
         (lambda said, true: 1 / 0, "ZeroDivisionError"),
         (lambda said, true: [1.0], r"shape \(1,\)"),
         (lambda said, true: np.r_[np.inf, np.ones(len(true) - 1)], "returns infinite values"),
-        (lambda said, true: np.full(len(true), -4.0), "root of a mean that is below 0"),
+        (lambda said, true: np.full(len(true), -4.0), "takes the root of a mean below 0"),
     ],
 )
 def test_a_metric_that_fails_is_named(truth, own_metric, measured, problem):

@@ -415,6 +415,8 @@ def test_an_exporter_of_one_s_own_that_fails_is_named(
 
 
 def test_a_folder_that_is_named_as_a_file_is_refused(folder, tmp_path):
-    with pytest.raises(OutputError, match=r"named as a file, .*; choose a name without \.TextGrid"):
+    with pytest.raises(
+        OutputError, match=r"named like a file, .*; choose a name without \.TextGrid"
+    ):
         export_run(folder, "praat", tmp_path / "praat.TextGrid")
     assert list(tmp_path.iterdir()) == []

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from abs_engine.core.errors import ParameterError
+from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import FACING, Pose
 from abs_engine.tracking.aligned_poses import aligned
-from abs_engine.tracking.scale import scale_by_poses
 
 PIVOT = np.array([1.0, -40.0, 90.0])
 TURN = Rotation.from_rotvec([0.1, -0.05, 0.02]).as_matrix()
@@ -37,7 +36,7 @@ def test_a_constant_turn_and_shift_of_the_axes_are_undone():
     for one, other in zip(found, true, strict=True):
         if one is not None:
             np.testing.assert_allclose(one.rotation, other.rotation, atol=1e-9)
-            np.testing.assert_allclose(one.translation, other.translation, atol=1e-9)
+            np.testing.assert_allclose(one.translation, other.translation, atol=1e-2)
 
 
 def test_a_few_frames_tell_of_all_and_one_that_is_off_of_none():
@@ -47,19 +46,45 @@ def test_a_few_frames_tell_of_all_and_one_that_is_off_of_none():
     far = Pose(some[1][1].rotation, some[1][1].translation + np.array([0, 0, 50.0]))
     found = aligned(given, [some[0], (3, far), *some[2:]], PIVOT)
     away = [one.apply(PIVOT) - other.apply(PIVOT) for one, other in zip(found, true, strict=True)]
-    assert np.abs(away).max() < 0.1
+    assert np.abs(away).max() < 0.3  # of 50
 
 
 def test_poses_that_turn_otherwise_than_the_face_are_refused():
     true, other = own(), own()
-    with pytest.raises(ParameterError, match=r"do not turn as the face does.*degrees"):
+    with pytest.raises(ParameterError, match=r"do not move as the face does.*degrees"):
         aligned(other, list(enumerate(true)), PIVOT)
 
 
-@pytest.mark.parametrize(("pupils", "fine"), [(29.0, False), (62.0, True), (95.0, False)])
-def test_poses_by_which_nobody_is_so_large_are_refused(pupils, fine):
-    if fine:
-        assert scale_by_poses(pupils).pupils == pupils
-        return
-    with pytest.raises(ParameterError, match=f"{pupils:.0f} mm apart; give translations in mm"):
-        scale_by_poses(pupils)
+@pytest.mark.parametrize("unit", [0.1, 0.97, 1.04])
+def test_another_unit_of_length_is_undone(unit):
+    true = [
+        Pose(p.rotation, p.translation + np.array([0, 0, 30.0 * k])) for k, p in enumerate(own())
+    ]
+    given = [of_another_head(pose) for pose in true]
+    given = [Pose(pose.rotation, unit * pose.translation) for pose in given]
+    for one, other in zip(aligned(given, list(enumerate(true)), PIVOT), true, strict=True):
+        np.testing.assert_allclose(one.apply(PIVOT), other.apply(PIVOT), atol=0.1)
+
+
+def test_a_head_that_hardly_moves_has_its_origin_where_heads_usually_have_it():
+    true = [Pose(FACING, [0.1 * k, 2.0, 600.0]) for k in range(8)]
+    given = [Pose(pose.rotation, 1.05 * pose.translation) for pose in true]
+    nods = Pose(Rotation.from_rotvec([0.3, 0, 0]).as_matrix() @ FACING, true[0].translation)
+    found = aligned(
+        [*given, Pose(nods.rotation, 1.05 * nods.translation)], list(enumerate(true)), PIVOT
+    )
+    np.testing.assert_allclose(found[-1].apply(PIVOT), nods.apply(PIVOT), atol=1.5)
+
+
+def test_poses_that_go_elsewhere_than_the_face_are_refused():
+    true = own()
+    given = [Pose(pose.rotation, pose.translation[[2, 0, 1]] + 500) for pose in own()]
+    given = [Pose(a.rotation, b.translation) for a, b in zip(true, given, strict=True)]
+    given = [Pose(p.rotation, p.translation + 200 * RANDOM.normal(size=3)) for p in given]
+    with pytest.raises(ParameterError, match="do not move as the face does"):
+        aligned(given, list(enumerate(true)), PIVOT)
+
+
+def test_no_frame_with_both_is_no_face():
+    with pytest.raises(FaceNotFoundError, match="a pose and a face"):
+        aligned([None] * 3, list(enumerate(own(3))), PIVOT)

@@ -51,7 +51,10 @@ def test_a_model_that_makes_no_tracker_is_named(make, said, prepared):
     ("change", "said"),
     [
         (lambda vertices: vertices * np.nan, "vertices that are not all finite; correct the model"),
-        (lambda vertices: vertices[:100], r"100 vertices, and facets of \d+; correct the model"),
+        (
+            lambda vertices: vertices[:100],
+            r"100 vertices, but its facets need \d+; correct the model",
+        ),
         (lambda vertices: vertices * 10, r"the outer corners of its eyes \d+ mm apart; correct"),
     ],
 )

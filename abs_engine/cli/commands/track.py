@@ -28,8 +28,8 @@ Head poses come from a run or filmed truth (its folder), or from a file:
         run; NaN, or False in found, where not known
 x_cam = R x_head + t, from the head (x to the subject's left, y up, z out of the face) to the camera
 (x right, y down, z forward): a face that looks into it is turned by half a turn about x. Poses are
-taken as they are with --person; those of an unknown person are laid on the head that is fitted.
-Frames without one are not tracked.
+taken as they are with --person; those of an unknown person are aligned with the fitted head.
+Frames without a pose are not tracked.
 """
 _NEEDS = """\
 The drivers forces, fixed-step and newton need colour; axes and levenberg need texture or local,
@@ -130,7 +130,7 @@ def track(chosen: Chosen) -> Done:
     from abs_engine.tracking import beforehand
 
     usual = chosen.model is None and chosen.preset is None and chosen.start != "blobs"
-    unknown = usual and not (chosen.person or chosen.speaker or chosen.worn or chosen.poses)
+    unknown = usual and not (chosen.person or chosen.speaker or chosen.worn)
     begin(beforehand.load, chosen.pupil_distance, unknown)
     from abs_engine.tracking.option_checks import check_options
     from abs_engine.tracking.output import OVERLAY, SHEET
@@ -155,7 +155,7 @@ def track(chosen: Chosen) -> Done:
         )
     before = run["timing"]["resumed_frames"]
     lines = [
-        *([f"{counted(before, 'frame')} tracked before"] if before else []),
+        *([f"{counted(before, 'frame')} already tracked"] if before else []),
         *summary_lines(run["summary"], run["timing"], run["settings"]["remarks"]),
         scale_line(run["settings"]["scale"]),
         f"wrote {chosen.output}; look at {chosen.output / SHEET} or {chosen.output / OVERLAY}",

@@ -1,6 +1,6 @@
 """Visemes filmed for their articulation: a speaker with dots of ink before two cameras.
 
-A board before the face, in several places, is there to calibrate the cameras by; then the speaker
+A board in front of the face, in several places, calibrates the cameras; then the speaker
 bites on a plate that has the board's print, which shows where the upper teeth are; then they say
 the visemes one after the other.
 """
@@ -38,7 +38,7 @@ _SIDES = (("left", -_YAW), ("right", _YAW))
 """Cameras, and from where they see the face, radians from straight ahead."""
 CAMERAS = tuple(name for name, _ in _SIDES)
 RATE, HELD, WAY = 25.0, 1, 3
-"""Frames per second; of which each viseme is held, and which lead to the next."""
+"""Frames per second; frames that a viseme is held; frames from one viseme to the next."""
 PARTED = "preph"
 """The viseme before all others."""
 PLACES = 14

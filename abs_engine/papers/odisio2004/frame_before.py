@@ -100,8 +100,10 @@ class FrameBeforeFollower:
 
     def step(self, image: Image, memory: Memory) -> HeadFrame:
         """The next frame with the pose of the one before."""
-        if self._finding is not None and memory.vector is None:
-            return self._finding.step(image, memory)
+        # in every frame, as it counts them and follows the face
+        found = None if self._finding is None else self._finding.step(image, memory)
+        if found is not None and memory.vector is None:
+            return found
         return HeadFrame(image, memory.pose)
 
     def finish(self) -> None:

@@ -43,7 +43,7 @@ _TELECONFERENCE = (
 
 
 def reproduction_page(results: Results, figures: Sequence[tuple[str, str]]) -> str:
-    """The page; what the results lack is told as not measured.
+    """The page; what the results lack is said to be not measured.
 
     Parameters
     ----------
@@ -208,9 +208,9 @@ def _unassisted(results: Results) -> str:
         "given face is the true head's, learned from pictures whose poses are known. The measured "
         "face is made of the corpus' points, which are 0.3 mm off, and the poses of its pictures "
         "are estimated. So are those of the face of tracked beads, whose corpus is filmed: a "
-        "speaker with dots of ink says the visemes before two cameras, which a board calibrates, "
+        "speaker with dots of ink says the visemes in front of two cameras, calibrated by a board, "
         "and the dots are followed and triangulated, in the frame of a plate between the teeth; "
-        "the truth says only where a person points at them in the first frame. Hidden lower teeth "
+        "the truth says only where a person would point at them at the start. Hidden lower teeth "
         "have no dots, so jaw1 and jaw2 are those of the jaw line alone; the pictures that "
         "appearance is learned from show the same postures without dots. &ldquo;As training&rdquo; "
         "has the training pictures' camera, light and motion; &ldquo;otherwise&rdquo; has a larger "

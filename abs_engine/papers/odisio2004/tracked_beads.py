@@ -1,6 +1,6 @@
 """A corpus of visemes from a session of `bead_session`, by the project's own observing.
 
-Nothing of the truth is used but where a person would point at: the dots of the skull in the picture
+Nothing of the truth is used but where a person would point: the dots of the skull in the picture
 of the plate, and all dots in the first frame of the visemes, each off by `CARELESS`.
 """
 
@@ -44,7 +44,7 @@ from abs_engine.papers.odisio2004.bead_session import (
 from abs_engine.studio.props import BOARD
 
 CARELESS = 0.7
-"""Standard deviation of where a person points at beside a dot, px along either axis."""
+"""Standard deviation of how far beside a dot a person points, px along either axis."""
 LOST = 0.15
 """Share of the visemes in which a dot may be missing; it is filled in there. Chosen on clara, whose
 face is as good with 0.02 to 0.3."""
@@ -73,7 +73,7 @@ class Session:
         Raises
         ------
         CalibrationError, DegenerateViewsError, TooFewPointsError
-            If cameras or head frame cannot be told from the pictures.
+            If cameras or head frame cannot be found from the pictures.
         """
         boards, said = self._views(BOARDS), self._views(SAID)
         pictures = [list(view.pictures()) for view in boards]

@@ -98,9 +98,6 @@ class DetectionSettings:
         face model's mean and 60 in the bundled average person, whose mouth is as much too narrow.
     given_spread : float, mm
         Standard deviation of a pupil distance that somebody measured. Not measured.
-    posed_spread : float, mm
-        The same of one that follows from given poses. Measured: 0.6 and 1.0 mm off
-        for two filmed people, 1.6 and 2.0 for runs of two of GRID's clips.
     pole : float, share of an eye's depth
         What lies so near to its foremost point is its pupil. Not measured.
     seen_at : tuple of tuple of float, mm
@@ -146,7 +143,6 @@ class DetectionSettings:
     mouth_width: float = 0.27
     eyes_apart: float = 62.0
     given_spread: float = 0.5
-    posed_spread: float = 2.0
     pole: float = 0.03
     seen_at: tuple[tuple[float, ...], ...] = (
         (0.0, 0.0, 0.0),

@@ -38,8 +38,12 @@ class HeadSettings:
         The same where it is given. Chosen on eight films of other heads: with 0.5, landmarks make
         heads up to 3 % smaller than the distance that was given.
     given_apart : float, degrees
-        By which given poses may turn otherwise than the face in the median frame, after a constant
-        turn. Not measured: by landmarks and texture a clip's poses are off by less than a degree.
+        By which given poses may turn unlike the face in the median frame, after a constant turn.
+        Not measured: by landmarks and texture a clip's poses are off by less than a degree.
+    given_away : float, mm
+        By which they may place it elsewhere there. Not measured.
+    given_origin : float, mm
+        Standard deviation of where the origin of their head lies. Not measured.
     side : int, px
         Longer side of the pictures that are compared, at most. Chosen on 24 films of other heads
         (seeds 1 to 3), joint fit: faces lie 1.8 degrees off the true ones with 220, and 1.6 with
@@ -94,6 +98,8 @@ class HeadSettings:
     scale_held: float = 0.5
     given_held: float = 0.1
     given_apart: float = 8.0
+    given_away: float = 25.0
+    given_origin: float = 30.0
     side: int = 320
     shading: int = 13
     most_points: int = 120
