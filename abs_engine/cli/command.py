@@ -88,7 +88,7 @@ class Command(click.Command):
             raise
 
     def _hint(self, ctx: click.Context, error: click.MissingParameter) -> None:
-        """Where an argument is missing, name the option that may have taken it."""
+        """Name the option that may have taken an argument that is missing."""
         several = (p for p in self.params if isinstance(p, Option) and p.many)
         took = [p.opts[0] for p in several if len(ctx.params.get(p.name or "") or ()) > 1]
         if took and isinstance(error.param, click.Argument):

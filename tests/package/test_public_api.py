@@ -34,8 +34,8 @@ def test_every_public_name_can_be_imported():
      "folder that 'track -o' made"),
     ("film_scene", ("x", "y"), "scene is 'x'; give a SceneFile, as read_scene returns"),
     ("run_bench", ("x",), "rounds is 'x'; give a whole number"),
-    ("Pose", ([0, 0, 0], [0, 0, 1]), "a pose is a 3x3 rotation matrix and a translation of 3 numbers; give these, "
-     "or a rotation vector to Pose.from_vectors"),
+    ("Pose", ([0, 0, 0], [0, 0, 1]), "a pose is a 3x3 rotation matrix and a translation of "
+     "3 numbers; give these, or a rotation vector to Pose.from_vectors"),
     ("TrackOptions", (3,), "person is 3; give text"),
     ("load_mesh", (3,), "folder is 3; give a path"),
     ("load_speaker", (3,), "speaker is 3; give a path"),

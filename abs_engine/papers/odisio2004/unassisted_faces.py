@@ -34,7 +34,7 @@ estimated; of dots that two cameras saw and the project followed, poses estimate
 
 @dataclass(frozen=True, eq=False)
 class KnownFace:
-    """What is known of a speaker whose sentences are tracked.
+    """Knowledge of a speaker whose sentences are tracked.
 
     Parameters
     ----------
