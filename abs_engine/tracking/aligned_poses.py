@@ -7,81 +7,16 @@ follow from frames in which the fitted head is found by its landmarks and textur
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.geometry import Pose
-from abs_engine.tracking.external_poses import GivenFollower, GivenMotion
-from abs_engine.tracking.face_choice import FaceFollower
-from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
-from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame
-from abs_engine.tracking.landmark_motion import LandmarkMotion
-from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.settings.head import HEAD_POSE
 from abs_engine.tracking.settings.preparation import PREPARATION
-
-_EXACT = np.diag(9 / np.square(PREPARATION.pose_deviation))  # three times what a frame leaves open
-
-
-@dataclass(frozen=True, eq=False)
-class PosedMotion:
-    """Given poses of a fitted head, whose landmarks are looked for beside them.
-
-    Parameters
-    ----------
-    own : LandmarkMotion
-        By which it would be followed without them.
-    given : GivenMotion
-        Its poses, as `aligned` gives them.
-    """
-
-    own: LandmarkMotion
-    given: GivenMotion
-
-    @property
-    def alone(self) -> bool:
-        """Whether it may be followed in a thread of its own, ahead of the fits."""
-        return self.own.alone
-
-    def follower(self) -> PosedFollower:
-        """Follower of the head from the first frame on."""
-        return PosedFollower(self)
-
-
-class PosedFollower:
-    """Takes each frame's pose as it is given, and the posture that landmarks show in it."""
-
-    def __init__(self, motion: PosedMotion) -> None:
-        self._own, self._given = motion.own, GivenFollower(motion.given.given)
-        self._faces = FaceFollower(motion.own.choice, motion.own.known)
-        self._last: FrameLandmarks | None = None
-
-    def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
-        """The next frame; without landmarks where no face is seen, or not in that pose."""
-        pose, seen = self._given.step(image).pose, self._faces.step(image)
-        cut, last = self._faces.cut, None if self._faces.cut else self._last
-        self._last = None if pose is None or seen is None else self._fit(seen, pose, last)
-        if seen is None or self._last is None:
-            return HeadFrame(image, pose, cut=cut)
-        light = self._own.light
-        lit = None if light is None else light.balanced(image, seen)
-        return HeadFrame(image, pose, SeenFace(seen, self._last), balanced=lit, cut=cut)
-
-    def _fit(
-        self, seen: Landmarks, pose: Pose, last: FrameLandmarks | None
-    ) -> FrameLandmarks | None:
-        own = self._own
-        found = fit_frame(own.shape, seen, own.textured.camera, last, HeldPose(pose, _EXACT))
-        return found if found.sound(own.shape) else None
-
-    def finish(self) -> None:
-        """Say that there are no more frames; `ParameterError` if there are fewer than poses."""
-        self._given.finish()
 
 
 def aligned(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +12,10 @@ from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
-from abs_engine.tracking.aligned_poses import PosedMotion, aligned
-from abs_engine.tracking.clip_setting import NO_POSE, ClipSetting
+from abs_engine.tracking.aligned_poses import aligned
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.initial_pose import FaceBox
-from abs_engine.tracking.landmark_motion import LandmarkMotion
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.options import Clip
 from abs_engine.tracking.person_fit import FittedPerson
@@ -71,23 +69,8 @@ class GivenHead:
         low, size = pixels.min(axis=0), np.ptp(pixels, axis=0)
         return FaceBox.around_mouth(*low.tolist(), *size.tolist())
 
-    def holding(
-        self,
-        setting: ClipSetting,
-        fitted: FittedPerson,
-        own: LandmarkMotion,
-        frames: Sequence[NumberedFrame],
-    ) -> ClipSetting:
-        """The setting of a clip with the head in its given poses.
-
-        Parameters
-        ----------
-        setting : ClipSetting
-        fitted : FittedPerson
-        own : LandmarkMotion
-            By which the head would be followed without them.
-        frames : sequence of NumberedFrame
-            In some of those that have a pose, evenly spread, both are aligned.
+    def aligned(self, fitted: FittedPerson, frames: Sequence[NumberedFrame]) -> GivenMotion:
+        """The poses as those of the head that was fitted, by some of the frames, evenly spread.
 
         Raises
         ------
@@ -102,5 +85,4 @@ class GivenHead:
             for image, (k, marks) in both[:: max(1, len(both) // PREPARATION.learn_from)]
             if (fit := placed_fit(fitted.textured, fitted.shape, image, marks)) is not None
         ]
-        given = GivenMotion(aligned(self.poses, placed, fitted.model.pivot))
-        return replace(setting, motion=PosedMotion(own, given), why_lost=NO_POSE)
+        return GivenMotion(aligned(self.poses, placed, fitted.model.pivot))

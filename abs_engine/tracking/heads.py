@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from abs_engine.core.arrays import Image
 from abs_engine.core.errors import FaceNotFoundError, MeshError
 from abs_engine.core.foreign import own
 from abs_engine.core.pose import no_correction
@@ -20,7 +21,8 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.heads.frame import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
-from abs_engine.tracking.clip_setting import ClipSetting
+from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
+from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower, by_size
 from abs_engine.tracking.frame_choice import candidate_frames, spread_over
 from abs_engine.tracking.given_head import GivenHead
@@ -174,24 +176,26 @@ def by_landmarks(
         expression = physics_expression(speaker, speaker.vertices, options.physics)
     follower = FaceFollower(choice)
     with meanwhile(_average, speaker, correspondence, scale, expression, known) as average:
-        found = ((image, follower.step(image)) for image in clip.frames())
-        marked = (
-            (image, None if marks is None else (k, marks)) for k, (image, marks) in enumerate(found)
-        )
-        numbered = candidate_frames(marked, str(clip.video))
+        numbered = candidate_frames(_numbered(clip, follower), str(clip.video))
     seen = [(image, marks) for image, (_, marks) in numbered]
     chosen = [seen[k] for k in spread_over(np.array([marks.openness for _, marks in seen]))]
     turned = [seen[k] for k in turned_apart([marks for _, marks in seen], len(chosen))]
     tell("fitting the head")
     fitted = fit_person(average.result(), chosen, clip.camera, renderer, clip.colours, tell, turned)
-    setting = head_setting(
-        clip, fitted, renderer, options, leaves, choice, clip.first(follower.found)
-    )
-    if given is not None:
-        own = _motion(fitted, choice, clip.first(follower.found))
-        setting = given.holding(setting, fitted, own, numbered)
+    poses = None if given is None else given.aligned(fitted, numbered)
+    first = clip.first(follower.found)
+    setting = head_setting(clip, fitted, renderer, options, leaves, choice, first, given=poses)
     facts = {"start": LANDMARKS, "evidence": options.evidence}
     return ClipTracker(clip.video, clip.info, setting, scale, follower.remarks(), facts)
+
+
+def _numbered(
+    clip: Clip, follower: FaceFollower
+) -> Iterator[tuple[Image, tuple[int, Landmarks] | None]]:
+    """A clip's frames, and where they show the face, their numbers and its landmarks."""
+    for k, image in enumerate(clip.frames()):
+        marks = follower.step(image)
+        yield image, None if marks is None else (k, marks)
 
 
 def head_setting(
@@ -203,12 +207,14 @@ def head_setting(
     choice: FaceChoice,
     found: Sequence[Landmarks | None] = (),
     face: Face | None = None,
+    given: GivenMotion | None = None,
 ) -> ClipSetting:
     """A clip of a person whose head and colours are known.
 
-    `found` are its first landmarks; `face` is the person's, with what else was learned of it.
+    `found` are its first landmarks; `face` is the person's, with what else was learned of it;
+    `given` are the head's poses, where they are known.
     """
-    model, classes = fitted.model, fitted.classes
+    model, classes, shape = fitted.model, fitted.classes, fitted.shape
     lips = LipLandmarks.of(fitted.noisy, model.n_expression, clip.camera)
     marks = MouthLandmarks(model.n_expression, lips, options.evidence)
     face = fitted.face if face is None else face
@@ -223,19 +229,14 @@ def head_setting(
         steps=fitted.steps,
         seen=fitted.seen,
     )
-    motion = ShiftedMotion(_motion(fitted, choice, found), no_correction(), model.pivot)
+    own = LandmarkMotion(shape, fitted.textured, choice, tuple(found), fitted.light, given)
+    motion = ShiftedMotion(own, no_correction(), model.pivot)
     look = fitted.look
     return ClipSetting(
         face, clip.camera, renderer, clip.info.rate, motion, binder, leaves.driver.minimiser(),
-        None if look is None else ByLook(classes, look), clip.info.times, landmarks=marks,
+        None if look is None else ByLook(classes, look), clip.info.times,
+        NO_FACE if given is None else NO_POSE, landmarks=marks,
     )  # fmt: skip
-
-
-def _motion(
-    fitted: FittedPerson, choice: FaceChoice, found: Sequence[Landmarks | None]
-) -> LandmarkMotion:
-    """Motion of a fitted person's head by its landmarks and its texture."""
-    return LandmarkMotion(fitted.shape, fitted.textured, choice, tuple(found), fitted.light)
 
 
 def correspondence_of(speaker: Speaker, renderer: Renderer) -> Correspondence:

@@ -1,18 +1,26 @@
-"""A person's head followed by its landmarks and its texture, each frame on its own."""
+"""A person's head followed by its landmarks and its texture, each frame on its own.
+
+Where its poses are given, they stand in place of the texture.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from abs_engine.core.arrays import Image
+from abs_engine.core.geometry import Pose
 from abs_engine.core.threads import workers
+from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
 from abs_engine.tracking.frame_state import HeadFrame, Memory, SeenFace
 from abs_engine.tracking.head_pose import TexturedHead, placed_fit
-from abs_engine.tracking.landmark_fit import FrameLandmarks
+from abs_engine.tracking.landmark_fit import FrameLandmarks, HeldPose, fit_frame
 from abs_engine.tracking.landmark_shape import LandmarkShape
 from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.light import SkinLight
+from abs_engine.tracking.settings.head import HEAD_POSE
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +37,9 @@ class LandmarkMotion:
         Those of the first frames, which were looked at before.
     light : SkinLight, optional
         The clip's usual light; with it each frame comes in that light, too.
+    given : GivenMotion, optional
+        The head's poses, which are taken as they are; a frame in which no face is seen, or not in
+        its pose, has the pose alone.
     """
 
     shape: LandmarkShape
@@ -36,6 +47,7 @@ class LandmarkMotion:
     choice: FaceChoice = field(default_factory=FaceChoice)
     known: tuple[Landmarks | None, ...] = ()
     light: SkinLight | None = None
+    given: GivenMotion | None = None
 
     @property
     def alone(self) -> bool:
@@ -48,24 +60,39 @@ class LandmarkMotion:
 
 
 class LandmarkFollower:
-    """Finds the head in each frame, by its landmarks and its texture."""
+    """Finds the head in each frame, by its landmarks and its texture, or by given poses."""
 
     def __init__(self, motion: LandmarkMotion) -> None:
         self._motion, self._faces = motion, FaceFollower(motion.choice, motion.known)
+        self._given = None if motion.given is None else motion.given.follower()
         self._last: FrameLandmarks | None = None
 
     def step(self, image: Image, _memory: Memory | None = None) -> HeadFrame:
         """The next frame with the head's pose and posture."""
         motion, seen, cut = self._motion, self._faces.step(image), self._faces.cut
+        given = None if self._given is None else self._given.step(image).pose
         last = None if cut else self._last
-        self._last = (
-            None if seen is None else placed_fit(motion.textured, motion.shape, image, seen, last)
-        )
+        self._last = None if seen is None else self._placed(image, seen, last, given)
         if seen is None or self._last is None:
-            return HeadFrame(image, None, cut=cut)
+            return HeadFrame(image, given, cut=cut)
         lit = None if motion.light is None else motion.light.balanced(image, seen)
         face = SeenFace(seen, self._last)
         return HeadFrame(image, self._last.pose, face, balanced=lit, cut=cut)
 
+    def _placed(
+        self, image: Image, seen: Landmarks, last: FrameLandmarks | None, given: Pose | None
+    ) -> FrameLandmarks | None:
+        """Pose and posture of a frame in which a face is seen; None where there is no such head."""
+        motion = self._motion
+        if self._given is None:
+            return placed_fit(motion.textured, motion.shape, image, seen, last)
+        if given is None:
+            return None
+        held = HeldPose(given, np.diag(1 / np.square(HEAD_POSE.given_deviation)))
+        found = fit_frame(motion.shape, seen, motion.textured.camera, last, held)
+        return found if found.sound(motion.shape) else None
+
     def finish(self) -> None:
-        """Any number of frames will do."""
+        """Any number of frames will do, or as many as there are given poses."""
+        if self._given is not None:
+            self._given.finish()
