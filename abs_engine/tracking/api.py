@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,17 +19,19 @@ from abs_engine.core.registry import nearest
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
 from abs_engine.dataset import load_camera
+from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.io.unfinished import NewFolder
 from abs_engine.io.video import probe
 from abs_engine.render.select import open_renderer
 from abs_engine.render.trial import check_renderer
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import ClipTracker, TrackOptions
-from abs_engine.tracking.output import Progress
-from abs_engine.tracking.record import Recorder
-from abs_engine.tracking.run import prepare, settings_of, track_video
+from abs_engine.tracking.output import COLOURS, Progress
+from abs_engine.tracking.record import Record, Recorder
+from abs_engine.tracking.run import path_of, prepare, settings_of, track_video
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_table import OF_LIPS
-from abs_engine.tracking.smoothing import Smoothing
+from abs_engine.tracking.smoothing import Smoothing, write_smoothed
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -43,31 +45,23 @@ class Run:
 
     Parameters
     ----------
-    arrays : dict of str to array
-        As ``results.npz`` has them, see `tracking.record.Recorder.arrays`. The most used have
-        attributes of their own.
-    mesh : RunMesh
-        The whole head in every frame.
-    summary : dict
-        Counts, means and warnings.
+    record : Record
+        What the files of a run hold.
     settings : dict
         What was asked for.
-    names : tuple of str
-        Columns of the table.
-    rows : list of list
-        The table, a row for each frame.
     smoothed : dict of str to (T,) float64
         The measures, filtered as ``smooth`` asks, as ``smoothed.csv`` has them; empty
         without one. All else is as it was found.
+    video : Path
+    colours : ColourClasses, optional
+        Those that frames were compared by.
     """
 
-    arrays: dict[str, Any]
-    mesh: RunMesh
-    summary: dict[str, Any]
+    record: Record
     settings: dict[str, Any]
-    names: tuple[str, ...] = ()
-    rows: list[list[Any]] = field(default_factory=list)
-    smoothed: dict[str, FloatArray] = field(default_factory=dict)
+    smoothed: dict[str, FloatArray]
+    video: Path
+    colours: ColourClasses | None = None
 
     def __repr__(self) -> str:
         """Return a line that names the video and counts the frames."""
@@ -95,6 +89,21 @@ class Run:
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names of the arrays."""
         return iter(self.arrays)
+
+    @property
+    def arrays(self) -> dict[str, Any]:
+        """As ``results.npz`` has them, see `Record`; the most used are attributes, too."""
+        return self.record.arrays
+
+    @property
+    def mesh(self) -> RunMesh:
+        """The whole head in every frame."""
+        return self.record.mesh
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Counts, means and warnings."""
+        return self.record.summary
 
     @property
     def time(self) -> FloatArray:
@@ -167,6 +176,31 @@ class Run:
         """Reasons to doubt the results."""
         return tuple(self.summary.get("warnings", ()))
 
+    def save(self, folder: str | Path) -> None:
+        """Write the folder that `track` writes, as far as it holds data.
+
+        ``overlay.mp4``, ``contact_sheet.png`` and ``head.png``, which need the video's pictures,
+        are left out; so are ``timing.json`` and ``.choices``. Everything that reads runs reads it.
+
+        Parameters
+        ----------
+        folder : path
+            Must not exist.
+
+        Raises
+        ------
+        OutputError
+            If the folder exists or cannot be written.
+        """
+        target = to_path("folder", folder)
+        with NewFolder(target) as made:
+            self.record.write(made.work, {"settings": self.settings | path_of(self.video, target)})
+            if self.colours is not None:
+                self.colours.save(made.work / COLOURS)
+            if self.smoothed:
+                write_smoothed(made.work, self.arrays, self.smoothed)
+            made.finish()
+
     def to_pandas(self) -> DataFrame:
         """The table of ``results.csv``, a row for each frame; booleans are 0, 1 or, if lost, NA.
 
@@ -179,8 +213,9 @@ class Run:
             import pandas
         except ImportError as error:
             raise ParameterError("pandas is not installed", "pip install pandas") from error
-        table = pandas.DataFrame(self.rows, columns=list(self.names))
-        return table.astype({name: "Int8" for name in OF_LIPS if name in self.names})
+        names, *rows = self.record.table()
+        table = pandas.DataFrame(rows, columns=names)
+        return table.astype(dict.fromkeys(OF_LIPS, "Int8"))
 
 
 def track(
@@ -240,8 +275,8 @@ def track(
             tracker = prepare(path, drawn, chosen, stage)
             return _run(tracker, chosen, progress)
 
-        def keep(tracker: ClipTracker, recorder: Recorder) -> None:
-            collected.append(_of(recorder, tracker, chosen))
+        def keep(tracker: ClipTracker, record: Record) -> None:
+            collected.append(_of(record, tracker, chosen))
 
         track_video(path, folder, drawn, chosen, progress, stage=stage, recorded=keep)
         return collected[0]
@@ -254,17 +289,14 @@ def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) 
             recorder.add(result)
             if progress is not None:
                 progress(len(recorder), max(frames, len(recorder)) if frames else 0)
-    return _of(recorder, tracker, chosen)
+    return _of(recorder.record(), tracker, chosen)
 
 
-def _of(recorder: Recorder, tracker: ClipTracker, chosen: TrackOptions) -> Run:
-    (heading, *rows), arrays = recorder.table(), recorder.arrays()
+def _of(record: Record, tracker: ClipTracker, chosen: TrackOptions) -> Run:
     smooth = chosen.smooth
-    smoothed = {} if smooth is None else Smoothing.named(smooth).measures(arrays)
-    settings = settings_of(tracker, chosen)
-    return Run(
-        arrays, recorder.mesh(), recorder.summary(), settings, tuple(heading), rows, smoothed
-    )
+    smoothed = {} if smooth is None else Smoothing.named(smooth).measures(record.arrays)
+    settings, colours = settings_of(tracker, chosen), tracker.setting.face.appearance.get("colour")
+    return Run(record.copied(), settings, smoothed, tracker.video.resolve(), colours)
 
 
 def _options(

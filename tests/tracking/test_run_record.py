@@ -37,7 +37,7 @@ def folder(tmp_path_factory):
     for result in RESULTS_OF_CLIP:
         recorder.add(result)
     made = tmp_path_factory.mktemp("run")
-    recorder.write(made, {"settings": {"video": "v"}, "summary": {"more": 0.1}})
+    recorder.record().write(made, {"settings": {"video": "v"}, "summary": {"more": 0.1}})
     return made
 
 
@@ -62,24 +62,24 @@ def test_frames_stay_in_a_file_until_they_are_written(tmp_path):
     tracemalloc.stop()
     assert grown < 500 * 200  # bytes; a row takes 8 kB
     assert list(tmp_path.iterdir()) == []  # the file has no name, and goes with its process
-    np.testing.assert_array_equal(recorder.arrays()["lip_points"][500], result.lips + 499)
+    np.testing.assert_array_equal(recorder.record().arrays["lip_points"][500], result.lips + 499)
 
 
 def test_terms_are_columns_from_their_first_frame_on():
     recorder = Recorder(toy_setting())
     for terms in ({}, {"colour": 1.5}, {"prior": 2.0, "colour": 3.0}):
         recorder.add(replace(toy_result(0), terms=terms))
-    arrays, nan = recorder.arrays(), np.nan
+    arrays, nan = recorder.record().arrays, np.nan
     assert arrays["term_names"].tolist() == ["colour", "prior"]
     np.testing.assert_array_equal(arrays["term_values"], [[nan, nan], [1.5, nan], [3.0, 2.0]])
 
 
 def test_a_run_without_frames_has_empty_columns():
     recorder = Recorder(toy_setting())
-    arrays = recorder.arrays()
-    assert arrays["lip_points"].shape == (0, len(toy_setting().face.body.lips), 3)
-    assert len(list(recorder.table())) == 1
-    assert recorder.summary()["frames"] == 0
+    record = recorder.record()
+    assert record.arrays["lip_points"].shape == (0, len(toy_setting().face.body.lips), 3)
+    assert len(list(record.table())) == 1
+    assert record.summary["frames"] == 0
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +161,7 @@ def test_a_run_that_explains_little_holds_its_warning():
     recorder = Recorder(toy_setting())
     for result in RESULTS_OF_CLIP:
         recorder.add(replace(result, score=0.6))
-    (line,) = recorder.summary()["warnings"]
+    (line,) = recorder.record().summary["warnings"]
     assert line.startswith("the drawn mouth explains only 60%")
 
 
@@ -170,7 +170,7 @@ def test_given_colours_may_be_the_reason(score, lines):
     recorder = Recorder(replace(toy_setting(), colours_given=True))
     for result in RESULTS_OF_CLIP:
         recorder.add(replace(result, score=score))
-    warnings = recorder.summary()["warnings"]
+    warnings = recorder.record().summary["warnings"]
     assert len(warnings) == lines
     assert all("another run's" in line for line in warnings[1:])
 
@@ -231,8 +231,8 @@ def test_times_are_the_videos_where_it_says_them():
         recorder = Recorder(replace(toy_setting(), times=times))
         for index in range(3):
             recorder.add(toy_result(index))
-        np.testing.assert_allclose(recorder.arrays()["time"], expected)
-        rows = list(written(recorder.table()))
+        np.testing.assert_allclose(recorder.record().arrays["time"], expected)
+        rows = list(written(recorder.record().table()))
         column = rows[0].index("time")
         assert [float(row[column]) for row in rows[1:]] == pytest.approx(list(expected))
 
