@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from abs_engine.evaluate.catalogue import Metric, catalogue
@@ -53,15 +54,17 @@ def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
             m.key: {"label": m.label.strip(), "unit": m.unit, "definition": m.definition}
             for m in used(systems.values())
         },
-        "systems": {
-            name: {
-                key: {"value": _plain(s.value), "low": _plain(s.low), "high": _plain(s.high)}
-                for key, s in scores.items()
-            }
-            for name, scores in systems.items()
-        },
+        "systems": {name: as_values(scores) for name, scores in systems.items()},
     }
     return json.dumps(told, indent=1, allow_nan=False) + "\n"
+
+
+def as_values(scores: Mapping[str, Score]) -> dict[str, dict[str, float | None]]:
+    """Scores as JSON values: each number with its interval, None where there is none."""
+    return {
+        key: {name: _plain(number) for name, number in asdict(score).items()}
+        for key, score in scores.items()
+    }
 
 
 def as_csv(systems: Systems) -> str:
