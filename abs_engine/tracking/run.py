@@ -16,7 +16,7 @@ from abs_engine.core.registry import PLUGINS
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
-from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses, usable
 from abs_engine.io.head_points import POINTS
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
@@ -93,7 +93,9 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
         "preset": chosen.preset,
     }  # fmt: skip
     remarks = "\n".join([*footage_lines(clip.info), *made.remarks.splitlines()])
-    setting = replace(made.setting, colours_given=clip.colours is not None)
+    classes = made.setting.face.appearance.get("colour")
+    used = classes is not None and usable(clip.colours, classes.chromatic) is not None
+    setting = replace(made.setting, colours_given=used)
     return replace(made, setting=setting, facts={**facts, **made.facts}, remarks=remarks)
 
 

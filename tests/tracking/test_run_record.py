@@ -8,6 +8,8 @@ import json
 import tracemalloc
 import weakref
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +18,11 @@ from runs import lost_result, toy_model, toy_result, toy_setting
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.io.video import VideoInfo
 from abs_engine.optimise.base import Solution
+from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.measures import Closure
+from abs_engine.tracking.options import Clip, ClipTracker, TrackOptions
 from abs_engine.tracking.record import (
     RESULTS,
     SUMMARY,
@@ -25,6 +30,7 @@ from abs_engine.tracking.record import (
     Recorder,
     load_run,
 )
+from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.run_table import POINT_NAMES, closure_table, written
 
@@ -173,6 +179,24 @@ def test_given_colours_may_be_the_reason(score, lines):
     warnings = recorder.record().summary["warnings"]
     assert len(warnings) == lines
     assert all("another run's" in line for line in warnings[1:])
+
+
+@pytest.mark.parametrize(
+    ("given", "clips", "used"), [(True, True, True), (False, True, False), (None, True, False),
+                                 (True, None, False)]
+)  # fmt: skip
+def test_colours_are_given_where_they_are_used(monkeypatch, given, clips, used):
+    """Classes of colours are not used for a video without colour, nor the other way round."""
+    given, clips = (
+        one if one is None else SimpleNamespace(chromatic=one) for one in (given, clips)
+    )
+    face = toy_setting().face.looking(**({} if clips is None else {"colour": clips}))
+    info = VideoInfo((320, 240), 25.0, 4)
+    clip = Clip(Path("a.mp4"), info, toy_setting().camera, given)
+    made = ClipTracker(clip.video, info, replace(toy_setting(), face=face), None, "")
+    monkeypatch.setattr("abs_engine.tracking.run.made_ready", lambda *_: made)
+    tracker = prepare_clip(clip, CpuRenderer(), TrackOptions(), print)
+    assert tracker.setting.colours_given == used
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):
