@@ -30,9 +30,8 @@ def lines(systems: Systems) -> list[str]:
     """
     rows = [["", *systems]]
     for metric in used(systems.values()):
-        unit = f" ({shown_unit(metric)})" if metric.unit else ""
         cells = [shown(metric, scores.get(metric.key)) for scores in systems.values()]
-        rows.append([metric.label + unit, *(" ".join(cell).rstrip() for cell in cells)])
+        rows.append([title(metric), *(" ".join(cell).rstrip() for cell in cells)])
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
 
@@ -79,6 +78,11 @@ def as_csv(systems: Systems) -> str:
             shown = ["" if math.isnan(n) else f"{n:.6g}" for n in numbers]
             writer.writerow([name, metric.key, metric.unit, *shown])
     return text.getvalue()
+
+
+def title(metric: Metric) -> str:
+    """Label of a metric with its unit."""
+    return metric.label + (f" ({shown_unit(metric)})" if metric.unit else "")
 
 
 def shown_unit(metric: Metric) -> str:

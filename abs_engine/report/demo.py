@@ -11,10 +11,9 @@ from typing import Any
 from abs_engine.core.provenance import code_digest, made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth, load_truth
-from abs_engine.evaluate.catalogue import BY_KEY
 from abs_engine.evaluate.line_of_sight import position_errors
 from abs_engine.evaluate.score import Score
-from abs_engine.evaluate.score_table import as_json, shown, shown_unit
+from abs_engine.evaluate.score_table import as_json, shown, title, used
 from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.naming import made_before
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
@@ -210,13 +209,10 @@ def film_clip(
 
 def score_rows(scores: Mapping[str, Score]) -> list[tuple[str, str]]:
     """Measures against the truth, each with its number, its interval and its unit."""
-    return [
-        (f"{BY_KEY[key].label}{unit and f' ({unit})'}", " ".join(shown(BY_KEY[key], scores[key])))
-        for key in SHOWN
-        for unit in [shown_unit(BY_KEY[key])]
-    ]
+    metrics = [metric for metric in used([scores]) if metric.key in SHOWN]
+    return [(title(one), " ".join(shown(one, scores[one.key])).rstrip()) for one in metrics]
 
 
 def score_lines(scores: Mapping[str, Score]) -> list[str]:
     """`score_rows` as lines for a terminal."""
-    return [f"{name:56} {number}".rstrip() for name, number in score_rows(scores)]
+    return [f"{name:50} {number}" for name, number in score_rows(scores)]
