@@ -198,7 +198,7 @@ class ClipSetting:
     warnings : tuple of str
         What a user should know before believing the run, whatever its frames show.
     colours_given : bool
-        Whether colours are another run's, which may be why little is explained.
+        Whether colours of another run are used, which may be why little is explained.
     clock : Clock
         What frames cost, by part.
     """

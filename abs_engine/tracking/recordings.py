@@ -23,7 +23,7 @@ from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
 from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
-from abs_engine.tracking.record import SUMMARY, Recorder, load_run
+from abs_engine.tracking.record import SUMMARY, Record, load_run
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -58,10 +58,10 @@ class Recording:
     pupils: float
 
     @classmethod
-    def of(cls, path: Path, video: Path, recorder: Recorder, scale: Scale) -> Recording:
+    def of(cls, path: Path, video: Path, record: Record, scale: Scale) -> Recording:
         """Recording of the clip that was just tracked."""
-        mesh = recorder.mesh()
-        return cls(path, video, recorder.arrays(), mesh.mean, mesh.weights, scale.pupils)
+        mesh = record.mesh
+        return cls(path, video, record.copied().arrays, mesh.mean, mesh.weights, scale.pupils)
 
     @property
     def count(self) -> int:

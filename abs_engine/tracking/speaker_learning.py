@@ -27,7 +27,7 @@ from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
-from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.record import Record, Recorder
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
@@ -146,7 +146,7 @@ class Learner:
         fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, turned)
         return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
 
-    def followed(self, video: Path, face: SpeakerFace, first: int = 0) -> Recorder:
+    def followed(self, video: Path, face: SpeakerFace, first: int = 0) -> Record:
         """A recording tracked with a face, from a frame on."""
         clip = Clip(video, probe(video), self.camera, None)
         leaves = Leaves.of(_OWN)
@@ -156,7 +156,7 @@ class Learner:
         with one_thread(), closed_after(track(made.setting, images)) as results:
             for _, result in results:
                 recorder.add(result)
-        return recorder
+        return recorder.record()
 
     def round(
         self, recordings: Sequence[Recording]
@@ -204,8 +204,8 @@ class Learner:
 
     def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
         """Share of the picture that a face explains in each frame that was left out; 0 if lost."""
-        recorder = self.followed(recording.video, face, recording.first_left_out)
-        return np.nan_to_num(np.asarray(recorder.arrays()["score"], np.float64))
+        record = self.followed(recording.video, face, recording.first_left_out)
+        return np.nan_to_num(np.asarray(record.arrays["score"], np.float64))
 
 
 def learn_speaker(
@@ -267,7 +267,7 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     with closed_after(tracker.results()) as results:
         for _, result in results:
             recorder.add(result)
-    return Recording.of(video, video, recorder, tracker.scale)
+    return Recording.of(video, video, recorder.record(), tracker.scale)
 
 
 def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
