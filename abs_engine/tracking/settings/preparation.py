@@ -81,6 +81,9 @@ class PreparationSettings:
         That may be the mouth's inside, as the posture may err. Not measured.
     posture_limit : int, evaluations
         Of a posture's fit at most. Not measured.
+    speaker_looked : int, frames
+        From the first one with a face on, in some of which the head in a clip is compared with that
+        of a speaker's face. Not measured.
     speaker_views : int, frames
         That are kept to place a speaker's head by, those that face most differently. Not measured.
     speaker_least_each : int, frames
@@ -141,6 +144,7 @@ class PreparationSettings:
     placed_opening: float = 2.5
     placed_inside: float = 0.6
     posture_limit: int = 60
+    speaker_looked: int = 25
     speaker_views: int = 12
     speaker_least_each: int = 2
     speaker_most: int = 32
