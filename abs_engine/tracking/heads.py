@@ -18,7 +18,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
-from abs_engine.learn.heads.frame import EYES_MM
+from abs_engine.learn.heads.table import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting

@@ -28,7 +28,7 @@ from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking.face_choice import LARGEST, FaceChoice
 from abs_engine.tracking.initial_pose import FaceBox
-from abs_engine.tracking.record import SUMMARY, Recorder, load_run
+from abs_engine.tracking.record import SUMMARY, Record, load_run
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -69,14 +69,14 @@ class Recording:
     remarks: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, path: Path, video: Path, recorder: Recorder, scale: Scale) -> Recording:
+    def of(cls, path: Path, video: Path, record: Record, scale: Scale) -> Recording:
         """Recording of the clip that was just tracked; its face is the largest."""
-        mesh = recorder.mesh()
-        return cls(path, video, recorder.arrays(), mesh.mean, mesh.weights, scale.pupils)
+        mesh = record.mesh
+        return cls(path, video, record.copied().arrays, mesh.mean, mesh.weights, scale.pupils)
 
-    def again(self, recorder: Recorder, scale: Scale) -> Recording:
+    def again(self, record: Record, scale: Scale) -> Recording:
         """The same recording, tracked another time."""
-        return replace(self.of(self.path, self.video, recorder, scale), choice=self.choice)
+        return replace(self.of(self.path, self.video, record, scale), choice=self.choice)
 
     def choice_from(self, first: int) -> FaceChoice:
         """Its face, for who looks at the video from frame `first` on.

@@ -27,7 +27,7 @@ from abs_engine.tracking.heads import correspondence_of
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
-from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.record import Record, Recorder
 from abs_engine.tracking.recorded_frames import pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare
@@ -145,7 +145,7 @@ class Learner:
         fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, facing)
         return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
 
-    def followed(self, recording: Recording, face: SpeakerFace, first: int = 0) -> Recorder:
+    def followed(self, recording: Recording, face: SpeakerFace, first: int = 0) -> Record:
         """A recording tracked with a face, from a frame on."""
         video, choice = recording.video, recording.choice_from(first)
         clip = Clip(video, probe(video), self.camera, None)
@@ -157,7 +157,7 @@ class Learner:
         with one_thread(), closed_after(track(made.setting, images)) as results:
             for _, result in results:
                 recorder.add(result)
-        return recorder
+        return recorder.record()
 
     def tracked_again(
         self, recordings: Sequence[Recording], head: SpeakerFace
@@ -211,7 +211,7 @@ class Learner:
         each = []
         for number, one in enumerate(recordings, 1):
             self.tell(f"tracking frames left out of recording {number} of {len(recordings)}")
-            scores = self.followed(one, face, one.first_left_out).arrays()["score"]
+            scores = self.followed(one, face, one.first_left_out).arrays["score"]
             each.append(np.nan_to_num(np.asarray(scores, np.float64)))
         return float(np.mean(np.concatenate(each)))
 
@@ -275,11 +275,11 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     with closed_after(tracker.results()) as results:
         for _, result in results:
             recorder.add(result)
-    said = tracker.remarks.splitlines()
+    record, said = recorder.record(), tracker.remarks.splitlines()
     several = [f"{line}: give its run in place of the video" for line in said if FOLLOWS in line]
     others = [line for line in said if FOLLOWS not in line]
-    warned = [f"warning: {one}" for one in recorder.summary()["warnings"] if one not in said]
-    recording = Recording.of(video, video, recorder, tracker.scale)
+    warned = [f"warning: {one}" for one in record.summary["warnings"] if one not in said]
+    recording = Recording.of(video, video, record, tracker.scale)
     return replace(recording, remarks=(*several, *others, *warned))
 
 

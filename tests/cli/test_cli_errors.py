@@ -165,6 +165,10 @@ def test_an_output_that_exists(fails, tmp_path, noise_video):
         (("train", "dots.npz", "-o", ".."), ".npz"),
         (("train", "dots.npz", "-o", ""), ".npz"),
         (("observe", "film.mp4", "-o", "dots.csv"), ".npz"),
+        (("speaker", __file__, "-o", "me.npz"), ".face"),
+        (("import", __file__, "-o", "head"), ".face"),
+        (("mouths", __file__, "-o", "mouths.npz"), ".face"),
+        (("articulate", "mine.csv", "-o", "mine", "--face", "me"), ".face"),
         (("observe", "calibrate", "a.png", "-o", "camera.npz"), ".json"),
     ],
 )

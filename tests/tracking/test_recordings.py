@@ -221,9 +221,9 @@ def test_a_recording_that_is_tracked_again_keeps_its_face(monkeypatch):
     monkeypatch.setattr(speaker_learning, "read_frames", lambda _: ())
     monkeypatch.setattr(speaker_learning, "track", lambda *_: (one for one in ()))
     one, learner = replace(recording(), choice=FaceChoice(2)), Learner(*[None] * 5)
-    recorder = learner.followed(one, None)
+    record = learner.followed(one, None)
     assert asked == [FaceChoice(2)]
-    assert one.again(recorder, Scale("usual", 63.4, 0.06)).choice == FaceChoice(2)
+    assert one.again(record, Scale("usual", 63.4, 0.06)).choice == FaceChoice(2)
 
 
 def test_what_is_said_of_a_video_comes_with_its_recording(monkeypatch, tmp_path):

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 )  # fmt: skip
 def speaker(chosen: Chosen) -> Done:
     """Learn a person's face from recordings."""
-    check_free(chosen.output)
+    check_free(chosen.output, take.FACE)
     from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
     from abs_engine.tracking.face_choice import LARGEST
