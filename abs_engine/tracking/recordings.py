@@ -174,9 +174,9 @@ def _choice(told: Mapping[str, Any], run: Arrays) -> FaceChoice:
 
 
 def mouth_box(run: Arrays, first: int) -> FaceBox | None:
-    """Where the mouth was tracked in frame `first` of a run, or in the next in which it was found.
+    """Box of the face whose mouth was tracked in frame `first` of a run, or next after it.
 
-    None where it was not found any more, or the run has no camera.
+    None where none was found any more, or the run has no camera.
     """
     there = first + np.flatnonzero(run["found"][first:])
     if not len(there) or "camera_matrix" not in run:

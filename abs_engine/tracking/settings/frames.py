@@ -75,9 +75,10 @@ class FrameSettings:
         Lost, above which a run warns. Not measured.
     most_speaker_misfit : float, standard deviations
         Of landmarks from the head of a speaker's face, above which a run warns: median of frames in
-        the first second. Chosen with a face of three of GRID's s1: in 40 clips of s1 it is 0.50 to
-        1.10, of p01 to p08 of the strangers 2.0 to 3.7. Measured on p09 to p16, 2.3 to 4.1, and on
-        seven other speakers of GRID, 1.4 to 2.8: one of them is not noticed.
+        the first second. Chosen with two faces, each of three clips of GRID's s1: in 40 clips of s1
+        it is 0.50 to 1.10, in p01 to p08 of the strangers 2.01 to 3.89. Measured on p09 to p16, 2.3
+        and more, and on seven other speakers of GRID, 1.42 to 2.83: with one of the two faces, one
+        of them is not noticed.
     landmark_unsure : float, mm
         Standard deviation of an aperture by landmarks. Not measured.
     landmark_share : float, share of the aperture
