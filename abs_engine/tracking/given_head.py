@@ -64,9 +64,7 @@ class GivenHead:
         if self.first is None:
             return None
         lips = speaker.vertices[speaker.lip_ring].astype(np.float64)
-        pixels = self.camera.project(self.first.apply(lips))
-        low, size = pixels.min(axis=0), np.ptp(pixels, axis=0)
-        return FaceBox.around_mouth(*low.tolist(), *size.tolist())
+        return FaceBox.around_lips(self.camera.project(self.first.apply(lips)))
 
     def aligned(self, fitted: FittedPerson, frames: Sequence[NumberedFrame]) -> GivenMotion:
         """The poses as those of the head that was fitted, by some of the frames, evenly spread.

@@ -167,9 +167,10 @@ def by_landmarks(
         scale = known_scale(pupil_distance(speaker, speaker.vertices), person=True, poses=False)
     else:
         scale = pupil_scale(options.pupil_distance)
-    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     given = None if options.poses is None else GivenHead.read(options.poses, clip, speaker)
-    choice = FaceChoice(options.face, box if given is None else given.box(speaker))
+    choice = FaceChoice.asked(options.face, options.mouth)
+    if given is not None:
+        choice = FaceChoice(box=given.box(speaker))
     tell("finding the face")
     expression = None
     if options.physics is not None:

@@ -33,6 +33,7 @@ from abs_engine.tracking.record import (
 from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.run_table import POINT_NAMES, closure_table, written
+from abs_engine.tracking.run_warnings import FACE_COLOURS, GIVEN_COLOURS
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
 
@@ -173,12 +174,25 @@ def test_a_run_that_explains_little_holds_its_warning():
 
 @pytest.mark.parametrize(("score", "lines"), [(0.6, 2), (0.9, 0)])
 def test_given_colours_may_be_the_reason(score, lines):
-    recorder = Recorder(replace(toy_setting(), colours_given=True))
+    recorder = Recorder(replace(toy_setting(), hint=GIVEN_COLOURS))
     for result in RESULTS_OF_CLIP:
         recorder.add(replace(result, score=score))
     warnings = recorder.record().summary["warnings"]
     assert len(warnings) == lines
     assert all("another run's" in line for line in warnings[1:])
+
+
+def test_a_run_in_which_nothing_was_tracked_says_so_and_has_no_score():
+    recorder = Recorder(replace(toy_setting(), hint=FACE_COLOURS))
+    for index in range(4):
+        status = "mouth covered" if index else "face not found"
+        recorder.add(replace(lost_result(index), status=status, covered=index > 0))
+    told = recorder.record().summary
+    assert told["mean_score"] is None
+    assert told["warnings"] == [
+        "no frame was tracked (mouth covered in 3, face not found in 1): look at the overlay",
+        FACE_COLOURS,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -196,7 +210,7 @@ def test_colours_are_given_where_they_are_used(monkeypatch, given, clips, used):
     made = ClipTracker(clip.video, info, replace(toy_setting(), face=face), None, "")
     monkeypatch.setattr("abs_engine.tracking.run.made_ready", lambda *_: made)
     tracker = prepare_clip(clip, CpuRenderer(), TrackOptions(), print)
-    assert tracker.setting.colours_given == used
+    assert (tracker.setting.hint == GIVEN_COLOURS) == used
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):
