@@ -108,7 +108,7 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
             f"frames at {rate:g} a second",
             "correct its timecodes, or cut it",
         )
-    times = np.arange(int(recording.times[-1] * rate + 1e-6) + 1) / rate
+    times = np.arange(round(recording.times[-1] * rate) + 1) / rate  # timecodes are rounded
     picked = recording.weights[:, [known[name.lower()] for name in unit_names]]
     weights = np.stack([np.interp(times, recording.times, c) for c in picked.T], axis=1)
     angles = np.unwrap(recording.head, axis=0)
