@@ -52,13 +52,14 @@ if TYPE_CHECKING:
     from abs_engine.report.gathering import ReportOptions, write_report
     from abs_engine.studio.filming import film_scene
     from abs_engine.studio.scenefile import SceneFile, read_scene
-    from abs_engine.tracking.api import Run, track
+    from abs_engine.tracking.api import track
     from abs_engine.tracking.clip_setting import FrameResult
     from abs_engine.tracking.heads import prepare_head
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.presets import Preset
     from abs_engine.tracking.record import load_run
     from abs_engine.tracking.run import prepare, track_video
+    from abs_engine.tracking.run_in_memory import Run
     from abs_engine.tracking.run_mesh import load_mesh
 
 _HOME = {
@@ -79,7 +80,7 @@ _HOME = {
     "Simplex": "optimise.simplex",
     # the lips in a video
     "track": "tracking.api",
-    "Run": "tracking.api",
+    "Run": "tracking.run_in_memory",
     "track_video": "tracking.run",
     "TrackOptions": "tracking.options",
     "prepare": "tracking.run",

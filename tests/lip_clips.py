@@ -74,7 +74,7 @@ def write_lip_run(folder: Path, frames: range, pose: Pose) -> Path:
         for index, frame in enumerate(frames):
             writer.write(picture(frame, pose))
             recorder.add(replace(toy_result(index), pose=pose))
-    np.savez(folder / "results.npz", **recorder.arrays())
+    np.savez(folder / "results.npz", **recorder.record().arrays)
     neutral = SPEAKER.named("clara")
     moved = HEADS[list(frames)] - neutral
     RunMesh(neutral, moved, np.eye(len(frames)), SPEAKER.faces).save(folder)

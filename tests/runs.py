@@ -67,7 +67,7 @@ def written_run(folder: Path, postures: Sequence[int | None]) -> Path:
     recorder = Recorder(toy_setting())
     for index, posture in enumerate(postures):
         recorder.add(lost_result(index) if posture is None else toy_result(index, posture))
-    recorder.write(folder, {})
+    recorder.record().write(folder, {})
     return folder
 
 

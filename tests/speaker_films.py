@@ -154,13 +154,14 @@ def score(folder: Path, truth: Path) -> Score:
         r, aperture, _, precision, recall, _ = apertures(ours, true)
         lips, across = (float(np.sqrt((o**2).sum(axis=-1).mean())) for o in (off, off[..., :2]))
         return Score(found, lips, across, r, aperture, precision, recall, frame)
-    scores = folder / "evaluation" / "truth_scores.json"
+    scores = folder / "evaluation" / "scores.json"
     if not scores.exists():
         command("evaluate", folder, "--truth", truth)
-    s = json.loads(scores.read_text())
+    s = {k: v["value"] for k, v in json.loads(scores.read_text())["systems"][folder.name].items()}
     return Score(
-        found, s["lip_rms_head_offset_removed_mm"], float("nan"), s["aperture"]["correlation"],
-        s["aperture"]["rms"], s["closure"]["precision"], s["closure"]["recall"], frame,
+        found, s["lip_points_rms_head_offset_removed_mm"], float("nan"),
+        s["aperture_correlation"], s["aperture_rms_mm"], s["closure_precision_frames"],
+        s["closure_recall_frames"], frame,
     )  # fmt: skip
 
 

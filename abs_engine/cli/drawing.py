@@ -4,39 +4,41 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from abs_engine.cli.progress import asked, interject, say
 
 if TYPE_CHECKING:
-    from abs_engine.render.select import OpenRenderer
+    from abs_engine.core.scene import Renderer
 
 
 @contextmanager
-def opened(name: str) -> Iterator[OpenRenderer]:
+def opened(name: str) -> Iterator[Renderer]:
     """Open a renderer and say what it is, and why OpenGL is not used if it failed.
 
     A long compilation within is announced, too.
     """
     from abs_engine.cli.compilation import compilation_noticed
-    from abs_engine.render.select import open_renderer
+    from abs_engine.render.select import opened_renderer
 
     notes = _Notes()
     logger = logging.getLogger("abs_engine.render")
-    logger.addHandler(notes)
-    try:
-        renderer = open_renderer(name)
-    finally:
-        logger.removeHandler(notes)
     quiet = asked("quiet")  # here: threads that compile know no command
-    with renderer, nullcontext() if quiet else compilation_noticed(interject):
+    with ExitStack() as stack:
+        logger.addHandler(notes)
+        try:
+            renderer = stack.enter_context(opened_renderer(name))
+        finally:
+            logger.removeHandler(notes)
+        if not quiet:
+            stack.enter_context(compilation_noticed(interject))
         why = f" ({'; '.join(notes.lines)})" if notes.lines else ""
         note(f"renderer: {renderer.description}{why}")
         yield renderer
 
 
-def print_hints(renderer: OpenRenderer) -> None:
+def print_hints(renderer: Renderer) -> None:
     """Print hints for a user before a long run."""
     from abs_engine.render.select import draws_by_software
 

@@ -119,6 +119,10 @@ def group(title: str, *options: Option) -> Iterator[Option]:
         yield one
 
 
+FACE = ".face"
+"""Ending of what ``--model`` and ``--speaker`` take."""
+
+
 def output(metavar: str, text: str, required: bool = True) -> Option:
     """Option for the path of a new output."""
     if "must not exist" not in text:

@@ -13,7 +13,7 @@ from abs_engine.core.errors import AbsEngineError, BusyOutputError, OutputError,
 from abs_engine.core.foreign import named
 from abs_engine.core.registry import PLUGINS, load_plugin
 from abs_engine.core.threads import keep_to_one_core
-from abs_engine.render.select import open_renderer
+from abs_engine.render.select import opened_renderer
 from abs_engine.tracking.output import read_facts
 from abs_engine.tracking.run import track_video
 
@@ -68,7 +68,7 @@ def _tracked(job: Job) -> tuple[dict[str, Any], float]:
     start = time.perf_counter()
     while True:
         try:
-            with open_renderer(job.renderer) as renderer:
+            with opened_renderer(job.renderer) as renderer:
                 run = track_video(job.video, job.folder, renderer, job.options, beside=job.beside)
             return run["summary"], time.perf_counter() - start
         except SameOutputError:

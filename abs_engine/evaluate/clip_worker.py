@@ -22,7 +22,7 @@ def main() -> int:
     from abs_engine.tracking import beforehand
 
     begin(beforehand.load, None, True)
-    from abs_engine.render.select import open_renderer
+    from abs_engine.render.select import opened_renderer
     from abs_engine.tracking.options import TrackOptions
     from abs_engine.tracking.run import track_video
 
@@ -31,7 +31,7 @@ def main() -> int:
     def progress(_count: int, _frames: int) -> None:
         done.append(time.monotonic() - float(begun))
 
-    with open_renderer(renderer) as drawn:
+    with opened_renderer(renderer) as drawn:
         told = track_video(Path(video), Path(run), drawn, TrackOptions(), progress)
         said = {"done": done, "summary": told["summary"], "timing": told["timing"]}
         said["draws"] = drawn.description

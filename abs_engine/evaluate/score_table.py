@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from abs_engine.evaluate.catalogue import Metric, catalogue
@@ -29,9 +30,8 @@ def lines(systems: Systems) -> list[str]:
     """
     rows = [["", *systems]]
     for metric in used(systems.values()):
-        unit = f" ({shown_unit(metric)})" if metric.unit else ""
         cells = [shown(metric, scores.get(metric.key)) for scores in systems.values()]
-        rows.append([metric.label + unit, *(" ".join(cell).rstrip() for cell in cells)])
+        rows.append([title(metric), *(" ".join(cell).rstrip() for cell in cells)])
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
 
@@ -53,15 +53,17 @@ def as_json(systems: Systems, facts: Mapping[str, Any]) -> str:
             m.key: {"label": m.label.strip(), "unit": m.unit, "definition": m.definition}
             for m in used(systems.values())
         },
-        "systems": {
-            name: {
-                key: {"value": _plain(s.value), "low": _plain(s.low), "high": _plain(s.high)}
-                for key, s in scores.items()
-            }
-            for name, scores in systems.items()
-        },
+        "systems": {name: as_values(scores) for name, scores in systems.items()},
     }
     return json.dumps(told, indent=1, allow_nan=False) + "\n"
+
+
+def as_values(scores: Mapping[str, Score]) -> dict[str, dict[str, float | None]]:
+    """Scores as JSON values: each number with its interval, None where there is none."""
+    return {
+        key: {name: _plain(number) for name, number in asdict(score).items()}
+        for key, score in scores.items()
+    }
 
 
 def as_csv(systems: Systems) -> str:
@@ -76,6 +78,11 @@ def as_csv(systems: Systems) -> str:
             shown = ["" if math.isnan(n) else f"{n:.6g}" for n in numbers]
             writer.writerow([name, metric.key, metric.unit, *shown])
     return text.getvalue()
+
+
+def title(metric: Metric) -> str:
+    """Label of a metric with its unit."""
+    return metric.label + (f" ({shown_unit(metric)})" if metric.unit else "")
 
 
 def shown_unit(metric: Metric) -> str:

@@ -51,17 +51,12 @@ def export_run(
     InputFileError, ModelFormatError
         If the run cannot be read.
     OutputError
-        If the output exists, cannot be written, or is a folder that is named as a file.
+        If the output exists, cannot be written, or is a folder that is named as the files in it.
     PluginError
         If a plugin's exporter fails, writes nothing, or does not return what is lost.
     """
     exporter: Exporter = EXPORTERS.get(to)
     output = check_free(to_path("output", output), exporter.suffix)
-    if output.suffix[1:].isalpha() and not exporter.suffix:
-        raise OutputError(
-            f"{output} is named like a file, but a folder is written",
-            f"choose a name without {output.suffix}",
-        )
     smoothing = None if smooth is None else Smoothing.named(smooth)
     tracked = read_run(to_path("run", run), speaker, exporter.needs)
     if smoothing is None:
@@ -78,6 +73,11 @@ def _written(name: str, exporter: Exporter, tracked: TrackedRun, output: Path) -
             if not any(folder.work.iterdir()):
                 raise PluginError(
                     f"the exporter '{name}' wrote nothing", "make it write into the given folder"
+                )
+            if output.suffix in {one.suffix for one in folder.work.iterdir()} - {""}:
+                raise OutputError(
+                    f"{output} is named like a file, but a folder is written",
+                    f"choose a name without {output.suffix}",
                 )
             folder.finish()
         return lost

@@ -168,8 +168,8 @@ def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
     return str(named) if str(named).isprintable() else "unknown"
 
 
-def read_kind(path: Path) -> str:
-    """Stated format of an `.npz`, without reading its arrays.
+def read_kind(path: Path, remedy: str = "check that it is whole") -> str:
+    """Stated format of an `.npz`, without reading its arrays; `remedy` is for what is none.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def read_kind(path: Path) -> str:
         with _archive(path) as archive:
             named = {"format": np.asarray(archive["format"])} if "format" in archive else {}
     except BROKEN as error:
-        raise InputFileError(f"{path} is not an NPZ file", "check that it is whole") from error
+        raise InputFileError(f"{path} is not an NPZ file", remedy) from error
     return format_of(named)
 
 

@@ -78,7 +78,7 @@ class Keeper:
         with FrameJournal(self._folder / FRAMES, "") as journal:
             found = (result for result, _ in iter(journal.earlier, None))
             results = zip(read_frames(path), found, strict=True)
-            told = write_run(
+            _, told = write_run(
                 self._folder, made.setting, results, RunFacts(settings, count), progress
             )
         (self._folder / FRAMES).unlink()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import logging
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Protocol
 
 from abs_engine.core.errors import AbsEngineError, OpenGLError, ParameterError, PluginError
-from abs_engine.core.foreign import FAILURES, blamed
+from abs_engine.core.foreign import FAILURES, blamed, own
 from abs_engine.core.kinds import TEXT, check_kind
 from abs_engine.core.registry import RENDERERS, nearest
 from abs_engine.core.scene import Renderer
@@ -93,6 +94,29 @@ def _registered(name: str) -> OpenRenderer:
             opened.close()
         raise
     return opened
+
+
+@contextmanager
+def opened_renderer(name: str | None = "auto") -> Iterator[Renderer]:
+    """A renderer that `open_renderer` opens, closed at the end.
+
+    A plugin's that cannot be closed is warned of: what it drew stays as it is.
+    """
+    opened = open_renderer(name)
+    if own(type(opened)):
+        with opened:
+            yield opened
+        return
+    with blamed(f"the renderer '{name}'"):
+        drawn = opened.__enter__()
+    try:
+        yield drawn
+    finally:
+        try:
+            with blamed(f"closing the renderer '{name}'"):
+                opened.__exit__(None, None, None)
+        except PluginError as error:
+            _log.warning("%s", error)
 
 
 def draws_by_software(renderer: Renderer) -> bool:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from abs_engine.core.provenance import code_digest
+from abs_engine.core.provenance import code_digest, made_by
 from abs_engine.core.scene import Renderer
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.line_of_sight import position_errors
-from abs_engine.evaluate.truth_report import report
+from abs_engine.evaluate.score import Score
+from abs_engine.evaluate.score_table import as_json, shown, title, used
+from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.naming import made_before
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.report.demo_page import camera_error, demo_page, head_given
-from abs_engine.report.scoring import run_closures
+from abs_engine.report.scoring import SCORES, run_scores
 from abs_engine.studio.filming import film_scene
 from abs_engine.studio.make import Crew
 from abs_engine.studio.scenefile import Label, sentence_scene
@@ -26,6 +28,13 @@ from abs_engine.tracking.record import load_run
 from abs_engine.tracking.run import track_video
 
 CLIP, RUN, EVALUATION, PAGE = "clip", "run", "evaluation", "index.html"
+SHOWN = (
+    "frames", "frames_lost", "lip_points_rms_head_mm", "lip_points_rms_head_offset_removed_mm",
+    "lip_points_rms_camera_mm", "head_angle_rms_deg", "head_position_rms_mm", "aperture_rms_mm",
+    "aperture_bias_mm", "aperture_correlation", "width_rms_mm", "width_bias_mm",
+    "width_correlation", "closure_precision_frames", "closure_recall_frames",
+)  # fmt: skip
+"""Metrics on the demo's page."""
 
 
 @dataclass(frozen=True)
@@ -63,15 +72,15 @@ class DemoResult:
         Holds ``index.html``.
     run : dict
         What ``run/run.json`` holds, and `timing`.
-    scores : dict
-        See `abs_engine.evaluate.truth_report.score`.
+    scores : dict of str to Score
+        By the name of the metric.
     remarks : tuple of str
         Which head was given, and what to know about the numbers.
     """
 
     folder: Path
     run: dict[str, Any]
-    scores: dict[str, Any]
+    scores: dict[str, Score]
     remarks: tuple[str, ...]
 
 
@@ -140,12 +149,14 @@ def run_demo(
 
 def _evaluated(
     run_folder: Path, truth: Truth, folder: Path, options: DemoOptions
-) -> tuple[dict[str, Any], tuple[str, str]]:
+) -> tuple[dict[str, Score], tuple[str, str]]:
     """Scores of a run, written into a folder of their own, and remarks on them."""
     shutil.rmtree(folder, ignore_errors=True)  # of a process killed just then
     folder.mkdir()
     arrays = load_run(run_folder)
-    scores = report(arrays, truth, folder, run_closures(run_folder, truth))
+    scores = run_scores(run_folder, truth)
+    (folder / SCORES).write_text(as_json({RUN: scores}, made_by()), encoding="utf-8")
+    draw(arrays, truth, folder)
     away = position_errors(arrays["translation"], truth.translations)
     return scores, (head_given(options.person, options.person_known), camera_error(*away))
 
@@ -196,32 +207,12 @@ def film_clip(
     return film_scene(scene, folder, command=command, crew=Crew(filming=progress, keep=keep)).folder
 
 
-def score_rows(scores: dict[str, Any]) -> list[tuple[str, str]]:
-    """Measures against the truth, each with its number with its unit."""
-    aperture, width, closure = scores["aperture"], scores["width"], scores["closure"]
-    raw, aligned = scores["lip_rms_head_raw_mm"], scores["lip_rms_head_offset_removed_mm"]
-    return [
-        ("frames tracked", f"{scores['frames_tracked']} of {scores['frames']}"),
-        ("lip points, head coordinates, RMS", f"{raw:.2f} mm"),
-        ("  the same, one constant rigid offset removed", f"{aligned:.2f} mm"),
-        ("lip points, camera coordinates, RMS", f"{scores['lip_rms_camera_mm']:.2f} mm"),
-        ("head direction, RMS", f"{scores['head_angle_rms_deg']:.2f} degrees"),
-        ("head position, RMS", f"{scores['head_position_rms_mm']:.2f} mm"),
-        ("aperture, RMS (bias, correlation)", _curve(aperture)),
-        ("width, RMS (bias, correlation)", _curve(width)),
-        ("closed frames, precision and recall", _shares(closure)),
-        ("spikes of the aperture", str(scores["aperture_spikes"])),
-    ]
+def score_rows(scores: Mapping[str, Score]) -> list[tuple[str, str]]:
+    """Measures against the truth, each with its number, its interval and its unit."""
+    metrics = [metric for metric in used([scores]) if metric.key in SHOWN]
+    return [(title(one), " ".join(shown(one, scores[one.key])).rstrip()) for one in metrics]
 
 
-def score_lines(scores: dict[str, Any]) -> list[str]:
+def score_lines(scores: Mapping[str, Score]) -> list[str]:
     """`score_rows` as lines for a terminal."""
-    return [f"{name:48} {number}" for name, number in score_rows(scores)]
-
-
-def _curve(error: dict[str, float]) -> str:
-    return f"{error['rms']:.2f} mm ({error['bias']:+.2f} mm, {error['correlation']:.2f})"
-
-
-def _shares(found: dict[str, float]) -> str:
-    return f"{found['precision']:.2f} and {found['recall']:.2f}"
+    return [f"{name:50} {number}" for name, number in score_rows(scores)]

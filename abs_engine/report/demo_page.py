@@ -87,5 +87,5 @@ drawn by {safe(str(run["renderer"]))}; <a href="run/timing.json">what that took<
 <h2>The mouth, frame by frame</h2>
 <p><img src="run/contact_sheet.png" alt="enlarged mouths with contours"></p>
 <p>Numbers: <a href="run/results.csv">run/results.csv</a>,
-<a href="evaluation/truth_scores.json">evaluation/truth_scores.json</a>.</p>"""
+<a href="evaluation/scores.json">evaluation/scores.json</a>.</p>"""
     return document("abs_engine demo", body, style=_STYLE)

@@ -17,12 +17,11 @@ from abs_engine.core.provenance import made_by
 from abs_engine.dataset import Truth
 from abs_engine.evaluate import score_table
 from abs_engine.evaluate.arkit_csv import is_arkit, read_arkit
-from abs_engine.evaluate.closing import Closures
 from abs_engine.evaluate.estimate import Estimate, check_run, of_run
 from abs_engine.evaluate.landmark_csv import Reference, read_landmarks
 from abs_engine.evaluate.metrics.failure import LIMIT_NORMALISED
 from abs_engine.evaluate.score import ClipScores, Score, error_map, measure, summary
-from abs_engine.evaluate.truth_report import report
+from abs_engine.evaluate.truth_report import draw
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.csv_table import read_table
 from abs_engine.io.unfinished import NewFolder
@@ -136,7 +135,7 @@ class _Scored:
 def _scored(
     results: Sequence[Path], truths: Sequence[Path], view: View, seed: int, folder: Path
 ) -> list[_Scored]:
-    """Score each result, say what is doubtful, and write its error map and its old report."""
+    """Score each result, say what is doubtful, and write its error map and its curves."""
     speaker = load_speaker()
     out = []
     for name, path, truth in _loaded(results, truths, view):
@@ -149,7 +148,7 @@ def _scored(
             _log.warning("%s: %s", path, note)
         _save_map(folder / f"error_map_{_file_name(name)}.npz", estimate, truth)
         if len(results) == 1 and path.is_dir():
-            report(load_run(path), truth, folder, clip.closures)
+            draw(load_run(path), truth, folder)
         out.append(_Scored(name, clip, scores, "/".join(truth.folder.parts[-2:]), told))
     return out
 
@@ -167,8 +166,8 @@ def default_folder(results: Sequence[Path]) -> Path:
     return only.with_name(f"{only.stem}-evaluation") if only.is_file() else only / "evaluation"
 
 
-def run_closures(path: Path, truth: Truth) -> Closures | None:
-    """Closed frames of a run and of the truth, as `evaluate` measures them.
+def run_scores(path: Path, truth: Truth) -> dict[str, Score]:
+    """Scores of a run, as `evaluate` gives them.
 
     Raises
     ------
@@ -177,7 +176,7 @@ def run_closures(path: Path, truth: Truth) -> Closures | None:
     """
     speaker = load_speaker()
     marks = landmarks_of(truth, speaker)
-    return measure(read_result(path, truth, speaker, marks), truth, marks).closures
+    return summary([measure(read_result(path, truth, speaker, marks), truth, marks)])
 
 
 def read_result(path: Path, truth: Truth, speaker: Speaker, marks: NDArray[Any] | None) -> Estimate:

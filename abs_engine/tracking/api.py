@@ -1,17 +1,13 @@
-"""A video tracked in one call, and what comes of it as arrays."""
+"""A video tracked in one call."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from abs_engine.core.arrays import BoolArray, FloatArray
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.kinds import CALLED, PATH, check_kind, to_path
@@ -20,167 +16,17 @@ from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after
 from abs_engine.dataset import load_camera
 from abs_engine.io.video import probe
-from abs_engine.render.select import open_renderer
+from abs_engine.render.select import opened_renderer
 from abs_engine.render.trial import check_renderer
 from abs_engine.tracking.option_checks import check_options
 from abs_engine.tracking.options import ClipTracker, TrackOptions
 from abs_engine.tracking.output import Progress
-from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.record import Record, Recorder
 from abs_engine.tracking.run import prepare, settings_of, track_video
-from abs_engine.tracking.run_mesh import RunMesh
-from abs_engine.tracking.run_table import OF_LIPS
+from abs_engine.tracking.run_in_memory import Run
 from abs_engine.tracking.smoothing import Smoothing
 
-if TYPE_CHECKING:
-    from pandas import DataFrame
-
 _INTERNAL = ("model_file",)  # follows from `model`
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Run:
-    """Results of tracking a video of T frames.
-
-    Parameters
-    ----------
-    arrays : dict of str to array
-        As ``results.npz`` has them, see `tracking.record.Recorder.arrays`. The most used have
-        attributes of their own.
-    mesh : RunMesh
-        The whole head in every frame.
-    summary : dict
-        Counts, means and warnings.
-    settings : dict
-        What was asked for.
-    names : tuple of str
-        Columns of the table.
-    rows : list of list
-        The table, a row for each frame.
-    smoothed : dict of str to (T,) float64
-        The measures, filtered as ``smooth`` asks, as ``smoothed.csv`` has them; empty
-        without one. All else is as it was found.
-    """
-
-    arrays: dict[str, Any]
-    mesh: RunMesh
-    summary: dict[str, Any]
-    settings: dict[str, Any]
-    names: tuple[str, ...] = ()
-    rows: list[list[Any]] = field(default_factory=list)
-    smoothed: dict[str, FloatArray] = field(default_factory=dict)
-
-    def __repr__(self) -> str:
-        """Return a line that names the video and counts the frames."""
-        video, found = self.settings.get("video"), int(self.found.sum())
-        return f"<Run of {video}: {len(self)} frames, {found} found>"
-
-    def __len__(self) -> int:
-        """Return the number of frames, T."""
-        return len(self.arrays["index"])
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """An array by its name.
-
-        Raises
-        ------
-        ParameterError
-            If there is none; the nearest name is given.
-        """
-        if not isinstance(name, str):
-            raise ParameterError("a run's arrays have names", "write, for example, run['aperture']")
-        if name not in self.arrays:
-            raise ParameterError(f"there is no array '{name}'", nearest(name, self.arrays))
-        return np.asarray(self.arrays[name])
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names of the arrays."""
-        return iter(self.arrays)
-
-    @property
-    def time(self) -> FloatArray:
-        """Time at which each frame is shown, (T,), seconds."""
-        return self["time"]
-
-    @property
-    def found(self) -> BoolArray:
-        """Whether the lips were followed, (T,)."""
-        return self["found"]
-
-    @property
-    def aperture(self) -> FloatArray:
-        """Height between the inner lips at their middle, (T,), mm; NaN where they were lost."""
-        return self["aperture"]
-
-    @property
-    def width(self) -> FloatArray:
-        """Distance of the mouth's corners, (T,), mm."""
-        return self["width"]
-
-    @property
-    def aperture_sd(self) -> FloatArray:
-        """Standard deviation of the aperture, (T,), mm; NaN where the evidence cannot say."""
-        return self["aperture_sd"]
-
-    @property
-    def width_sd(self) -> FloatArray:
-        """Standard deviation of the width, (T,), mm; NaN where the evidence cannot say."""
-        return self["width_sd"]
-
-    @property
-    def closed_probability(self) -> FloatArray:
-        """Probability that the lips are closed, (T,); NaN where the evidence cannot say."""
-        return self["closed_probability"]
-
-    @property
-    def closed(self) -> BoolArray:
-        """Whether the lips are closed, (T,); False where they were lost: mask it with `found`."""
-        return self["closed"]
-
-    @property
-    def closures(self) -> FloatArray:
-        """Onset and release of each closure, (C, 2), seconds; NaN where they are not seen."""
-        return self["closure_times"]
-
-    @property
-    def lip_points(self) -> FloatArray:
-        """The lips' contours, (T, N, 3), mm, head frame."""
-        return self["lip_points"]
-
-    @property
-    def rotation(self) -> FloatArray:
-        """Head to camera as rotation vectors, (T, 3), radians."""
-        return self["rotation"]
-
-    @property
-    def translation(self) -> FloatArray:
-        """Head to camera, (T, 3), mm."""
-        return self["translation"]
-
-    @property
-    def parameters(self) -> dict[str, FloatArray]:
-        """The parameters of pose and posture by their names, (T,) each."""
-        names, values = self["parameter_names"], self["parameters"]
-        return {str(name): values[:, k] for k, name in enumerate(names)}
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Reasons to doubt the results."""
-        return tuple(self.summary.get("warnings", ()))
-
-    def to_pandas(self) -> DataFrame:
-        """The table of ``results.csv``, a row for each frame; booleans are 0, 1 or, if lost, NA.
-
-        Raises
-        ------
-        ParameterError
-            If pandas is not installed.
-        """
-        try:
-            import pandas
-        except ImportError as error:
-            raise ParameterError("pandas is not installed", "pip install pandas") from error
-        table = pandas.DataFrame(self.rows, columns=list(self.names))
-        return table.astype({name: "Int8" for name in OF_LIPS if name in self.names})
 
 
 def track(
@@ -240,8 +86,8 @@ def track(
             tracker = prepare(path, drawn, chosen, stage)
             return _run(tracker, chosen, progress)
 
-        def keep(tracker: ClipTracker, recorder: Recorder) -> None:
-            collected.append(_of(recorder, tracker, chosen))
+        def keep(tracker: ClipTracker, record: Record) -> None:
+            collected.append(_of(record, tracker, chosen))
 
         track_video(path, folder, drawn, chosen, progress, stage=stage, recorded=keep)
         return collected[0]
@@ -254,17 +100,14 @@ def _run(tracker: ClipTracker, chosen: TrackOptions, progress: Progress | None) 
             recorder.add(result)
             if progress is not None:
                 progress(len(recorder), max(frames, len(recorder)) if frames else 0)
-    return _of(recorder, tracker, chosen)
+    return _of(recorder.record(), tracker, chosen)
 
 
-def _of(recorder: Recorder, tracker: ClipTracker, chosen: TrackOptions) -> Run:
-    (heading, *rows), arrays = recorder.table(), recorder.arrays()
+def _of(record: Record, tracker: ClipTracker, chosen: TrackOptions) -> Run:
     smooth = chosen.smooth
-    smoothed = {} if smooth is None else Smoothing.named(smooth).measures(arrays)
-    settings = settings_of(tracker, chosen)
-    return Run(
-        arrays, recorder.mesh(), recorder.summary(), settings, tuple(heading), rows, smoothed
-    )
+    smoothed = {} if smooth is None else Smoothing.named(smooth).measures(record.arrays)
+    settings, colours = settings_of(tracker, chosen), tracker.setting.face.appearance.get("colour")
+    return Run(record.copied(), settings, smoothed, tracker.video.resolve(), colours)
 
 
 def _options(
@@ -288,5 +131,5 @@ def _opened(renderer: str | Renderer | None) -> Iterator[Renderer]:
         check_renderer(type(renderer).__name__, renderer)
         yield renderer
         return
-    with open_renderer(renderer) as opened:
+    with opened_renderer(renderer) as opened:
         yield opened

@@ -1,4 +1,4 @@
-"""Head, modes and tables that any video needs, loaded while the tracker is imported."""
+"""Head, modes, tables and the code's digest, which any video needs, while imports go on."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def load(pupils: float | None, unknown: bool) -> None:
-    """Load OpenCV's tables, the bundled head and, for an `unknown` person, its modes.
+    """Load OpenCV's tables, the bundled head and, for an `unknown` person, its modes; digest code.
 
     This takes half a second. The modes are those of a head whose `pupils` are so far apart (mm).
     Errors of the head or that distance are ignored here: whoever needs the head raises them again.
@@ -17,6 +17,7 @@ def load(pupils: float | None, unknown: bool) -> None:
     load_tables()
     # only now, so that the tables are made while others import them
     from abs_engine.core.errors import AbsEngineError
+    from abs_engine.core.provenance import code_digest
     from abs_engine.core.threads import one_thread
     from abs_engine.face.shape.identity import sized_head
     from abs_engine.io.assets import load_speaker
@@ -27,6 +28,7 @@ def load(pupils: float | None, unknown: bool) -> None:
         if unknown:
             with one_thread():
                 sized_head(speaker, apart / pupil_distance(speaker, speaker.vertices))
+    code_digest()
 
 
 def load_tables() -> None:

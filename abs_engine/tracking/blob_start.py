@@ -13,7 +13,7 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.geometry import Pose
 from abs_engine.core.scene import Renderer
-from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses, usable
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.face.head import MouthModel, build_mouth_model
@@ -79,11 +79,6 @@ def _outline(model: MouthModel, pose: Pose, camera: Camera) -> FloatArray:
     head = model.head
     points = np.vstack([head.mean[np.unique(head.faces[model.rigid])], model.border()])
     return camera.project(pose.apply(points))
-
-
-def usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:
-    """Classes learned before; not those of colours where the video has none."""
-    return None if classes is None or classes.chromatic != chromatic else classes
 
 
 def learning(known: ColourClasses | None) -> str:

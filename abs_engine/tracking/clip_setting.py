@@ -197,8 +197,8 @@ class ClipSetting:
         How landmarks are weighed, where the network is asked.
     warnings : tuple of str
         What a user should know before believing the run, whatever its frames show.
-    colours_given : bool
-        Whether colours are another run's, which may be why little is explained.
+    hint : str
+        What may be wrong if the run is to be doubted, as colours that are another run's.
     clock : Clock
         What frames cost, by part.
     """
@@ -217,5 +217,5 @@ class ClipSetting:
     pose_held: bool = False
     landmarks: MouthLandmarks | None = None
     warnings: tuple[str, ...] = ()
-    colours_given: bool = False
+    hint: str = ""
     clock: Clock = field(default_factory=lambda: Clock(time.thread_time))

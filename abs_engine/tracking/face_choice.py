@@ -17,6 +17,9 @@ from abs_engine.tracking.settings.detection import DETECTION
 from abs_engine.tracking.shot_cuts import ShotCuts, cut_line
 from abs_engine.tracking.turned_faces import faces_any_way_up, faces_turned
 
+FOLLOWS = "'track --face N' follows another"
+"""End of a line about several faces."""
+
 
 @dataclass(frozen=True)
 class FaceChoice:
@@ -33,6 +36,11 @@ class FaceChoice:
 
     number: int | None = None
     box: FaceBox | None = None
+
+    @classmethod
+    def asked(cls, number: int | None, mouth: Sequence[float] | None) -> FaceChoice:
+        """The face of a number, or the one whose mouth is in a box: left, top, width, height."""
+        return cls(number, None if mouth is None else FaceBox.around_mouth(*mouth))
 
     def first(self, image: Image) -> tuple[Landmarks | None, list[Face]]:
         """The face that is meant in a first frame, and all of its faces, the largest first.
@@ -61,6 +69,10 @@ class FaceChoice:
         return seen[number - 1][1], [f for f, _ in seen]
 
 
+LARGEST = FaceChoice()
+"""The face that is followed where a user chooses none."""
+
+
 def by_size(faces: Sequence[Face]) -> list[Face]:
     """Faces, the largest first."""
     return sorted(faces, key=lambda face: -face.size)
@@ -73,7 +85,7 @@ def face_lines(faces: Sequence[Face], chosen: int) -> str:
         for k, f in enumerate(faces, 1)
     )
     why = " (the largest)" if chosen == 1 else ""
-    return f"{len(faces)} faces: {where}; following face {chosen}{why}, --face N chooses another"
+    return f"{len(faces)} faces: {where}; following face {chosen}{why}; {FOLLOWS}"
 
 
 def _believed(seen: Landmarks | None) -> Landmarks | None:
@@ -118,7 +130,7 @@ class FaceFollower:
         """The landmarks in the next frame (H, W, 3) RGB; None where the face is not seen."""
         self.cut = self._shots.step(image)
         self.cuts += [self._count] if self.cut else []
-        if self.cut and self._choice == FaceChoice():
+        if self.cut and self._choice == LARGEST:
             self._anywhere, self._steady = True, 0
         again = self._count < len(self._known)
         found = self._known[self._count] if again else self._next(image)

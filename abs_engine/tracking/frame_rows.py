@@ -105,7 +105,7 @@ class FrameRows:
         Returns
         -------
         dict
-            What `Recorder.arrays` describes, but for what follows from several frames; `points`
+            What `Record` describes, but for what follows from several frames; `points`
             (T, 20, 3), mm, head frame: the usual lip points. Most stay in the file until they are
             used.
         """

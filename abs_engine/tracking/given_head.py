@@ -12,7 +12,6 @@ from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import Speaker
-from abs_engine.tracking.aligned_poses import aligned
 from abs_engine.tracking.external_poses import GivenMotion
 from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.initial_pose import FaceBox
@@ -65,9 +64,7 @@ class GivenHead:
         if self.first is None:
             return None
         lips = speaker.vertices[speaker.lip_ring].astype(np.float64)
-        pixels = self.camera.project(self.first.apply(lips))
-        low, size = pixels.min(axis=0), np.ptp(pixels, axis=0)
-        return FaceBox.around_mouth(*low.tolist(), *size.tolist())
+        return FaceBox.around_lips(self.camera.project(self.first.apply(lips)))
 
     def aligned(self, fitted: FittedPerson, frames: Sequence[NumberedFrame]) -> GivenMotion:
         """The poses as those of the head that was fitted, by some of the frames, evenly spread.
@@ -79,6 +76,9 @@ class GivenHead:
         FaceNotFoundError
             If no frame that shows a face has a pose.
         """
+        # only here, as its solver and rotations take a while to import
+        from abs_engine.tracking.aligned_poses import aligned
+
         both = [one for one in frames if self.poses[one[1][0]] is not None]
         placed = [
             (k, fit.pose)

@@ -105,7 +105,12 @@ class AverageHead:
 
         A `known` one is the person's own head.
         """
-        average = expression or mouth_shape(speaker, speaker.vertices, SHAPE.expression_modes)
+        average = expression or mouth_shape(
+            speaker,
+            speaker.vertices,
+            SHAPE.expression_modes,
+            anybody=not known and not speaker.imported,
+        )
         larger = scale.pupils / pupil_distance(speaker, speaker.vertices)
         sized, people = sized_head(speaker, larger, known)
         moves = _scaled_shape(average, larger)

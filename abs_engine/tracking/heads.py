@@ -18,7 +18,7 @@ from abs_engine.face.base import Face
 from abs_engine.face.shape.linear import LinearShape
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import read_frames
-from abs_engine.learn.heads.frame import EYES_MM
+from abs_engine.learn.heads.table import EYES_MM
 from abs_engine.tracking import beforehand, landmark_jacobian
 from abs_engine.tracking.blob_start import by_blobs, mouth_model, physics_expression
 from abs_engine.tracking.clip_setting import NO_FACE, NO_POSE, ClipSetting
@@ -167,9 +167,10 @@ def by_landmarks(
         scale = known_scale(pupil_distance(speaker, speaker.vertices), person=True, poses=False)
     else:
         scale = pupil_scale(options.pupil_distance)
-    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
     given = None if options.poses is None else GivenHead.read(options.poses, clip, speaker)
-    choice = FaceChoice(options.face, box if given is None else given.box(speaker))
+    choice = FaceChoice.asked(options.face, options.mouth)
+    if given is not None:
+        choice = FaceChoice(box=given.box(speaker))
     tell("finding the face")
     expression = None
     if options.physics is not None:

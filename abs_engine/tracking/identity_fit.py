@@ -31,6 +31,7 @@ SEEN_DEVIATION = np.array(PREPARATION.seen_deviation)
 TOLD_DEVIATION = np.array(PREPARATION.given_deviation)
 ALIGNED_DEVIATION = np.array(PREPARATION.aligned_deviation)
 POSE_DEVIATION = np.array(PREPARATION.pose_deviation)
+_POSTURE = Newton(limit=250)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +146,9 @@ def _choose_depth(
         for k in some:
             base = shifted(frames[k].pose, candidate, model.pivot)
             frame = PoseFrame(base, model.pivot)
-            total += fit_posture(model, terms[k], frame, person, vectors[k], 300).value
+            total += fit_posture(
+                model, terms[k], frame, person, vectors[k], Newton(limit=300)
+            ).value
         return total
 
     depth = float(np.median([frame.pose.translation[2] for frame in frames]))
@@ -159,7 +162,7 @@ def fit_posture(
     frame: PoseFrame,
     person: FloatArray,
     last: FloatArray,
-    limit: int = 250,
+    solver: Newton = _POSTURE,
     more: tuple[Prior, ...] = (),
 ) -> Solution:
     """Pose and posture (6 + P,) of one frame with the person held.
@@ -175,7 +178,7 @@ def fit_posture(
     contact = contact_prior(model, person, thick=bool(more))
     problem = head_problem(held, frame, (prior, contact, *more), model.posture)
     start = last if more else best_start(problem, np.vstack([at_base(model.prototypes), last]))
-    return Newton(limit=limit).minimise(problem, start, problem.spec)
+    return solver.minimise(problem, start, problem.spec)
 
 
 def person_problem(

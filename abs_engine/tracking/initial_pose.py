@@ -46,6 +46,12 @@ class FaceBox:
         size = width / DETECTION.mouth_width
         return cls(x + width / 2 - size / 2, y + height / 2 - DETECTION.mouth_height * size, size)
 
+    @classmethod
+    def around_lips(cls, pixels: FloatArray) -> FaceBox:
+        """The face box that lips at some pixels (N, 2) belong to."""
+        low, size = pixels.min(axis=0), np.ptp(pixels, axis=0)
+        return cls.around_mouth(*low.tolist(), *size.tolist())
+
     def shown(self, faces: Sequence[Face]) -> Face | None:
         """The face whose mouth is where this box expects it; None if there is none."""
         away = [np.abs(face.mouth - self.mouth).max() for face in faces]

@@ -218,7 +218,7 @@ def _round(
     found = solver.minimise(joint, start, joint.spec).x
     shift, person = (joint.blocks.part(found, name) for name in (POSE, IDENTITY))
     stand = replace(stand, shift=shift, person=person)
-    vectors = stand.postures(terms, vectors)
+    vectors = stand.postures(terms, vectors, again=True)
     return Calibration(person, shift, classes, vectors)
 
 

@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
     ParameterError,
     TooFewFramesError,
 )
-from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.scene import Renderer
 from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.shape.lip_model import LipModel, lip_model
@@ -32,7 +30,13 @@ from abs_engine.io.video import read_frames
 from abs_engine.learn.further import LipClip
 from abs_engine.learn.training import check_speaker
 from abs_engine.tracking.record import SUMMARY
-from abs_engine.tracking.recordings import Recording, check_distinct, load_recording
+from abs_engine.tracking.recordings import (
+    Recording,
+    camera_of,
+    check_distinct,
+    load_recording,
+    pose_in,
+)
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.shells import BUNDLED
 
@@ -68,25 +72,14 @@ class LipRun:
         run = self.recording.run
         return np.asarray(run["found"] & ~run["covered"] & ~run["contradicted"])
 
-    @property
-    def camera(self) -> Camera:
-        """Camera that filmed it."""
-        run = self.recording.run
-        width, height = map(int, run["camera_size"])
-        return Camera(run["camera_matrix"], (width, height), run["camera_distortion"])
-
-    def pose(self, frame: int) -> Pose:
-        """Pose of the head in a frame, head to camera."""
-        run = self.recording.run
-        return Pose(rotations(run["rotation"][frame][None])[0], run["translation"][frame])
-
     def seen(self, frames: NDArray[np.intp], lips: LipModel, renderer: Renderer) -> list[Seen]:
         """Some frames, as evidence about lips."""
-        setting = ShellSetting(lips, lips.scene(), self.colours, self.camera, renderer)
+        run = self.recording.run
+        setting = ShellSetting(lips, lips.scene(), self.colours, camera_of(run), renderer)
         wanted, out = set(frames.tolist()), list[Seen]()
         for frame, picture in enumerate(read_frames(self.recording.video)):
             if frame in wanted:
-                pose = self.pose(frame)
+                pose = pose_in(run, frame)
                 out.append(Seen(replace(shell_colours(setting, picture, pose), pull=None), pose))
             if len(out) == len(wanted):
                 break

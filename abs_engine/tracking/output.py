@@ -17,7 +17,7 @@ from abs_engine.io.inputs import read_json
 from abs_engine.tracking.clip_setting import ClipSetting, FrameResult
 from abs_engine.tracking.head_picture import HeadKeeper
 from abs_engine.tracking.overlay import Overlay
-from abs_engine.tracking.record import SUMMARY, Recorder
+from abs_engine.tracking.record import SUMMARY, Record, Recorder
 from abs_engine.tracking.sheet import ContactSheet
 
 OVERLAY, SHEET, COLOURS = "overlay.mp4", "contact_sheet.png", "colours.npz"
@@ -73,8 +73,8 @@ def write_run(
     results: Iterable[tuple[Image, FrameResult]],
     facts: RunFacts,
     progress: Progress | None = None,
-    recorder: Recorder | None = None,
-) -> dict[str, Any]:
+    kept: Path | None = None,
+) -> tuple[Record, dict[str, Any]]:
     """Track to the end and write everything into an existing folder.
 
     Parameters
@@ -86,11 +86,12 @@ def write_run(
     facts : RunFacts
     progress : callable, optional
         Called after every frame.
-    recorder : Recorder, optional
-        What collects the results, for the caller to keep.
+    kept : Path, optional
+        Folder for the frames' numbers until they are written; by default the same.
 
     Returns
     -------
+    Record
     dict
         What ``run.json`` holds, and `timing`, what ``timing.json`` holds.
 
@@ -99,7 +100,7 @@ def write_run(
     OSError
         If the folder cannot be written.
     """
-    recorder = Recorder(setting, folder) if recorder is None else recorder
+    recorder = Recorder(setting, kept or folder)
     sheet = ContactSheet(setting)
     head = HeadKeeper(setting, facts.frames)
     start, busy = time.perf_counter(), time.process_time()
@@ -111,7 +112,8 @@ def write_run(
             if progress is not None:
                 progress(len(recorder), max(facts.frames, len(recorder)) if facts.frames else 0)
     took, busy = time.perf_counter() - start, time.process_time() - busy
-    with one_thread(), meanwhile(recorder.write, folder, {"settings": facts.settings}) as written:
+    record, stated = recorder.record(), {"settings": facts.settings}
+    with one_thread(), meanwhile(record.write, folder, stated) as written:
         (folder / SHEET).write_bytes(png(sheet.picture()))
         whole = head.picture()
         if whole is not None:
@@ -121,7 +123,7 @@ def write_run(
         classes.save(folder / COLOURS)
     timing = _timing(facts, max(1, len(recorder)), took, _parts(setting.clock.seconds, busy))
     write_timing(folder, timing)
-    return {**written.result(), "timing": timing}
+    return record, {**written.result(), "timing": timing}
 
 
 def read_facts(folder: Path) -> dict[str, Any]:

@@ -11,12 +11,12 @@ from abs_engine.core.camera import Camera
 from abs_engine.core.params import ParamSpec
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import in_threads
-from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses, usable
 from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.base import Face
 from abs_engine.face.head import MouthModel, build_mouth_model
 from abs_engine.face.held_head import held_head
-from abs_engine.tracking.blob_start import learning, usable
+from abs_engine.tracking.blob_start import learning
 from abs_engine.tracking.head_fit import AverageHead, seen_in
 from abs_engine.tracking.head_pose import TexturedHead
 from abs_engine.tracking.landmark_calibration import PlacedHead, calibrate_placed

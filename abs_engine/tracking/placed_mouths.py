@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -21,11 +21,15 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.appearance.colours_by_head import PLACES, learn_placed
 from abs_engine.face.head import IN_OPEN_MOUTH, MouthModel
 from abs_engine.fit.head_frame import class_maps, likelihood_of, mouth_window, seam_of
+from abs_engine.optimise.newton import Newton
 from abs_engine.tracking.frame_state import SeenFace
 from abs_engine.tracking.identity_fit import fit_posture
 from abs_engine.tracking.mouth_place import mouth_place
 from abs_engine.tracking.mouth_search import CalibrationFrame, shifted
 from abs_engine.tracking.settings.preparation import PREPARATION
+
+_FIRST = Newton(limit=PREPARATION.posture_limit, polished=0)
+_AGAIN = replace(_FIRST, reaches=PREPARATION.reaches_again)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,25 +142,25 @@ class PlacedMouths:
         return in_threads(made, range(len(self.placed)), workers(self.renderer))
 
     def postures(
-        self, terms: Sequence[FacetLikelihood], vectors: FloatArray, landmarks: bool = True
+        self,
+        terms: Sequence[FacetLikelihood],
+        vectors: FloatArray,
+        landmarks: bool = True,
+        again: bool = False,
     ) -> FloatArray:
-        """Pose and posture of every frame, (N, 6 + P), each from where it was."""
+        """Pose and posture of every frame, (N, 6 + P), each from where it was.
+
+        By its colours, and its `landmarks`. If fitted `again`, it hardly moves.
+        """
         self.model.held(self.person)  # made once, for all threads
+        solver = _AGAIN if again else _FIRST
 
         def fitted(k: int) -> FloatArray:
-            return self.fitted(k, terms[k], vectors[k], landmarks)
+            told = self.placed[k].face.fit.evidence(self.model.n_expression)
+            more, base = (told,) if landmarks else (), self.base(k)
+            return fit_posture(self.model, terms[k], base, self.person, vectors[k], solver, more).x
 
         return np.stack(in_threads(fitted, range(len(terms)), workers(self.renderer)))
-
-    def fitted(
-        self, k: int, term: FacetLikelihood, last: FloatArray, landmarks: bool = True
-    ) -> FloatArray:
-        """Pose and posture (6 + P,) of a frame by its colours, and by its landmarks, too."""
-        told = self.placed[k].face.fit.evidence(self.model.n_expression)
-        more = (told,) if landmarks else ()
-        return fit_posture(
-            self.model, term, self.base(k), self.person, last, PREPARATION.posture_limit, more
-        ).x
 
 
 def _opening(classes: NDArray[np.integer], names: Sequence[str], sigma: float) -> FloatArray:

@@ -142,10 +142,8 @@ def model_of_file(path: Path) -> str:
     ModelFormatError
         If it is of no model.
     """
-    found = read_kind(path)
+    wanted = "give a face that 'speaker' learned, or another of the files in docs/parts.md"
+    found = read_kind(path, f"if it is a model, check that it is whole; else {wanted}")
     if found not in MODEL_OF_FORMAT:
-        raise ModelFormatError(
-            f"{path} holds no model but {found}",
-            "give a face that 'speaker' learned, or another of the files in docs/parts.md",
-        )
+        raise ModelFormatError(f"{path} holds no model but {found}", wanted)
     return MODEL_OF_FORMAT[found]

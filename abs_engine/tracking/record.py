@@ -1,6 +1,6 @@
 """The record of a run: arrays of all frames, a table for spreadsheets, and the reader of both.
 
-A run is a folder with ``results.npz`` (arrays, see `Recorder.arrays`), ``results.csv`` (a row for
+A run is a folder with ``results.npz`` (arrays, see `Record`), ``results.csv`` (a row for
 each frame), ``closures.csv`` (a row for each time that the lips close), ``mesh.npz`` (the whole
 head, see `RunMesh`), ``run.json`` (settings and a summary), ``overlay.mp4``, ``contact_sheet.png``
 and ``head.png``; the colour classes, ``colours.npz``; and what it took, ``timing.json``.
@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.arrays import FloatArray
 from abs_engine.core.camera import WIDEST_SIDE
 from abs_engine.core.errors import InputFileError
 from abs_engine.core.kinds import to_path
@@ -35,7 +36,7 @@ from abs_engine.tracking.frame_rows import (
     OWN,
     FrameRows,
 )
-from abs_engine.tracking.measures import NAMES, closure_arrays, closures, velocities
+from abs_engine.tracking.measures import NAMES, Closure, closure_arrays, closures, velocities
 from abs_engine.tracking.run_mesh import RunMesh
 from abs_engine.tracking.run_summary import summary
 from abs_engine.tracking.run_table import closed_frames, closure_table, table_of, written
@@ -82,6 +83,81 @@ _LAYOUT: Layout = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Results of a clip of T frames, as the files of a run hold them.
+
+    Rows of lost frames are NaN; so are those of covered frames, but for the head's pose.
+
+    Parameters
+    ----------
+    arrays : dict of str to array
+        `index` (T,), `time` (T,) s, `found`, `covered` (T,); `parameters` (T, 6 + P) named by
+        `parameter_names`; `rotation` (T, 3) rotation vector and `translation` (T, 3) mm, head
+        to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
+        (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
+        and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
+        `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
+        `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
+        `FrameResult`; `cut` (T,); `landmark_distance` and
+        `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
+        `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
+        `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames` (C, 2),
+        first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
+        (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
+        `engine_version`, `format`, `version`.
+    points : (T, 20, 3) float64, mm, head frame
+        The usual lip points.
+    mesh : RunMesh
+        The whole head in every frame.
+    closures : sequence of Closure
+    summary : dict
+        Counts of frames, means of those tracked, and warnings; see `run_summary.summary`.
+    made : dict
+        What made them, see `made_by`.
+    """
+
+    arrays: dict[str, Any]
+    points: FloatArray
+    mesh: RunMesh
+    closures: Sequence[Closure]
+    summary: dict[str, Any]
+    made: dict[str, Any]
+
+    def copied(self) -> Record:
+        """The same in memory, and free to be written to."""
+        arrays = {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in self.arrays.items()}
+        return replace(self, arrays=arrays, points=self.points.copy())
+
+    def table(self) -> Iterator[list[Any]]:
+        """The table of all frames, its heading first."""
+        return table_of(self.arrays, self.points)
+
+    def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
+        """Write tables, arrays and mesh into an existing folder.
+
+        Parameters
+        ----------
+        folder : Path
+        facts : dict
+            What else ``run.json`` says, JSON values.
+
+        Returns
+        -------
+        dict
+            What ``run.json`` holds.
+        """
+        np.savez_compressed(folder / RESULTS, **self.arrays)
+        self.mesh.save(folder)
+        for name, table in ((TABLE, self.table()), (CLOSURES, closure_table(self.closures))):
+            with (folder / name).open("w", encoding="utf-8", newline="") as file:
+                csv.writer(file).writerows(written(table))
+        heading = {k: self.arrays[k] for k in ("format", "version", "renderer")} | self.made
+        told = {**heading, **facts, "summary": {**self.summary, **facts.get("summary", {})}}
+        (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        return told
+
+
 class Recorder:
     """Collects the results of a clip.
 
@@ -110,35 +186,21 @@ class Recorder:
         """
         self._rows.add(result)
 
-    def arrays(self) -> dict[str, Any]:
-        """Content of ``results.npz``, T frames.
+    def record(self) -> Record:
+        """All frames so far; what is of a frame by itself lies where its rows do."""
+        rows, time, body = self._rows.columns(), self._times(), self._setting.face.body
+        found = closures(rows["aperture"], time, rows["cut"])
+        arrays = self._arrays(rows, time, found)
+        weights = parted(rows["parameters"])[1].copy()
+        mesh = RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
+        counts = summary(arrays, self._setting)
+        return Record(arrays, rows["points"], mesh, found, counts, self._made)
 
-        Rows of lost frames are NaN; so are those of covered frames, but for the head's pose.
-
-        Returns
-        -------
-        dict
-            `index` (T,), `time` (T,) s, `found`, `covered` (T,); `parameters` (T, 6 + P) named by
-            `parameter_names`; `rotation` (T, 3) rotation vector and `translation` (T, 3) mm, head
-            to camera; `lip_points` (T, N, 3) mm, head frame, which are the vertices `lip_vertex`
-            (N,) of the head: outer, upper inner and lower inner contour; `width`, `aperture`
-            and `protrusion` (T,) mm, `closed` (T,); the same with `_sd` and `rotation_sd`,
-            `translation_sd` (T, 3), `lip_points_sd` (T, N, 3), standard deviations, and
-            `closed_probability` (T,), see `fit.belief`; `contradicted` (T,), see
-            `FrameResult`; `cut` (T,); `landmark_distance` and
-            `landmark_aperture` (T,) mm, see `FrameResult`; `value`, `score`, `evaluations`,
-            `status` (T,); `term_values` (T, K) by `term_names`, what `value` is the sum of, and
-            `value_unit` (T,); what `tracking.measures` gives, (T,) each; `closure_frames` (C, 2),
-            first and last, and `closure_times` (C, 2), onset and release, s; `person_weights`
-            (Q,); `camera_matrix`, `camera_distortion`, `camera_size`, `rate`, `renderer`,
-            `engine_version`, `format`, `version`.
-        """
-        found = self._arrays(self._rows.columns())
-        return {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in found.items()}
-
-    def _arrays(self, rows: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-        """The same; what is of a frame by itself lies where its rows do."""
-        setting, time, aperture = self._setting, self._times(), rows["aperture"]
+    def _arrays(
+        self, rows: Mapping[str, NDArray[Any]], time: FloatArray, found: Sequence[Closure]
+    ) -> dict[str, Any]:
+        """Content of ``results.npz``."""
+        setting = self._setting
         measured = {**rows, **velocities(rows, time, rows["cut"])}
         return {
             "format": FORMAT,
@@ -151,11 +213,11 @@ class Recorder:
             "parameter_names": setting.face.blocks.spec.names,
             **{name: rows[name] for name in ("rotation", "translation", "lip_points")},
             "lip_vertex": setting.face.body.lips,
-            "closed": closed_frames(aperture),
+            "closed": closed_frames(rows["aperture"]),
             **{name: rows[name] for name in ("status", "term_names", "term_values", "value_unit")},
             **{name: rows[name] for name in BELIEFS},
             **{name: measured[name] for name in NAMES},
-            **closure_arrays(closures(aperture, time, rows["cut"])),
+            **closure_arrays(found),
             "person_weights": setting.face.identity,
             "camera_matrix": setting.camera.matrix,
             "camera_distortion": setting.camera.distortion,
@@ -163,57 +225,12 @@ class Recorder:
             "rate": setting.rate,
         }
 
-    def mesh(self) -> RunMesh:
-        """The whole head in every frame."""
-        body = self._setting.face.body
-        weights = parted(self._rows.columns()["parameters"])[1].copy()
-        return RunMesh(body.mean, body.modes, weights, body.faces, body.rest)
-
-    def table(self) -> Iterator[list[Any]]:
-        """The table of all frames, its heading first."""
-        rows = self._rows.columns()
-        return table_of(self._arrays(rows), rows["points"])
-
     def _times(self) -> NDArray[np.float64]:
         """Time at which each frame is shown, (T,), seconds: as the video says, or by its rate."""
         count, setting = len(self), self._setting
         if len(setting.times) == count:
             return np.array(setting.times, np.float64)
         return np.arange(count) / setting.rate
-
-    def summary(self) -> dict[str, Any]:
-        """Counts of frames, means of those tracked, and warnings; see `run_summary.summary`."""
-        return summary(self._arrays(self._rows.columns()), self._setting)
-
-    def write(self, folder: Path, facts: dict[str, Any]) -> dict[str, Any]:
-        """Write tables, arrays and mesh into an existing folder.
-
-        Parameters
-        ----------
-        folder : Path
-        facts : dict
-            What else ``run.json`` says, JSON values.
-
-        Returns
-        -------
-        dict
-            What ``run.json`` holds.
-        """
-        rows = self._rows.columns()
-        arrays = self._arrays(rows)
-        np.savez_compressed(folder / RESULTS, **arrays)
-        self.mesh().save(folder)
-        found = closures(arrays["aperture"], arrays["time"], arrays["cut"])
-        tables = {TABLE: table_of(arrays, rows["points"]),
-                  CLOSURES: closure_table(found)}  # fmt: skip
-        for name, table in tables.items():
-            with (folder / name).open("w", encoding="utf-8", newline="") as file:
-                csv.writer(file).writerows(written(table))
-        heading = {k: arrays[k] for k in ("format", "version", "renderer")} | self._made
-        counts = summary(arrays, self._setting)
-        told = {**heading, **facts, "summary": {**counts, **facts.get("summary", {})}}
-        (folder / SUMMARY).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-        return told
 
 
 def run_settings(folder: Path) -> dict[str, Any]:
@@ -230,7 +247,7 @@ _OF_TRACK = "give the folder that 'track -o' made"
 
 
 def load_run(folder: Path) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a run, from its folder or the file itself; see `Recorder.arrays`.
+    """Read the arrays of a run, from its folder or the file itself; see `Record`.
 
     Raises
     ------

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import BoolArray, FloatArray
+from abs_engine.core.camera import Camera
 from abs_engine.core.errors import (
     InputFileError,
     ModelFormatError,
@@ -18,12 +19,16 @@ from abs_engine.core.errors import (
     ParameterError,
     TooFewFramesError,
 )
+from abs_engine.core.geometry import Pose, rotations
+from abs_engine.core.words import counted
 from abs_engine.dataset.sums import digest
 from abs_engine.io.assets import Speaker
 from abs_engine.io.inputs import read_json
 from abs_engine.io.video import probe
 from abs_engine.learn.settings import LEARNING
-from abs_engine.tracking.record import SUMMARY, Recorder, load_run
+from abs_engine.tracking.face_choice import LARGEST, FaceChoice
+from abs_engine.tracking.initial_pose import FaceBox
+from abs_engine.tracking.record import SUMMARY, Record, load_run
 from abs_engine.tracking.run_mesh import load_mesh_of
 from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.settings.frames import FRAME_LOOP
@@ -48,6 +53,10 @@ class Recording:
         NaN in lost frames.
     pupils : float, mm
         Distance of the pupils that the head's size rests on; see `Scale`.
+    choice : FaceChoice
+        The face that was tracked.
+    remarks : tuple of str
+        What a user should know of a video that was just tracked: several faces, cuts, warnings.
     """
 
     path: Path
@@ -56,12 +65,28 @@ class Recording:
     head: NDArray[np.float32]
     postures: FloatArray
     pupils: float
+    choice: FaceChoice = LARGEST
+    remarks: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, path: Path, video: Path, recorder: Recorder, scale: Scale) -> Recording:
-        """Recording of the clip that was just tracked."""
-        mesh = recorder.mesh()
-        return cls(path, video, recorder.arrays(), mesh.mean, mesh.weights, scale.pupils)
+    def of(cls, path: Path, video: Path, record: Record, scale: Scale) -> Recording:
+        """Recording of the clip that was just tracked; its face is the largest."""
+        mesh = record.mesh
+        return cls(path, video, record.copied().arrays, mesh.mean, mesh.weights, scale.pupils)
+
+    def again(self, record: Record, scale: Scale) -> Recording:
+        """The same recording, tracked another time."""
+        return replace(self.of(self.path, self.video, record, scale), choice=self.choice)
+
+    def choice_from(self, first: int) -> FaceChoice:
+        """Its face, for who looks at the video from frame `first` on.
+
+        Numbers and boxes are of the beginning: later, the face is where its mouth was tracked.
+        """
+        if first == 0 or self.choice == LARGEST:
+            return self.choice
+        box = mouth_box(self.run, first)
+        return self.choice if box is None else FaceChoice(box=box)
 
     @property
     def count(self) -> int:
@@ -112,17 +137,18 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
     run, mesh = load_run(folder), load_mesh_of(folder, speaker)
     try:
         told = read_json(folder / SUMMARY)["settings"]
+        choice = _choice(told, run)
         name, known = str(told["video"]), str(told["video_sha256"])
         stored, pupils = str(told.get("video_path", name)), float(told["scale"]["pupils"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFormatError(
-            f"{folder / SUMMARY} does not state its video, or its scale",
+            f"{folder / SUMMARY} does not state its video, its face or its scale",
             "track the video again",
         ) from error
     there = [p for p in (folder / stored, folder.parent / name, Path(name)) if p.is_file()]
     video = next((p for p in there if digest(p) == known), None)
     if video is not None:
-        return Recording(folder, video, run, mesh.mean, mesh.weights, pupils)
+        return Recording(folder, video, run, mesh.mean, mesh.weights, pupils, choice)
     if there:
         raise InputFileError(
             f"{name}, the video of {folder}, has changed since it was tracked",
@@ -132,6 +158,42 @@ def load_recording(folder: Path, speaker: Speaker) -> Recording:
         f"{name}, the video of {folder}, is not there",
         "put it beside the run or into this folder, or give the video in place of the run",
     )
+
+
+def _choice(told: Mapping[str, Any], run: Arrays) -> FaceChoice:
+    """The face of a run by its settings; where poses were given, the one that they placed."""
+    if told.get("poses", "estimated") != "estimated":
+        return FaceChoice(box=mouth_box(run, 0))
+    number, mouth = told.get("face"), told.get("mouth")
+    if number is not None and int(number) < 1:
+        raise ValueError("faces are counted from 1")
+    return FaceChoice.asked(
+        None if number is None else int(number),
+        None if mouth is None else [float(side) for side in mouth],
+    )
+
+
+def mouth_box(run: Arrays, first: int) -> FaceBox | None:
+    """Box of the face whose mouth was tracked in frame `first` of a run, or next after it.
+
+    None where none was found any more, or the run has no camera.
+    """
+    there = first + np.flatnonzero(run["found"][first:])
+    if not len(there) or "camera_matrix" not in run:
+        return None
+    lips = pose_in(run, there[0]).apply(run["lip_points"][there[0]])
+    return FaceBox.around_lips(camera_of(run).project(lips))
+
+
+def camera_of(run: Arrays) -> Camera:
+    """Camera of the video of a run that has one."""
+    width, height = map(int, run["camera_size"])
+    return Camera(run["camera_matrix"], (width, height), run["camera_distortion"])
+
+
+def pose_in(run: Arrays, frame: int) -> Pose:
+    """Pose of the head in a frame of a run, head to camera."""
+    return Pose(rotations(run["rotation"][frame][None])[0], run["translation"][frame])
 
 
 def check_variety(recordings: Sequence[Recording]) -> None:
@@ -148,7 +210,8 @@ def check_variety(recordings: Sequence[Recording]) -> None:
     ]
     if lacks:
         raise TooFewFramesError(
-            f"no {lacks[0]} in {count} frames", "give recordings of the person speaking"
+            f"no {lacks[0]} in {counted(count, 'frame')} that can be learned from",
+            "give longer recordings of the person speaking",
         )
 
 

@@ -16,7 +16,7 @@ from abs_engine.core.registry import PLUGINS
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import one_thread
 from abs_engine.dataset.sums import digest
-from abs_engine.face.appearance.colour import ColourClasses
+from abs_engine.face.appearance.colour import ColourClasses, usable
 from abs_engine.io.head_points import POINTS
 from abs_engine.io.unfinished import Unfinished, kept_if_of_use
 from abs_engine.io.video import Frame, VideoInfo, probe
@@ -28,9 +28,10 @@ from abs_engine.tracking.output import Progress, RunFacts, write_run
 from abs_engine.tracking.plugin_model import made_ready
 from abs_engine.tracking.poses_file import read_poses
 from abs_engine.tracking.presets import resolved
-from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.record import Record
+from abs_engine.tracking.run_warnings import GIVEN_COLOURS
 from abs_engine.tracking.settings.stages import SETTINGS
-from abs_engine.tracking.smoothing import Smoothing
+from abs_engine.tracking.smoothing import Smoothing, write_smoothed
 
 DISCARDED = (
     "what an interrupted command with other options, of another video or by another release had "
@@ -87,14 +88,23 @@ def prepare_clip(clip: Clip, renderer: Renderer, options: TrackOptions, tell: Te
     with one_thread():
         made = made_ready(model, clip, chosen, leaves, renderer, tell)
     driver = {"name": leaves.name, **leaves.driver.settings}
-    file = None if chosen.model_file is None else chosen.model_file.name
     facts = {
-        "model": chosen.model, "model_file": file, "terms": list(leaves.kinds), "driver": driver,
-        "preset": chosen.preset,
+        "model": chosen.model, **_file_facts(chosen.model_file), "terms": list(leaves.kinds),
+        "driver": driver, "preset": chosen.preset,
     }  # fmt: skip
     remarks = "\n".join([*footage_lines(clip.info), *made.remarks.splitlines()])
-    setting = replace(made.setting, colours_given=clip.colours is not None)
+    classes = made.setting.face.appearance.get("colour")
+    used = classes is not None and usable(clip.colours, classes.chromatic) is not None
+    setting = replace(made.setting, hint=GIVEN_COLOURS if used else made.setting.hint)
     return replace(made, setting=setting, facts={**facts, **made.facts}, remarks=remarks)
+
+
+def _file_facts(file: Path | None) -> dict[str, str | None]:
+    """Name and checksum of a model's file; both null where it is named by its kind."""
+    return {
+        "model_file": None if file is None else file.name,
+        "model_sha256": None if file is None else digest(file),
+    }
 
 
 def _silent(_stage: str) -> None:
@@ -110,7 +120,7 @@ def track_video(
     prepared: Callable[[float], None] | None = None,
     stage: Callable[[str], None] | None = None,
     remark: Callable[[str], None] | None = None,
-    recorded: Callable[[ClipTracker, Recorder], None] | None = None,
+    recorded: Callable[[ClipTracker, Record], None] | None = None,
     beside: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Track the lips in a video and write a run; see `abs_engine.tracking.record`.
@@ -171,22 +181,22 @@ def track_video(
                 prepared(took)
             if remark is not None and tracker.remarks:
                 remark(tracker.remarks)
-            where = os.path.relpath(video.resolve(), folder.resolve())
-            settings = {**settings_of(tracker, options), "video_path": Path(where).as_posix()}
-            recorder = Recorder(tracker.setting, made.partial)
+            settings = settings_of(tracker, options) | path_of(video, folder)
             smoothing = None if options.smooth is None else Smoothing.named(options.smooth)
             made.empty()
             with FrameJournal(frames, fingerprint((tracker.setting, tracker.memory))) as journal:
                 facts = RunFacts(settings, tracker.info.frames, took, journal.resumed)
                 results = tracker.results(journal)
-                told = write_run(made.work, tracker.setting, results, facts, progress, recorder)
+                record, told = write_run(
+                    made.work, tracker.setting, results, facts, progress, made.partial
+                )
             if smoothing is not None:
-                smoothing.write(made.work, recorder.arrays())
+                write_smoothed(made.work, record.arrays, smoothing.measures(record.arrays))
             for name, text in beside.items():
                 (made.work / name).write_text(text, encoding="utf-8")
             made.finish()
     if recorded is not None:
-        recorded(tracker, recorder)
+        recorded(tracker, record)
     return told
 
 
@@ -206,6 +216,12 @@ def _content(value: object) -> object:
         return replace(read_poses(value), path=Path())
     held = value, value.parent / POINTS, *sorted(value.parent.glob("texture_*.jpg"))
     return [digest(path) for path in held if path.is_file()]
+
+
+def path_of(video: Path, folder: Path) -> dict[str, str]:
+    """The setting by which a run in a folder finds its video again."""
+    where = os.path.relpath(video.resolve(), folder.resolve())
+    return {"video_path": Path(where).as_posix()}
 
 
 def settings_of(tracker: ClipTracker, options: TrackOptions) -> dict[str, Any]:

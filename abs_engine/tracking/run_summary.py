@@ -12,7 +12,7 @@ from abs_engine.face.appearance.colour import ColourClasses
 from abs_engine.face.base import Face
 from abs_engine.tracking.clip_setting import ClipSetting
 from abs_engine.tracking.loop import HELD
-from abs_engine.tracking.run_warnings import GIVEN_COLOURS, doubts, little_explained
+from abs_engine.tracking.run_warnings import doubts, little_explained, mostly_lost
 from abs_engine.tracking.shot_cuts import cut_line
 
 
@@ -32,8 +32,9 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
     score = _mean_score(arrays["score"][found])
     source = _score_of(arrays["term_names"].tolist(), face.name)
     little = little_explained(source.get("score_of", "colour"), score)
-    doubted = [*little, *landmarks.get("warnings", ())]
-    hints = [GIVEN_COLOURS] if doubted and setting.colours_given else []
+    lost = mostly_lost(found, arrays["status"])
+    doubted = [*lost, *little, *landmarks.get("warnings", ())]
+    hints = [setting.hint] if doubted and setting.hint else []
     warnings = [*setting.warnings, *shots, *doubted, *hints]
     work = arrays["evaluations"][found]
     return {
@@ -51,10 +52,8 @@ def summary(arrays: Mapping[str, NDArray[Any]], setting: ClipSetting) -> dict[st
 
 
 def _mean_score(scores: NDArray[np.float64]) -> float | None:
-    """Mean of the scores; None where no evidence can say how much it explains."""
-    if not np.isfinite(scores).all():
-        return None
-    return float(scores.mean()) if len(scores) else 0.0
+    """Mean of the scores; None without any, or if no evidence can say how much it explains."""
+    return float(scores.mean()) if len(scores) and np.isfinite(scores).all() else None
 
 
 def _score_of(terms: list[str], model: str) -> dict[str, str]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
+from abs_engine.core.words import counted
 from abs_engine.face.appearance.exposure import USUAL, Exposure
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -28,7 +30,44 @@ LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at
 GIVEN_COLOURS = (
     "the colours are another run's: leave them out unless they are of this person in this light"
 )
+FACE_COLOURS = (
+    "the colours are those of the face's recordings: in other light, give --colours of a run in it"
+)
+UNCOVERED = (
+    "in the light of --colours it is not known how this mouth usually looks: none counts as covered"
+)
+OTHER_HEAD = (
+    "the head is not shaped like that of this face (landmarks lie {:.1f} standard deviations off, "
+    "its own speaker's less than {:.1f}): is it this speaker's?"
+)
 OTHERS = "the face explains only {:.0%} of the picture: is it this speaker's?"
+
+
+def other_head(misfit: float) -> tuple[str, ...]:
+    """Warning that a speaker's face is not that of the person in the clip, if it is not.
+
+    Parameters
+    ----------
+    misfit : float
+        Distance of landmarks from its head, standard deviations.
+    """
+    most = FRAME_LOOP.most_speaker_misfit
+    return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()
+
+
+def mostly_lost(found: NDArray[np.bool_], status: NDArray[np.str_]) -> list[str]:
+    """Warning that most frames (T,) were lost, and why, the commonest reason first."""
+    lost = len(found) - int(found.sum())
+    if lost <= FRAME_LOOP.most_lost * len(found):
+        return []
+    reasons = Counter(status[~found].tolist()).most_common()
+    why = ", ".join(f"{reason} in {count}" for reason, count in reasons)
+    many = (
+        "no frame was tracked"
+        if lost == len(found)
+        else f"only {len(found) - lost} of {counted(len(found), 'frame')} were tracked"
+    )
+    return [f"{many} ({why}): look at the overlay"]
 
 
 def little_explained(source: str, score: float | None) -> list[str]:

@@ -147,10 +147,12 @@ class Smoothing:
                 out[name] = out[name].clip(min=0.0)
         return out | velocities(out, time, cut)
 
-    def write(self, folder: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write ``smoothed.csv`` into a run's folder."""
-        found = self.measures(arrays)
-        rows = zip(arrays["index"].tolist(), arrays["time"].tolist(),
-                   *(curve.tolist() for curve in found.values()), strict=True)  # fmt: skip
-        with (folder / SMOOTHED).open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(written([["index", "time", *found], *rows]))
+
+def write_smoothed(
+    folder: Path, arrays: Mapping[str, NDArray[Any]], found: Mapping[str, FloatArray]
+) -> None:
+    """Write ``smoothed.csv`` into a run's folder: measures as `Smoothing.measures` gives them."""
+    rows = zip(arrays["index"].tolist(), arrays["time"].tolist(),
+               *(curve.tolist() for curve in found.values()), strict=True)  # fmt: skip
+    with (folder / SMOOTHED).open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows(written([["index", "time", *found], *rows]))

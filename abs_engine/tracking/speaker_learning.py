@@ -2,39 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.arrays import FloatArray, Image
+from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import FaceNotFoundError
 from abs_engine.core.scene import Renderer
 from abs_engine.core.threads import closed_after, one_thread
+from abs_engine.core.words import counted
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.video import probe, read_frames
 from abs_engine.learn.choice import choose_points
 from abs_engine.learn.posture_space import PostureSpace, learn_postures
 from abs_engine.learn.settings import LEARNING
 from abs_engine.learn.training import checksum
+from abs_engine.tracking.face_choice import FOLLOWS
 from abs_engine.tracking.head_fit import AverageHead
-from abs_engine.tracking.head_views import turned_apart
 from abs_engine.tracking.heads import correspondence_of
-from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.loop import track
 from abs_engine.tracking.options import Clip, Leaves, TrackOptions
 from abs_engine.tracking.person_fit import fit_person
-from abs_engine.tracking.record import Recorder
+from abs_engine.tracking.record import Record, Recorder
+from abs_engine.tracking.recorded_frames import pictures, turned
 from abs_engine.tracking.recordings import Recording, check_same, check_variety, check_videos
 from abs_engine.tracking.run import prepare
 from abs_engine.tracking.scale import pupil_scale
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace
-from abs_engine.tracking.speaker_looks import can_look, sighted, with_appearance
-from abs_engine.tracking.speakers import track_speaker
+from abs_engine.tracking.speaker_looks import can_look, with_appearance
+from abs_engine.tracking.speakers import SpeakerClip
 
 Tell = Callable[[str], None]
 
@@ -132,31 +133,39 @@ class Learner:
         colours to frames spread over its postures.
         """
         each = max(PREPARATION.speaker_least_each, PREPARATION.speaker_most // len(recordings))
-        chosen = [
-            found for one in recordings for found in pictures(one.video, list(one.spread(each)))
-        ]
+        chosen = [found for one in recordings for found in pictures(one, list(one.spread(each)))]
         if not chosen:
             raise FaceNotFoundError("no frame shows the mouth well", "give recordings of a face")
         few = max(1, round(PREPARATION.speaker_turned / len(recordings)))
-        turned = [found for one in recordings for found in _turned(one, few)]
+        facing = [found for one in recordings for found in turned(one, few)]
         self.tell(
-            f"fitting one head to {len(turned)} frames, its mouth and colours to {len(chosen)}, of "
-            f"{len(recordings)} recordings"
+            f"fitting one head to {len(facing)} frames, its mouth and colours to {len(chosen)}, of "
+            f"{counted(len(recordings), 'recording')}"
         )
-        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, turned)
+        fitted = fit_person(self.average, chosen, self.camera, self.renderer, None, _silent, facing)
         return SpeakerFace.of(fitted, self.average.scale, checksum(self.speaker))
 
-    def followed(self, video: Path, face: SpeakerFace, first: int = 0) -> Recorder:
+    def followed(self, recording: Recording, face: SpeakerFace, first: int = 0) -> Record:
         """A recording tracked with a face, from a frame on."""
+        video, choice = recording.video, recording.choice_from(first)
         clip = Clip(video, probe(video), self.camera, None)
-        leaves = Leaves.of(_OWN)
-        made = track_speaker(clip, face, _OWN, leaves, self.renderer, _silent, first, self.speaker)
+        made = SpeakerClip(clip, choice, face, self.speaker, first).tracker(
+            _OWN, Leaves.of(_OWN), self.renderer
+        )
         recorder = Recorder(made.setting)
         images: Iterable[Image] = islice(read_frames(video), first, None)
         with one_thread(), closed_after(track(made.setting, images)) as results:
             for _, result in results:
                 recorder.add(result)
-        return recorder
+        return recorder.record()
+
+    def tracked_again(
+        self, recordings: Sequence[Recording], head: SpeakerFace
+    ) -> Iterator[Recording]:
+        """The recordings tracked with one head."""
+        for number, one in enumerate(recordings, 1):
+            self.tell(f"tracking recording {number} of {len(recordings)} with it")
+            yield one.again(self.followed(one, head), head.scale)
 
     def round(
         self, recordings: Sequence[Recording]
@@ -167,19 +176,14 @@ class Learner:
         them clearly worse than anybody's, or there are none, the face moves by anybody's.
         """
         head = self.head(recordings)
-        self.tell("tracking the recordings with it")
-        again = [
-            Recording.of(r.path, r.video, self.followed(r.video, head), head.scale)
-            for r in recordings
-        ]
+        again = list(self.tracked_again(recordings, head))
         check_variety(again)
         self.tell("learning the postures")
         space = self.postures(head, again)
-        self.tell("tracking frames that were left out")
-        anybody = _mean([self.explained(r, head) for r in again])
+        anybody = self.explained(again, head)
         if space is not None:
             face = head.moving(space)
-            own = _mean([self.explained(r, face) for r in again])
+            own = self.explained(again, face)
             if own >= anybody - LEARNING.worse:
                 return face, space, again, own
         space = PostureSpace.of_anybody(head.expression, head.posture, head.steps)
@@ -202,10 +206,14 @@ class Learner:
         given = self.speaker, learned.space, recordings, self.camera, self.renderer
         return replace(learned, face=with_appearance(learned.face, *given))
 
-    def explained(self, recording: Recording, face: SpeakerFace) -> FloatArray:
-        """Share of the picture that a face explains in each frame that was left out; 0 if lost."""
-        recorder = self.followed(recording.video, face, recording.first_left_out)
-        return np.nan_to_num(np.asarray(recorder.arrays()["score"], np.float64))
+    def explained(self, recordings: Sequence[Recording], face: SpeakerFace) -> float:
+        """Mean share of the picture that a face explains in frames left out; 0 where it is lost."""
+        each = []
+        for number, one in enumerate(recordings, 1):
+            self.tell(f"tracking frames left out of recording {number} of {len(recordings)}")
+            scores = self.followed(one, face, one.first_left_out).arrays["score"]
+            each.append(np.nan_to_num(np.asarray(scores, np.float64)))
+        return float(np.mean(np.concatenate(each)))
 
 
 def learn_speaker(
@@ -267,30 +275,17 @@ def tracked(video: Path, renderer: Renderer, options: TrackOptions) -> Recording
     with closed_after(tracker.results()) as results:
         for _, result in results:
             recorder.add(result)
-    return Recording.of(video, video, recorder, tracker.scale)
-
-
-def pictures(video: Path, frames: Sequence[int]) -> list[tuple[Image, Landmarks]]:
-    """Frames of a video with the landmarks of its face, where they are seen."""
-    return [(image, marks) for _, image, marks in sighted(video, frames)]
-
-
-def _turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
-    """So many usable frames of a recording, those in which the head faces most differently."""
-    usable = np.flatnonzero(recording.usable)
-    looked = np.linspace(0, len(usable) - 1, min(len(usable), PREPARATION.speaker_most))
-    seen = pictures(recording.video, [int(k) for k in usable[looked.round().astype(int)]])
-    return [seen[k] for k in turned_apart([marks for _, marks in seen], count)] if seen else []
+    record, said = recorder.record(), tracker.remarks.splitlines()
+    several = [f"{line}: give its run in place of the video" for line in said if FOLLOWS in line]
+    others = [line for line in said if FOLLOWS not in line]
+    warned = [f"warning: {one}" for one in record.summary["warnings"] if one not in said]
+    recording = Recording.of(video, video, record, tracker.scale)
+    return replace(recording, remarks=(*several, *others, *warned))
 
 
 def _usable(recordings: Sequence[Recording]) -> int:
     """Number of frames of all recordings that are learned from."""
     return int(sum(one.usable.sum() for one in recordings))
-
-
-def _mean(clips: Sequence[FloatArray]) -> float:
-    """Mean over the frames of all clips."""
-    return float(np.mean(np.concatenate(clips)))
 
 
 def _silent(_stage: str) -> None:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import islice
-from pathlib import Path
 
 import numpy as np
 
-from abs_engine.core.arrays import Image
 from abs_engine.core.camera import Camera
 from abs_engine.core.geometry import Pose, rotations
 from abs_engine.core.scene import Renderer, Scene
@@ -19,13 +16,11 @@ from abs_engine.face.compared import ComparedHead
 from abs_engine.face.learned_appearance import Appearance, LocalLooks, TextureLooks
 from abs_engine.fit.terms import LOCAL, TEXTURE
 from abs_engine.io.assets import Speaker
-from abs_engine.io.video import read_frames
 from abs_engine.learn.articulated import compared_head
 from abs_engine.learn.posture_space import PostureSpace
 from abs_engine.learn.talking import learn_appearance
-from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
-from abs_engine.tracking.landmarks import Landmarks
 from abs_engine.tracking.over_face import over_face
+from abs_engine.tracking.recorded_frames import sighted
 from abs_engine.tracking.recordings import Recording
 from abs_engine.tracking.speaker_face import SpeakerFace
 
@@ -107,20 +102,11 @@ def _sightings(
     """Frames of a recording with what was tracked in them, in the face's own postures."""
     run, postures = recording.run, space.parameters(recording.postures)
     turns = rotations(np.nan_to_num(run["rotation"]))
-    for index, image, marks in sighted(recording.video, list(recording.spread(count))):
+    for index, image, marks in sighted(recording, list(recording.spread(count))):
         own = face.posture.clip(postures[index])
         pose = Pose(turns[index], run["translation"][index])
         usual = face.light.balanced(image, marks)
         yield Sighting(usual, head.scene.vertices(own), pose, own)
-
-
-def sighted(video: Path, frames: Sequence[int]) -> Iterator[tuple[int, Image, Landmarks]]:
-    """Frames of a video with their numbers and the landmarks of its face, where they are seen."""
-    follower, wanted = FaceFollower(FaceChoice()), set(map(int, frames))
-    for index, image in enumerate(islice(read_frames(video), max(wanted, default=-1) + 1)):
-        seen = follower.step(image)
-        if index in wanted and seen is not None:
-            yield index, image, seen
 
 
 def looking(face: Face, own: Appearance, head: ComparedHead) -> Face:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+
+import numpy as np
 
 from abs_engine.core.errors import FaceNotFoundError, ParameterError
 from abs_engine.core.scene import Renderer
@@ -12,8 +15,8 @@ from abs_engine.face.appearance.colourless import in_colour
 from abs_engine.face.appearance.exposure import Exposure, colourless
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.tracking.face_choice import FaceChoice, FaceFollower
+from abs_engine.tracking.head_pose import placed_fit
 from abs_engine.tracking.heads import correspondence_of, head_setting
-from abs_engine.tracking.initial_pose import FaceBox
 from abs_engine.tracking.light import SkinLight
 from abs_engine.tracking.options import (
     LANDMARKS,
@@ -24,6 +27,9 @@ from abs_engine.tracking.options import (
     Tell,
     TrackOptions,
 )
+from abs_engine.tracking.person_fit import FittedPerson, Sighted
+from abs_engine.tracking.run_warnings import FACE_COLOURS, UNCOVERED, other_head
+from abs_engine.tracking.settings.landmarks import LANDMARK_EVIDENCE
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import SpeakerFace, load_speaker_face
 from abs_engine.tracking.speaker_looks import LOOKS, compared, looking
@@ -48,7 +54,10 @@ def prepare_speaker(
         raise ParameterError("a speaker's face is learned", "give its file: --model me.face")
     face = load_speaker_face(path, speaker)
     _check(path, face, leaves, options)
-    return track_speaker(clip, face, options, leaves, renderer, tell, speaker=speaker)
+    tell("finding the face")
+    choice, looked = FaceChoice.asked(options.face, options.mouth), PREPARATION.speaker_looked
+    found = SpeakerClip(clip, choice, face, speaker, looked=looked)
+    return found.tracker(options, leaves, renderer)
 
 
 def _check(path: Path, face: SpeakerFace, leaves: Leaves, options: TrackOptions) -> None:
@@ -69,55 +78,97 @@ def _check(path: Path, face: SpeakerFace, leaves: Leaves, options: TrackOptions)
     leaves.check("speaker", ("colour", *LOOKS))
 
 
-def track_speaker(
-    clip: Clip,
-    face: SpeakerFace,
-    options: TrackOptions,
-    leaves: Leaves,
-    renderer: Renderer,
-    tell: Tell,
-    first: int = 0,
-    speaker: Speaker | None = None,
-) -> ClipTracker:
-    """A clip of the speaker with this face, from frame `first` on; errors as `prepare_speaker`.
+@dataclass(frozen=True, eq=False)
+class SpeakerClip:
+    """A clip of a speaker, and the face that was learned of them.
 
-    The face is made of the head `speaker`, by default that of the options.
+    Parameters
+    ----------
+    clip : Clip
+    choice : FaceChoice
+        Which face of the clip is the speaker's.
+    face : SpeakerFace
+    speaker : Speaker
+        The head that the face is made of.
+    first : int
+        Frame that tracking begins with.
+    looked : int
+        Frames, from the first one with a face on, in which it is seen whether that is the
+        speaker's.
     """
-    speaker = load_speaker(options.speaker) if speaker is None else speaker
-    correspondence = correspondence_of(speaker, renderer)
-    box = None if options.mouth is None else FaceBox.around_mouth(*options.mouth)
-    choice = FaceChoice(options.face, box)
-    tell("finding the face")
-    follower = FaceFollower(choice)
-    seen = None
-    for image in islice(clip.frames(), first, first + PREPARATION.look_at):
-        found = follower.step(image)
-        if found is not None:
-            seen = image, found
-            break
-    if seen is None:
-        raise FaceNotFoundError(
-            f"no face was found in {len(follower.found)} frames of {clip.video}",
-            "give a video with a frontal face, or the mouth's box in the first frame with --mouth",
+
+    clip: Clip
+    choice: FaceChoice
+    face: SpeakerFace
+    speaker: Speaker
+    first: int = 0
+    looked: int = 1
+
+    def tracker(self, options: TrackOptions, leaves: Leaves, renderer: Renderer) -> ClipTracker:
+        """The clip made ready; errors as `prepare_speaker`."""
+        clip, follower = self.clip, FaceFollower(self.choice)
+        seen = self._seen(follower)
+        face = self._in_light_of(seen[0])
+        fitted = face.fitted(
+            self.speaker, correspondence_of(self.speaker, renderer), clip.camera, renderer
         )
-    shown = [(seen[0], seen[1].pixels)]
-    exposure = Exposure.of(shown)
-    if face.classes.chromatic and not in_colour(shown):
-        raise ParameterError(
-            f"{colourless(clip.video, exposure)}, but the face was learned in colour",
-            "track it without --model, or learn a face from recordings without colour",
-        )
-    if clip.colours is not None:
-        face = face.coloured(clip.colours, SkinLight.of([seen]))
-    face = replace(face, classes=replace(face.classes, exposure=exposure))
-    fitted = face.fitted(speaker, correspondence, clip.camera, renderer)
-    before = clip.first(follower.found)
-    head = fitted.face
-    if face.appearance is not None and any(name in leaves.kinds for name in LOOKS):
-        head = looking(head, face.appearance, compared(face, speaker))
-    setting = head_setting(clip, fitted, renderer, options, leaves, choice, before, head)
-    facts = {"start": LANDMARKS, "evidence": options.evidence}
-    return ClipTracker(clip.video, clip.info, setting, face.scale, follower.remarks(), facts)
+        head = fitted.face
+        if face.appearance is not None and any(name in leaves.kinds for name in LOOKS):
+            head = looking(head, face.appearance, compared(face, self.speaker))
+        found = clip.first(follower.found)
+        made = head_setting(clip, fitted, renderer, options, leaves, self.choice, found, head)
+        off = misfit(fitted, seen)
+        warned = other_head(off)
+        setting = replace(made, warnings=warned, hint=FACE_COLOURS)
+        facts = {"start": LANDMARKS, "evidence": options.evidence, "head_misfit": round(off, 2)}
+        facts |= {"colours": "the face's"} if clip.colours is None else {}
+        uncovered = () if clip.colours is None else (UNCOVERED,)
+        remarks = "\n".join([*follower.remarks().splitlines(), *uncovered, *warned])
+        return ClipTracker(clip.video, clip.info, setting, face.scale, remarks, facts)
+
+    def _seen(self, follower: FaceFollower) -> list[Sighted]:
+        """Some of the frames looked at that show the face; the first one that does among them."""
+        seen, last = list[Sighted](), PREPARATION.look_at
+        stride = max(1, self.looked // PREPARATION.learn_from)
+        for k, image in enumerate(islice(self.clip.frames(), self.first, None)):
+            if k == last:
+                break
+            marks = follower.step(image)
+            if marks is not None and not seen:
+                last = k + self.looked
+            if marks is not None and (last - k) % stride == self.looked % stride:
+                seen.append((image, marks))
+        if not seen:
+            raise FaceNotFoundError(
+                f"no face was found in {len(follower.found)} frames of {self.clip.video}",
+                "give a video with a frontal face, or the mouth's box in the first frame with "
+                "--mouth",
+            )
+        return seen
+
+    def _in_light_of(self, first: Sighted) -> SpeakerFace:
+        """The face in the clip's colours, if they are given, and as exposed as in a first frame."""
+        clip, face = self.clip, self.face
+        shown = [(first[0], first[1].pixels)]
+        exposure = Exposure.of(shown)
+        if face.classes.chromatic and not in_colour(shown):
+            raise ParameterError(
+                f"{colourless(clip.video, exposure)}, but the face was learned in colour",
+                "track it without --model, or learn a face from recordings without colour",
+            )
+        if clip.colours is not None:
+            face = face.coloured(clip.colours, SkinLight.of([first]))
+        return replace(face, classes=replace(face.classes, exposure=exposure))
+
+
+def misfit(fitted: FittedPerson, seen: Sequence[Sighted]) -> float:
+    """Distance of landmarks from a person's head in some frames, their standard deviations.
+
+    The median; where the head fits nowhere, it is the most that any fit may have.
+    """
+    fits = [placed_fit(fitted.textured, fitted.shape, image, marks) for image, marks in seen]
+    most = LANDMARK_EVIDENCE.most_misfit
+    return float(np.median([most if fit is None else fit.misfit for fit in fits]))
 
 
 SPEAKER = Model(

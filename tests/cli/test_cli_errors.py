@@ -165,6 +165,10 @@ def test_an_output_that_exists(fails, tmp_path, noise_video):
         (("train", "dots.npz", "-o", ".."), ".npz"),
         (("train", "dots.npz", "-o", ""), ".npz"),
         (("observe", "film.mp4", "-o", "dots.csv"), ".npz"),
+        (("speaker", __file__, "-o", "me.npz"), ".face"),
+        (("import", __file__, "-o", "head"), ".face"),
+        (("mouths", __file__, "-o", "mouths.npz"), ".face"),
+        (("articulate", "mine.csv", "-o", "mine", "--face", "me"), ".face"),
         (("observe", "calibrate", "a.png", "-o", "camera.npz"), ".json"),
     ],
 )
@@ -212,6 +216,9 @@ def test_a_file_that_is_no_model(fails, tmp_path, noise_video):
     for name, text in (("head.npz", "is not an NPZ file"), ("none.npz", "does not exist")):
         line = fails(*track(noise_video, tmp_path / "run", "--speaker", tmp_path / name))
         assert text in line
+    line = fails(*track(noise_video, tmp_path / "run", "--model", noise_video))
+    assert "is not an NPZ file; if it is a model, check" in line
+    assert "else give a face that 'speaker' learned" in line
 
 
 def test_a_mesh_with_nan_or_without_area(fails, tmp_path, noise_video):

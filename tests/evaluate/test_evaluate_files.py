@@ -382,8 +382,9 @@ def test_the_command_scores_one_run_where_it_lies(truth, dataset, tmp_path, caps
     run = write_run(tmp_path / "run", truth, width=truth.width + 2.0)
     assert main(["evaluate", str(run), "--truth", str(dataset / "clip" / "camera")]) == 0
     assert "lip points, head coordinates, RMS" in capsys.readouterr().out
-    old = json.loads((run / "evaluation" / "truth_scores.json").read_text())
-    assert old["width"]["bias"] == pytest.approx(2, abs=0.01)
+    told = json.loads((run / "evaluation" / "scores.json").read_text())["systems"]["run"]
+    assert told["width_bias_mm"]["value"] == pytest.approx(2, abs=0.01)
+    assert not (run / "evaluation" / "truth_scores.json").exists()
     assert (run / "evaluation" / "truth_curves.png").stat().st_size > 1000
     assert main(["evaluate", str(run), "--truth", str(dataset)]) == 2
     assert "exists already" in capsys.readouterr().err

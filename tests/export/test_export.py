@@ -414,6 +414,12 @@ def test_an_exporter_of_one_s_own_that_fails_is_named(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["take.one", "out.v2a", "talk.3", "2024.May.3"])
+def test_a_folder_may_have_a_dot_in_its_name(folder, tmp_path, name):
+    export_run(folder, "praat", tmp_path / name)
+    assert (tmp_path / name / "closures.TextGrid").is_file()
+
+
 def test_a_folder_that_is_named_as_a_file_is_refused(folder, tmp_path):
     with pytest.raises(
         OutputError, match=r"named like a file, .*; choose a name without \.TextGrid"

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import abs_engine
+from abs_engine.cli import main
 from abs_engine.core.errors import PluginError
 from abs_engine.core.registry import RENDERERS
 from abs_engine.render.cpu import CpuRenderer
-from abs_engine.render.select import open_renderer
+from abs_engine.render.select import open_renderer, opened_renderer
 
 
 class Own:
@@ -102,6 +103,27 @@ def test_a_renderer_that_cannot_be_made_or_closed_is_named(opened):
         opened(type("Nameless", (), missing))
     with pytest.raises(PluginError, match=r"'mine' fails \(ZeroDivisionError"):
         opened(lambda: 1 / 0)
+
+
+class Shut(CpuRenderer):
+    def close(self):
+        raise OSError("no such device")
+
+
+def test_a_renderer_that_cannot_be_closed_is_warned_of(monkeypatch, tmp_path, caplog):
+    monkeypatch.setitem(RENDERERS._added, "mine", Shut)
+    picture = tmp_path / "head.png"
+    assert main(["render", "portrait", "-o", str(picture), "--renderer", "mine"]) == 0
+    assert picture.is_file()
+    (line,) = caplog.messages
+    assert line.startswith("closing the renderer 'mine' fails (OSError: no such device) in test_tr")
+
+
+def test_a_failure_counts_more_than_that_of_closing(monkeypatch, caplog):
+    monkeypatch.setitem(RENDERERS._added, "mine", Shut)
+    with pytest.raises(ZeroDivisionError), opened_renderer("mine"):
+        raise ZeroDivisionError
+    assert "closing the renderer 'mine' fails" in caplog.text
 
 
 def test_an_open_renderer_is_tried_too(tmp_path):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 from abs_engine.face.shape import identity
@@ -33,3 +36,13 @@ def test_of_a_known_person_no_modes_are_made():
 
 def test_a_distance_that_is_none_is_left_to_whoever_needs_it():
     beforehand.load(3.0, unknown=True)
+
+
+def test_scipy_is_left_to_clips_that_need_it():
+    said = (
+        "import sys\nfrom abs_engine.tracking import heads, landmark_jacobian, loop, run\n"
+        "landmark_jacobian.load()\n"
+        "print({'scipy.linalg', 'scipy.optimize', 'scipy.spatial'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

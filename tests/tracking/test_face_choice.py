@@ -201,8 +201,8 @@ def test_faces_are_told_by_where_they_are():
     line = face_lines(faces, 1)
     x, y = faces[0].centre
     assert line.startswith(f"2 faces: 1 at {x:.0f} {y:.0f}, {faces[0].size:.0f} pixels; 2 at ")
-    assert line.endswith("following face 1 (the largest), --face N chooses another")
-    assert "following face 2, --face" in face_lines(faces, 2)
+    assert line.endswith("following face 1 (the largest); 'track --face N' follows another")
+    assert "following face 2; 'track" in face_lines(faces, 2)
     assert by_size(faces[::-1]) == faces
 
 

@@ -10,7 +10,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from runs import noise, write_kind, write_noise, written_run
+from runs import (
+    lost_result,
+    noise,
+    toy_result,
+    toy_setting,
+    write_kind,
+    write_noise,
+    written_run,
+)
 
 from abs_engine.cli import main
 from abs_engine.core.errors import (
@@ -22,6 +30,10 @@ from abs_engine.core.errors import (
 )
 from abs_engine.io.assets import load_speaker
 from abs_engine.render.cpu import CpuRenderer
+from abs_engine.tracking import speaker_learning
+from abs_engine.tracking.face_choice import FOLLOWS, LARGEST, FaceChoice
+from abs_engine.tracking.initial_pose import FaceBox
+from abs_engine.tracking.options import TrackOptions
 from abs_engine.tracking.recordings import (
     Recording,
     check_distinct,
@@ -29,9 +41,11 @@ from abs_engine.tracking.recordings import (
     check_variety,
     check_videos,
     load_recording,
+    mouth_box,
 )
-from abs_engine.tracking.scale import USUAL_PUPILS
+from abs_engine.tracking.scale import USUAL_PUPILS, Scale
 from abs_engine.tracking.speaker_learning import Learned, Learner, learn_speaker
+from abs_engine.tracking.speakers import SpeakerClip
 
 FRAMES = 50
 
@@ -70,7 +84,11 @@ def test_frames_are_spread_over_postures():
 
 @pytest.mark.parametrize(
     ("aperture", "lacks"),
-    [(np.zeros(FRAMES), "no open mouth in 40 frames"), (np.full(FRAMES, 8.0), "no closed mouth")],
+    [
+        (np.zeros(FRAMES), "no open mouth in 40 frames that can be learned from; give longer"),
+        (np.full(FRAMES, 8.0), "no closed mouth"),
+        (np.zeros(1), "in 1 frame that"),
+    ],
 )
 def test_too_little_variety_is_said(aperture, lacks):
     with pytest.raises(TooFewFramesError, match=lacks):
@@ -152,6 +170,75 @@ def test_its_video_is_taken_from_where_the_run_says_that_it_was(run, tmp_path):
     (tmp_path / "talk.mp4").unlink()
     with pytest.raises(InputFileError, match="is not there"):
         load_recording(run, load_speaker())
+
+
+def chosen(run, **settings):
+    """The face of a run whose settings are changed so."""
+    path = run / "run.json"
+    summary = json.loads(path.read_text())
+    summary["settings"] |= settings
+    path.write_text(json.dumps(summary))
+    return load_recording(run, load_speaker()).choice
+
+
+def test_a_run_keeps_the_face_that_was_tracked(run):
+    box = (10.0, 20.0, 30.0, 15.0)
+    assert chosen(run) == LARGEST
+    assert chosen(run, face=2, mouth=None) == FaceChoice(2)
+    assert chosen(run, face=None, mouth=box) == FaceChoice(box=FaceBox.around_mouth(*box))
+    placed = chosen(run, mouth=None, poses="poses.csv").box
+    lips = toy_setting().camera.project(toy_result(0).pose.apply(toy_result(0).lips))
+    np.testing.assert_allclose(placed.mouth[0], lips[:, 0].min() + np.ptp(lips[:, 0]) / 2)
+
+
+@pytest.mark.parametrize("wrong", [{"face": 0}, {"face": "left"}, {"mouth": [1, 2]}, {"mouth": 3}])
+def test_a_run_that_names_no_face_is_refused(run, wrong):
+    with pytest.raises(ModelFormatError, match="does not state its video, its face or its scale"):
+        chosen(run, **wrong)
+
+
+def test_later_frames_have_the_face_where_it_was_tracked(run):
+    whole = load_recording(run, load_speaker())
+    assert whole.choice_from(1) == LARGEST
+    second = replace(whole, choice=FaceChoice(2))
+    assert second.choice_from(0) == FaceChoice(2)
+    assert second.choice_from(1).box == mouth_box(whole.run, 1) is not None
+    lost = replace(second, run=second.run | {"found": np.zeros(2, np.bool_)})
+    assert lost.choice_from(1) == FaceChoice(2)
+
+
+def test_a_recording_that_is_tracked_again_keeps_its_face(monkeypatch):
+    """The second person's: the face that is learned had been a mixture with the larger one."""
+    asked = []
+
+    class Followed(SpeakerClip):
+        def tracker(self, *_):
+            asked.append(self.choice)
+            return SimpleNamespace(setting=toy_setting())
+
+    monkeypatch.setattr(speaker_learning, "SpeakerClip", Followed)
+    monkeypatch.setattr(speaker_learning, "probe", lambda _: None)
+    monkeypatch.setattr(speaker_learning, "read_frames", lambda _: ())
+    monkeypatch.setattr(speaker_learning, "track", lambda *_: (one for one in ()))
+    one, learner = replace(recording(), choice=FaceChoice(2)), Learner(*[None] * 5)
+    record = learner.followed(one, None)
+    assert asked == [FaceChoice(2)]
+    assert one.again(record, Scale("usual", 63.4, 0.06)).choice == FaceChoice(2)
+
+
+def test_what_is_said_of_a_video_comes_with_its_recording(monkeypatch, tmp_path):
+    """Several faces, and a doubtful result: `speaker` had passed over both."""
+    results = ((None, lost_result(index)) for index in range(3))
+    said = f"the video is marked as interlaced\n2 faces: 1 here; 2 there; {FOLLOWS}"
+    tracker = SimpleNamespace(
+        remarks=said, setting=toy_setting(), scale=Scale("usual", 63.4, 0.06),
+        results=lambda: results,
+    )  # fmt: skip
+    monkeypatch.setattr(speaker_learning, "prepare", lambda *_: tracker)
+    faces, interlaced, warning = speaker_learning.tracked(tmp_path, None, TrackOptions()).remarks
+    assert faces.endswith("'track --face N' follows another: give its run in place of the video")
+    assert "interlaced" in interlaced
+    assert warning.startswith("warning: no frame was tracked (face not found in 3)")
 
 
 def test_a_run_of_another_head_is_refused(run):

@@ -8,6 +8,8 @@ import json
 import tracemalloc
 import weakref
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +18,11 @@ from runs import lost_result, toy_model, toy_result, toy_setting
 from abs_engine.core.errors import InputFileError, ModelFormatError
 from abs_engine.core.geometry import Pose
 from abs_engine.io.assets import CLOSED_APERTURE
+from abs_engine.io.video import VideoInfo
 from abs_engine.optimise.base import Solution
+from abs_engine.render.cpu import CpuRenderer
 from abs_engine.tracking.measures import Closure
+from abs_engine.tracking.options import Clip, ClipTracker, TrackOptions
 from abs_engine.tracking.record import (
     RESULTS,
     SUMMARY,
@@ -25,8 +30,10 @@ from abs_engine.tracking.record import (
     Recorder,
     load_run,
 )
+from abs_engine.tracking.run import prepare_clip
 from abs_engine.tracking.run_mesh import load_mesh
 from abs_engine.tracking.run_table import POINT_NAMES, closure_table, written
+from abs_engine.tracking.run_warnings import FACE_COLOURS, GIVEN_COLOURS
 
 RESULTS_OF_CLIP = [toy_result(0), toy_result(1, prototype=4), lost_result(2), toy_result(3, 3)]
 
@@ -37,7 +44,7 @@ def folder(tmp_path_factory):
     for result in RESULTS_OF_CLIP:
         recorder.add(result)
     made = tmp_path_factory.mktemp("run")
-    recorder.write(made, {"settings": {"video": "v"}, "summary": {"more": 0.1}})
+    recorder.record().write(made, {"settings": {"video": "v"}, "summary": {"more": 0.1}})
     return made
 
 
@@ -62,24 +69,24 @@ def test_frames_stay_in_a_file_until_they_are_written(tmp_path):
     tracemalloc.stop()
     assert grown < 500 * 200  # bytes; a row takes 8 kB
     assert list(tmp_path.iterdir()) == []  # the file has no name, and goes with its process
-    np.testing.assert_array_equal(recorder.arrays()["lip_points"][500], result.lips + 499)
+    np.testing.assert_array_equal(recorder.record().arrays["lip_points"][500], result.lips + 499)
 
 
 def test_terms_are_columns_from_their_first_frame_on():
     recorder = Recorder(toy_setting())
     for terms in ({}, {"colour": 1.5}, {"prior": 2.0, "colour": 3.0}):
         recorder.add(replace(toy_result(0), terms=terms))
-    arrays, nan = recorder.arrays(), np.nan
+    arrays, nan = recorder.record().arrays, np.nan
     assert arrays["term_names"].tolist() == ["colour", "prior"]
     np.testing.assert_array_equal(arrays["term_values"], [[nan, nan], [1.5, nan], [3.0, 2.0]])
 
 
 def test_a_run_without_frames_has_empty_columns():
     recorder = Recorder(toy_setting())
-    arrays = recorder.arrays()
-    assert arrays["lip_points"].shape == (0, len(toy_setting().face.body.lips), 3)
-    assert len(list(recorder.table())) == 1
-    assert recorder.summary()["frames"] == 0
+    record = recorder.record()
+    assert record.arrays["lip_points"].shape == (0, len(toy_setting().face.body.lips), 3)
+    assert len(list(record.table())) == 1
+    assert record.summary["frames"] == 0
 
 
 @pytest.fixture(scope="module")
@@ -161,18 +168,49 @@ def test_a_run_that_explains_little_holds_its_warning():
     recorder = Recorder(toy_setting())
     for result in RESULTS_OF_CLIP:
         recorder.add(replace(result, score=0.6))
-    (line,) = recorder.summary()["warnings"]
+    (line,) = recorder.record().summary["warnings"]
     assert line.startswith("the drawn mouth explains only 60%")
 
 
 @pytest.mark.parametrize(("score", "lines"), [(0.6, 2), (0.9, 0)])
 def test_given_colours_may_be_the_reason(score, lines):
-    recorder = Recorder(replace(toy_setting(), colours_given=True))
+    recorder = Recorder(replace(toy_setting(), hint=GIVEN_COLOURS))
     for result in RESULTS_OF_CLIP:
         recorder.add(replace(result, score=score))
-    warnings = recorder.summary()["warnings"]
+    warnings = recorder.record().summary["warnings"]
     assert len(warnings) == lines
     assert all("another run's" in line for line in warnings[1:])
+
+
+def test_a_run_in_which_nothing_was_tracked_says_so_and_has_no_score():
+    recorder = Recorder(replace(toy_setting(), hint=FACE_COLOURS))
+    for index in range(4):
+        status = "mouth covered" if index else "face not found"
+        recorder.add(replace(lost_result(index), status=status, covered=index > 0))
+    told = recorder.record().summary
+    assert told["mean_score"] is None
+    assert told["warnings"] == [
+        "no frame was tracked (mouth covered in 3, face not found in 1): look at the overlay",
+        FACE_COLOURS,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("given", "clips", "used"), [(True, True, True), (False, True, False), (None, True, False),
+                                 (True, None, False)]
+)  # fmt: skip
+def test_colours_are_given_where_they_are_used(monkeypatch, given, clips, used):
+    """Classes of colours are not used for a video without colour, nor the other way round."""
+    given, clips = (
+        one if one is None else SimpleNamespace(chromatic=one) for one in (given, clips)
+    )
+    face = toy_setting().face.looking(**({} if clips is None else {"colour": clips}))
+    info = VideoInfo((320, 240), 25.0, 4)
+    clip = Clip(Path("a.mp4"), info, toy_setting().camera, given)
+    made = ClipTracker(clip.video, info, replace(toy_setting(), face=face), None, "")
+    monkeypatch.setattr("abs_engine.tracking.run.made_ready", lambda *_: made)
+    tracker = prepare_clip(clip, CpuRenderer(), TrackOptions(), print)
+    assert (tracker.setting.hint == GIVEN_COLOURS) == used
 
 
 def test_what_is_no_run_is_refused(tmp_path, run):
@@ -231,8 +269,8 @@ def test_times_are_the_videos_where_it_says_them():
         recorder = Recorder(replace(toy_setting(), times=times))
         for index in range(3):
             recorder.add(toy_result(index))
-        np.testing.assert_allclose(recorder.arrays()["time"], expected)
-        rows = list(written(recorder.table()))
+        np.testing.assert_allclose(recorder.record().arrays["time"], expected)
+        rows = list(written(recorder.record().table()))
         column = rows[0].index("time")
         assert [float(row[column]) for row in rows[1:]] == pytest.approx(list(expected))
 

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from runs import lost_result
 
-from abs_engine.tracking.run_warnings import disagreement, doubts, little_explained
+from abs_engine.tracking.run_warnings import (
+    disagreement,
+    doubts,
+    little_explained,
+    mostly_lost,
+    other_head,
+)
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
 GOOD = {"upper_lip": 0.95, "lower_lip": 0.9}
@@ -100,6 +106,20 @@ def test_a_run_that_explains_little(source, limit, said):
 
 def test_what_is_not_known_to_explain_little():
     assert little_explained("colour", None) == little_explained("plugin: own", 0.1) == []
+
+
+def test_most_frames_lost():
+    found = np.arange(10) > 5
+    status = np.where(found, "converged", "mouth covered")
+    (line,) = mostly_lost(found, status)
+    assert line.startswith("only 4 of 10 frames were tracked (mouth covered in 6)")
+    assert mostly_lost(~found, status) == mostly_lost(found[:0], status[:0]) == []
+
+
+def test_the_head_of_another_person():
+    (line,) = other_head(FRAME_LOOP.most_speaker_misfit + 0.1)
+    assert "landmarks lie 1.6 standard deviations off, its own speaker's less than 1.5" in line
+    assert other_head(FRAME_LOOP.most_speaker_misfit) == ()
 
 
 def test_all_of_it_at_once_and_nothing_at_all():

@@ -56,7 +56,7 @@ def test_every_setting_says_its_unit_and_what_chose_it(name):
     said = entries(type(stage))
     assert list(said) == [one.name for one in fields(stage)]
     for one, text in said.items():
-        assert re.match(r"(int\b|(tuple of )*float, \S)", text), f"{name}.{one} has no unit"
+        assert re.match(r"(tuple of )*(int\b|float, \S)", text), f"{name}.{one} has no unit"
         assert re.search(CHOSEN, text), f"{name}.{one} does not say what it was chosen by"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from dataclasses import replace
+from hashlib import sha256
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from abs_engine.learn import posture_space
 from abs_engine.learn.settings import LEARNING
 from abs_engine.tracking import speaker_learning
 from abs_engine.tracking.record import load_run
+from abs_engine.tracking.run_warnings import UNCOVERED
+from abs_engine.tracking.settings.frames import FRAME_LOOP
 from abs_engine.tracking.settings.preparation import PREPARATION
 from abs_engine.tracking.speaker_face import load_speaker_face
 
@@ -144,6 +147,33 @@ def test_a_clip_is_tracked_with_it(learned, video, tmp_path):
     assert np.corrcoef(found["aperture"], OPEN)[0, 1] > 0.95
     names = [str(name) for name in found["parameter_names"]]
     assert names[6:] == list(learned[1]["postures"])
+    told = json.loads((folder / "run.json").read_text())
+    named = told["settings"]
+    assert named["model_sha256"] == sha256(learned[0].read_bytes()).hexdigest()
+    assert named["colours"] == "the face's"
+    assert named["head_misfit"] < FRAME_LOOP.most_speaker_misfit
+    assert told["summary"]["warnings"] == []
+
+
+def test_another_person_is_said_to_be_one(learned, tmp_path, capsys):
+    """It had passed for the speaker, without a word."""
+    pictures = [lit("walter", seen_at([0, 0.02 * k, 0], [0, 0, 700])) for k in range(3)]
+    other = write_kind(tmp_path / "other.mp4", "libx264", pictures)
+    typed = "track", other, "-o", tmp_path / "run", "--renderer", "cpu", "--model", learned[0]
+    assert run(*typed) == 0
+    (warning, *_) = json.loads((tmp_path / "run/run.json").read_text())["summary"]["warnings"]
+    assert "is it this speaker's?" in warning
+    assert warning in capsys.readouterr().out
+
+
+def test_with_other_colours_a_line_says_that_no_mouth_counts_as_covered(learned, video, tmp_path):
+    colours = tmp_path / "colours.npz"
+    face = load_speaker_face(learned[0], load_speaker())
+    face.classes.save(colours)
+    typed = "track", video, "-o", tmp_path / "run", "--renderer", "cpu", "--model", learned[0]
+    assert run(*typed, "--colours", colours) == 0
+    told = json.loads((tmp_path / "run/run.json").read_text())["settings"]
+    assert (told["remarks"], told["colours"]) == (UNCOVERED, "colours.npz")
 
 
 def test_the_file_comes_back(learned, tmp_path):

@@ -69,7 +69,7 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
     with (tmp_path / "run" / "results.csv").open() as file:
         heading, *rows = csv.reader(file)
     frame = run.to_pandas()
-    assert list(frame.columns) == heading == list(run.names)
+    assert list(frame.columns) == heading
     assert len(frame) == len(rows)
     assert str(frame["closed"].dtype) == "Int8"
     assert (frame["closed"] == run.closed).all()
@@ -173,6 +173,23 @@ def test_a_smoothed_run_has_its_curves_in_memory_as_on_disk(video, run, tmp_path
     for name, curve in bare.smoothed.items():
         np.testing.assert_array_equal(curve, written.smoothed[name])
     assert run.smoothed == {}
+
+
+@pytest.mark.parametrize("smooth", [None, "savitzky-golay:5"])
+def test_a_run_in_memory_is_saved_as_it_would_have_been_written(video, tmp_path, smooth):
+    options = {"renderer": "cpu", "terms": "colour", "smooth": smooth}
+    abs_engine.track(video, tmp_path / "written", **options)
+    run = abs_engine.track(video, **options)
+    run.save(str(tmp_path / "saved"))
+    saved, written = ({p.name: p.read_bytes() for p in (tmp_path / n).iterdir()}
+                      for n in ("saved", "written"))  # fmt: skip
+    left_out = {".choices", "contact_sheet.png", "head.png", "overlay.mp4", "timing.json"}
+    assert saved == {name: content for name, content in written.items() if name not in left_out}
+    assert ("smoothed.csv" in saved) == (smooth is not None)
+    with pytest.raises(OutputError, match="saved exists already"):
+        run.save(tmp_path / "saved")
+    with pytest.raises(ParameterError, match="folder is 5; give a path"):
+        run.save(5)
 
 
 def test_a_driver_that_says_a_better_value_than_it_found_is_refused(video):

@@ -107,7 +107,7 @@ def articulate(chosen: Chosen) -> Done:
     """Build an articulatory model of a corpus of visemes, or apply one."""
     check_free(chosen.output)
     if chosen.face is not None:
-        check_free(chosen.face)
+        check_free(chosen.face, take.FACE)
     _check(chosen)
     if chosen.model is not None:
         return _apply(chosen)

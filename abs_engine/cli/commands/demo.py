@@ -34,6 +34,7 @@ def demo(chosen: Chosen) -> Done:
 
 
 def _demo(folder: Path, chosen: Chosen) -> Done:
+    from abs_engine.evaluate.score_table import as_values
     from abs_engine.report.demo import DemoOptions, run_demo, score_lines
 
     options = DemoOptions(person_known=not chosen.average_head)
@@ -59,4 +60,4 @@ def _demo(folder: Path, chosen: Chosen) -> Done:
         *done.remarks[1:],
         f"wrote {folder}; open {folder / 'index.html'}",
     ]
-    return Done(lines, {"output": folder, "run": done.run, "scores": done.scores})
+    return Done(lines, {"output": folder, "run": done.run, "scores": as_values(done.scores)})

@@ -36,7 +36,7 @@ _LIPS = ("mouthClose", "mouthFunnel", "mouthPucker", "mouthPress")
 )  # fmt: skip
 def import_(chosen: Chosen) -> Done:
     """Make a head from a mesh with morph targets."""
-    check_free(chosen.output)
+    check_free(chosen.output, take.FACE)
     from abs_engine.io.head_file import write_head
     from abs_engine.io.morphs import read_morphs
     from abs_engine.learn.heads.build import build_head

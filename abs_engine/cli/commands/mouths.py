@@ -31,7 +31,7 @@ in pixels, whose centres are at integers. Where lips are closed, the upper and l
 )  # fmt: skip
 def mouths(chosen: Chosen) -> Done:
     """Learn how mouths open in close-ups, from labelled frames."""
-    check_free(chosen.output)
+    check_free(chosen.output, take.FACE)
     from abs_engine.learn.opening import learn_opening
     from abs_engine.tracking.worn import save_looks
     from abs_engine.tracking.worn_labels import read_mouths

@@ -35,10 +35,12 @@ if TYPE_CHECKING:
 )  # fmt: skip
 def speaker(chosen: Chosen) -> Done:
     """Learn a person's face from recordings."""
-    check_free(chosen.output)
+    check_free(chosen.output, take.FACE)
     from abs_engine.dataset import load_camera
     from abs_engine.io.assets import load_speaker
+    from abs_engine.tracking.face_choice import LARGEST
     from abs_engine.tracking.options import TrackOptions
+    from abs_engine.tracking.recorded_frames import check_colours
     from abs_engine.tracking.recordings import check_videos, load_recording
     from abs_engine.tracking.speaker_learning import learn_speaker, tracked
 
@@ -51,17 +53,25 @@ def speaker(chosen: Chosen) -> Done:
     paths = list(chosen.recordings)
     runs = {path: load_recording(path, head) for path in paths if path.is_dir()}
     videos = [runs[path].video if path in runs else path for path in paths]
+    choices = [runs[path].choice if path in runs else LARGEST for path in paths]
     check_videos(list(zip(paths, videos, strict=True)))
+    check_colours(list(zip(paths, videos, choices, strict=True)))
     with opened(chosen.renderer) as renderer, Progress("learning") as progress:
         print_hints(renderer)
         for number, path in enumerate(paths, 1):
             if path not in runs:
                 progress.announce(f"tracking recording {number} of {len(paths)}, {path.name}")
                 runs[path] = tracked(path, renderer, options)
+                for line in runs[path].remarks:
+                    progress.remark(f"{path.name}: {line}")
         recordings = [runs[path] for path in paths]
         done = learn_speaker(recordings, renderer, options, chosen.rounds, progress.announce)
         done.face.save(chosen.output)
-    return Done([*done.lines(), f"wrote {chosen.output}"], _facts(chosen, done))
+    facts = {
+        "remarks": {str(path): list(runs[path].remarks) for path in paths if runs[path].remarks},
+        **_facts(chosen, done),
+    }
+    return Done([*done.lines(), f"wrote {chosen.output}"], facts)
 
 
 def _facts(chosen: Chosen, done: Learned) -> dict[str, object]:

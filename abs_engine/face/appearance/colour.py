@@ -290,3 +290,8 @@ def _sound(mixture: Mixture) -> bool:
 
 def _peak(mixture: Mixture) -> float:
     return float(mixture.density(mixture.means).max())
+
+
+def usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:
+    """Classes learned before; not those of colours where the video has none."""
+    return None if classes is None or classes.chromatic != chromatic else classes

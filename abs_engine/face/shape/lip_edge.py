@@ -10,9 +10,11 @@ six bundled people, where the lip only turns up.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import MeshError
+from abs_engine.core.geometry import edges_of
 from abs_engine.io.assets import Speaker
 
 
@@ -34,12 +36,10 @@ def lip_edge(speaker: Speaker, lip: str) -> FloatArray:
     MeshError
         If the lip ends nowhere but at skin and the other lip, or only in closed rings.
     """
-    own, others = _edges(speaker, lip), _edges(speaker, "skin")
-    other = _edges(speaker, "lower_lip" if lip == "upper_lip" else "upper_lip")
-    counted: dict[tuple[int, int], int] = {}
-    for edge in own:
-        counted[edge] = counted.get(edge, 0) + 1
-    ends = [e for e, n in counted.items() if n == 1 and e not in {*others, *other}]
+    edges, count = _edges(speaker, lip)
+    other = "lower_lip" if lip == "upper_lip" else "upper_lip"
+    shared = {(a, b) for name in ("skin", other) for a, b in _edges(speaker, name)[0].tolist()}
+    ends = [(a, b) for a, b in edges[count == 1].tolist() if (a, b) not in shared]
     at = speaker.vertices.astype(np.float64)
     path = _longest(ends, at)
     if not path:
@@ -50,11 +50,9 @@ def lip_edge(speaker: Speaker, lip: str) -> FloatArray:
     return at[path if at[path[0], 0] < at[path[-1], 0] else path[::-1]]
 
 
-def _edges(speaker: Speaker, name: str) -> list[tuple[int, int]]:
-    """Edges of a class's facets, the smaller vertex first, once for each facet."""
-    faces = speaker.faces[speaker.facet_class == speaker.class_id(name)]
-    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    return [(int(a), int(b)) for a, b in edges]
+def _edges(speaker: Speaker, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Edges of a class's facets, and how many of these each is an edge of."""
+    return edges_of(speaker.faces[speaker.facet_class == speaker.class_id(name)])
 
 
 def _longest(edges: list[tuple[int, int]], at: FloatArray) -> list[int]:

@@ -32,6 +32,7 @@ _ACTIONS: dict[str, tuple[float, float]] = {
     "jawRight": (0.4, 0.12),
     "jawForward": (0.3, 0.15),
 }
+_PROTRUDING = ("mouthFunnel", "mouthPucker", "mouthSmile", "mouthStretch")
 # jaw opening, per unit of weight, that keeps the lips of this head from passing into each other
 _PRESSING = {
     "mouthPucker": 0.08,
@@ -44,12 +45,21 @@ _PRESSING = {
 
 
 def mouth_shape(
-    speaker: Speaker, neutral: NDArray[np.float32], n_modes: int, seed: int = 0
+    speaker: Speaker,
+    neutral: NDArray[np.float32],
+    n_modes: int,
+    seed: int = 0,
+    anybody: bool = False,
 ) -> LinearShape:
     """Principal components over mouth postures of a real person and others that are authored.
 
     The recorded ones, a share `SHAPE.recorded`, are large and move together as a face does; the
     authored ones have every action of speech, closures and one-sided ones among them.
+
+    Units that an artist made, MakeHuman's, push and draw back the lips by 0.2 to 0.8 of what those
+    do that were made after scans, ICT FaceKit's (Li et al., "Learning Formation of Physically-Based
+    Face Attributes", CVPR 2020). Where the person may be `anybody`, lips therefore go farther from
+    front to back, by a share that differs from posture to posture.
 
     Parameters
     ----------
@@ -59,16 +69,22 @@ def mouth_shape(
     n_modes : int
     seed : int
         Of the authored postures.
+    anybody : bool
+        Whether this is not the person's own head.
 
     Returns
     -------
     LinearShape
-        Its generators are the units of `mouth_units`.
+        Its generators are the units of `mouth_units`, and of `anybody` the depths of some.
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)
     authored = Postures.of(sample_postures(4000, seed))
     postures = recorded_postures(names).pooled(authored, SHAPE.recorded)
+    if anybody:
+        parts = [k for k, name in enumerate(names) if name.startswith(_PROTRUDING)]
+        units = np.concatenate([units, units[parts] * np.array([0, 0, 1], np.float32)])
+        postures = postures.varied(parts, SHAPE.deeper, SHAPE.deeper_spread)
     return principal_shapes(neutral, units, postures, n_modes, _importance(speaker))
 
 

@@ -46,6 +46,21 @@ class Postures:
             share * self.mean + rest * other.mean, within + share * rest * np.outer(apart, apart)
         )
 
+    def varied(self, parts: Sequence[int], mean: float, spread: float) -> Postures:
+        """Moments with K more generators: some of these, times a factor that differs by posture.
+
+        Parameters
+        ----------
+        parts : sequence of int, K
+        mean, spread : float
+            Of the factors, each independent of the others and of the weights.
+        """
+        c, own = self.covariance, self.mean[list(parts)]
+        across, among = mean * c[list(parts)], c[np.ix_(parts, parts)]
+        alone = np.diag(spread**2 * (np.diag(among) + own**2))
+        covariance = np.block([[c, across.T], [across, mean**2 * among + alone]])
+        return Postures(np.r_[self.mean, mean * own], covariance)
+
 
 def recorded_postures(names: Sequence[str], path: Path | None = None) -> Postures:
     """Moments of a real person's postures, by the names of the face units.

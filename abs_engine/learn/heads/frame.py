@@ -12,10 +12,8 @@ from scipy.spatial.transform import Rotation
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
 from abs_engine.learn.heads.marks import Marks
-from abs_engine.learn.heads.table import UNITS
+from abs_engine.learn.heads.table import EYES_MM, UNITS
 
-EYES_MM = 88.0, 65.0, 115.0
-"""Distance of the eyes' outer corners of adults, the least and the greatest that is believed."""
 _USUAL = np.array(
     [[-41, 37, 79], [-19, 36, 85], [19, 36, 85], [41, 37, 79], [0, 2, 116], [0, -64, 92]],
     np.float64,

@@ -17,6 +17,8 @@ MARKS = ("outer_lip", "inner_lip", "nose_tip", "chin", "eye_corners")
 SIXTY_EIGHT = "landmark_68"
 """All 68 usual landmarks, which may be given in their place."""
 _FILES = ("people", "textures")
+EYES_MM = 88.0, 65.0, 115.0
+"""Distance of the eyes' outer corners of adults, the least and the greatest that is believed."""
 UNITS = {"m": 1000.0, "dm": 100.0, "cm": 10.0, "mm": 1.0, "in": 25.4}
 """Millimetres of the lengths that a file may be in."""
 
@@ -28,7 +30,7 @@ class HeadTable:
     Parameters
     ----------
     length : str or None
-        Unit of length, of `UNITS`; by default it is told from the eyes' distance.
+        Unit of length, of `UNITS`; by default it follows from the eyes' distance.
     units : mapping of str to tuple of str
         Face units by the morph targets that make them up.
     regions : mapping of str to str

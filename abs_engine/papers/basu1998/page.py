@@ -7,13 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from abs_engine.core.provenance import described
-from abs_engine.papers.basu1998.filmed import YAWS, camera_name
+from abs_engine.papers.basu1998.page_by_yaw import by_yaw, cameras, visemes
 from abs_engine.papers.basu1998.scores import (
-    FRONTAL,
     FURTHER_LEFT,
     GOALS,
     GRID,
-    KNOWN,
     MISSING,
     POSES,
     RECONSTRUCTION,
@@ -48,11 +46,6 @@ FURTHER = {
     "before_mm": "five seconds of dots",
     "cross_validated_mm": "the same, variances of the modes cross-validated",
     "after_mm": "and learned again from the relaxed shell",
-}
-LIPS = {
-    "solid": "in three dimensions, with noise of the pose",
-    "flat": "in the picture, learned from the front",
-    "flat_each_yaw": "in the picture, learned at that yaw",
 }
 _INTEGRALS = {"exact": "exact sum", "sample": "one sample"}
 """How a posterior is integrated over a facet, in words."""
@@ -92,15 +85,15 @@ def reproduction_page(
 <h2>Table 1: reconstruction of frames not learned from</h2>
 {_table_1(results)}
 <h2>Which camera would help most</h2>
-{_cameras(results)}
+{cameras(results)}
 <h2>Drivers, on the same frames</h2>
 {_drivers(results)}
 <h2>Lip error from every side, pose known</h2>
-{_yaws(results)}
+{by_yaw(results)}
 <h2>Lip error by what is known of the pose</h2>
 {_goals(results, POSES)}
 <h2>Visemes by solid lips and by flat ones</h2>
-{_visemes(results)}
+{visemes(results)}
 <h2>Further training</h2>
 {_further(results)}
 <h2>Closures in the GRID recordings</h2>
@@ -163,41 +156,6 @@ def _table_1(results: Results) -> str:
     return units + table(head, rows)
 
 
-def _cameras(results: Results) -> str:
-    """Expected remaining errors with a camera at each yaw, alone and beside a frontal one."""
-    given: Any = results.get("cameras")
-    yaws = given.get("yaw") if isinstance(given, Mapping) else None
-    if not isinstance(yaws, Mapping) or not yaws:
-        return f"<p>{MISSING.capitalize()}.</p>"
-    rows: list[tuple[str, ...]] = [
-        (_degrees(yaw), told(number(given, f"yaw.{yaw}.dots"), "count")) for yaw in yaws
-    ]
-    for column in ("alone_mm", "beside_frontal_mm"):
-        left = [number(given, f"yaw.{yaw}.{column}") for yaw in yaws]
-        best = min((mm for mm in left if mm is not None), default=None)
-        rows = [(*row, _remaining(mm, mm == best)) for row, mm in zip(rows, left, strict=True)]
-    none, frontal = (number(given, key) for key in ("without_mm", "frontal_mm"))
-    what = (
-        "<p>Section 6.2 turned around: how far a node of the lips is expected to be off, RMS, by "
-        "the posterior covariance, once a camera at that yaw, to the subject's left, shows the "
-        "dots that it sees, with the noise of the dots. Without any camera: "
-        f"{told(none, 'mm')}; with a frontal one: "
-        f"{told(frontal, 'mm')}. For lips of your own: <code>abs-engine cameras LIPS</code>.</p>"
-    )
-    return what + table(("camera at", "dots seen", "alone", "beside a frontal camera"), rows)
-
-
-def _remaining(value: float | None, best: bool) -> str:
-    """Remaining errors with three digits, as cameras differ by little, and the best one."""
-    if value is None:
-        return MISSING
-    return f"{value:.3f} mm{' (best)' * best}"
-
-
-def _degrees(yaw: object) -> str:
-    return f"{yaw}°".replace("-", "\N{MINUS SIGN}")
-
-
 def _drivers(results: Results) -> str:
     rows = [
         (
@@ -235,43 +193,6 @@ def _driven(value: float | None, column: str) -> str:
     if value is None or unit is not None:
         return told(value, unit or "count")
     return _FORMATS[column].format(value)
-
-
-def _yaws(results: Results) -> str:
-    """A row for each camera, a column for each person, or one if they are given as one."""
-    given: Any = results.get("yaw_mm")
-    if not isinstance(given, Mapping) or not given:
-        return f"<p>{MISSING.capitalize()}.</p>"
-    people = {str(k): v for k, v in given.items() if isinstance(v, Mapping)} or {"here": given}
-    rows = []
-    for yaw in YAWS:
-        errors = [finite(of.get(camera_name(yaw))) for of in people.values()]
-        goal = FRONTAL if yaw == 0 else KNOWN
-        worst = max((e for e in errors if e is not None), default=None)
-        rows.append(
-            (_degrees(yaw), *(told(e, "mm") for e in errors), goal.aim(), goal.judged(worst))
-        )
-    verdict = "the worst" if len(people) > 1 else ""
-    return table(("seen from", *people, "goal", verdict), rows)
-
-
-def _visemes(results: Results) -> str:
-    """Bits and error rates against the head's yaw; see `viseme_information`."""
-    given: Any = results.get("viseme_information")
-    if not isinstance(given, Mapping):
-        return f"<p>{MISSING.capitalize()}.</p>"
-    most = given["bits_at_most"]
-    rows = [
-        (name, *(f"{b:.2f} ({e:.0%})" for b, e in zip(arm["bits"], arm["error_rate"], strict=True)))
-        for name, arm in ((name, given[key]) for key, name in LIPS.items())
-    ]
-    what = (
-        f"<p>{len(given['visemes'])} visemes, {given['samples']} of them in random syllables of "
-        "the bundled people; each person's are classified by a discriminant of the others'. Given "
-        f"are the bits that reach the answer, {most:.2f} at most, and the error rate. Solid lips "
-        "have the same noise from every side, where a tracker's grows with the yaw.</p>"
-    )
-    return what + table(("head turned by", *map(_degrees, given["yaws"])), rows)
 
 
 def _recorded(results: Results) -> str:

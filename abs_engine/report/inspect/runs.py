@@ -35,7 +35,7 @@ class RunHead:
     folder : Path
     speaker : Speaker
     arrays : dict
-        See `abs_engine.tracking.record.Recorder.arrays`.
+        See `abs_engine.tracking.record.Record`.
     mesh : RunMesh
     camera : Camera
     """

@@ -71,6 +71,14 @@ class FrameSettings:
         runs have 0.94, another's 0.64 to 0.88.
     most_held : float, share of the frames
         Held to the landmarks, above which a run warns. Not measured.
+    most_lost : float, share of the frames
+        Lost, above which a run warns. Not measured.
+    most_speaker_misfit : float, standard deviations
+        Of landmarks from the head of a speaker's face, above which a run warns: median of frames in
+        the first second. Chosen with two faces, each of three clips of GRID's s1: in 40 clips of s1
+        it is 0.50 to 1.10, in p01 to p08 of the strangers 2.01 to 3.89. Measured on p09 to p16, 2.3
+        and more, and on seven other speakers of GRID, 1.42 to 2.83: with one of the two faces, one
+        of them is not noticed.
     landmark_unsure : float, mm
         Standard deviation of an aperture by landmarks. Not measured.
     landmark_share : float, share of the aperture
@@ -115,6 +123,8 @@ class FrameSettings:
     least_score: float = 0.78
     least_face_score: float = 0.8
     most_held: float = 0.1
+    most_lost: float = 0.5
+    most_speaker_misfit: float = 1.5
     landmark_unsure: float = 0.8
     landmark_share: float = 0.15
     contradicted: float = 2.0

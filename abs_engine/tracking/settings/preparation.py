@@ -81,6 +81,13 @@ class PreparationSettings:
         That may be the mouth's inside, as the posture may err. Not measured.
     posture_limit : int, evaluations
         Of a posture's fit at most. Not measured.
+    reaches_again : tuple of int, drawn pixels
+        To either side of a border that are looked at when a posture is fitted again, once the
+        person has moved. Measured with this and without the simplex, on all strangers' clips and
+        GRID: r and closures are as with all reaches and eight evaluations of the simplex.
+    speaker_looked : int, frames
+        From the first one with a face on, in some of which the head in a clip is compared with that
+        of a speaker's face. Not measured.
     speaker_views : int, frames
         That are kept to place a speaker's head by, those that face most differently. Not measured.
     speaker_least_each : int, frames
@@ -141,6 +148,8 @@ class PreparationSettings:
     placed_opening: float = 2.5
     placed_inside: float = 0.6
     posture_limit: int = 60
+    reaches_again: tuple[int, ...] = (3, 2, 2)
+    speaker_looked: int = 25
     speaker_views: int = 12
     speaker_least_each: int = 2
     speaker_most: int = 32
