@@ -115,7 +115,7 @@ def reading(name: str) -> tuple[str | None, int, str]:
 
 
 def _read(words: Sequence[str]) -> tuple[str, int, str] | None:
-    """What words mean together, with a side before or behind them; see `reading`."""
+    """Reading of words together, with a side before or behind them."""
     plain, first = "".join(words), _SIDES.get("".join(words[:1]))
     last = _SIDES.get(plain[-1:])
     texts = [plain]

@@ -1,4 +1,4 @@
-"""Where the meshes of a glTF file lie in its scene: by their nodes, or by the joints of a skin."""
+"""Places of the meshes of a glTF file in its scene: by their nodes, or by the joints of a skin."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Placement:
 
 
 def worlds(document: gl.GLTF2) -> dict[int, FloatArray]:
-    """What takes each node of the scene to the scene's coordinates, (4, 4), by its number."""
+    """Matrices (4, 4) from the nodes of the scene to its coordinates, by their numbers."""
     nodes = document.nodes
     children = {child for node in nodes for child in node.children or ()}
     scene = document.scenes[document.scene or 0] if document.scenes else None

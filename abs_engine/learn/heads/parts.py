@@ -1,4 +1,4 @@
-"""What the parts of a mesh are, by their names or by a table: the face must be skin."""
+"""Parts of a mesh, by their names or by a table: the face must be skin."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ _SAME = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """What moves a mesh.
+    """Face units of a mesh, and what became of its morph targets.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def _exchanged(
 
 
 def _side(moved: _Moves, vertices: FloatArray, shifts: bool) -> float:
-    """How far to the left a unit moves something, or where what it moves lies; -1 to 1."""
+    """Share of a unit's motion, -1 to 1, that lies on the left side, or goes there."""
     far = np.linalg.norm(moved, axis=1).astype(np.float64)
     x = moved[:, 0] if shifts else far * np.sign(vertices[:, 0])
     return float(x.sum() / max(far.sum(), 1e-12))
