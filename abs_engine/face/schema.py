@@ -7,7 +7,7 @@ ARKit's 52 face units are what every head moves by. Other heads write them in th
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 _SIDED = (
     "browDown", "browOuterUp", "cheekSquint", "eyeBlink", "eyeLookDown", "eyeLookIn", "eyeLookOut",
@@ -49,18 +49,24 @@ COMPONENT = "component/"
 PERSON = "person/"
 """Before the name of a target that is one person's difference, which no other varies by."""
 
+# Before and behind a word that is written together with others, as in "lefteye" and "teethmesh"
+_BEFORE = "l|r|left|right|upper|lower|up|low|top|bottom|facial|body|long|short"
+_BEHIND = "l|r|left|right|upper|lower|up|low|top|bottom|mesh|mat|material|geo|shape"
+_UPPER, _LOWER = "upper|up|top", "lower|low|bottom"
 _PARTS: tuple[tuple[str, str], ...] = (
-    (r"lash|brow|hair|beard|lacrimal|tear|occlusion|eyeblend|caruncle|glass|cloth|shirt", HIDDEN),
-    (r"teeth|tooth|dentur", TEETH),
+    (r"(eye ?)?(lash|brow)|hair( ?(cap|card|style|cut|line|band))?|beard|m(o|ou)stache|lacrimal"
+     r"|tear( ?(line|duct))?|(eye ?)?occlusion|eye ?blend|caruncle|(eye ?)?glass|eye ?wear|cloth"
+     r"|t? ?shirt", HIDDEN),
+    (r"teeth|tooth|denture", TEETH),
     (r"tongue", "tongue"),
-    (r"gum|inner.?mouth|mouth.?(inner|bag|socket|cavity|interior)|oral", "inner_mouth"),
-    (r"upper.?lip", "upper_lip"),
-    (r"lower.?lip", "lower_lip"),
-    (r"lip(s)?\b", LIPS),
-    (r"eye.?socket|eyelid", "skin"),
+    (r"gum|inner ?mouth|mouth ?(inner|bag|socket|cavity|interior)|oral", "inner_mouth"),
+    (rf"({_UPPER}) ?lip|lips? ?({_UPPER})", "upper_lip"),
+    (rf"({_LOWER}) ?lip|lips? ?({_LOWER})", "lower_lip"),
+    (r"lip( ?(gloss|stick))?", LIPS),
+    (r"eye ?(socket|lid|shadow|liner?)", "skin"),
     (r"cornea", HIDDEN),
-    (r"eye|sclera|iris|pupil", "eyes"),
-)
+    (r"eye( ?ball)?|sclera|iris|pupil", "eyes"),
+)  # fmt: skip
 ICT_PARTS: Mapping[str, str] = {"M_GumsTongue": "inner_mouth", "M_IrisLeft": HIDDEN,
                                 "M_IrisRight": HIDDEN, "M_BackHead": "skin"}  # fmt: skip
 """Materials of ICT's face model whose names do not say what they are here; its irises are the
@@ -75,30 +81,57 @@ ICT_68 = (
 """Vertices of ICT's face model at the 68 usual landmarks, by its own page."""
 
 
+WHOLE, PREFIXED, HALF = range(3)
+"""How a name means a face unit, the surest first: by all of it, by its end, or a side of the unit
+that has none."""
+_SIDES = {"l": "Left", "r": "Right", "left": "Left", "right": "Right"}
+_HALVED = ("browInnerUp", "cheekPuff")
+_BY_PLAIN = {name.lower(): (name, WHOLE, "") for name in FACE_UNITS} | {
+    f"{name}{side}".lower(): (name, HALF, side) for name in _HALVED for side in ("Left", "Right")
+}
+
+
 def face_unit(name: str) -> str | None:
     """The face unit that a morph target's name means; None where it means none.
 
     A side that the unit does not have, as in ``cheekPuff_L``, is a part of the unit.
     """
+    return reading(name)[0]
+
+
+def reading(name: str) -> tuple[str | None, int, str]:
+    """The face unit that a name means, how it does (`WHOLE`, ...), and the side that is a half."""
     parts = name.split(".")  # Maya puts the deformer before the name, others a side behind it
-    own = parts[-1] if len(parts[-1]) > 1 else "".join(parts[-2:])
-    plain = re.sub(r"[^a-z0-9]", "", own.lower())
-    if plain in _BY_PLAIN:
-        return _BY_PLAIN[plain]
-    stem, side = plain[:-1], {"l": "left", "r": "right"}.get(plain[-1:], "")
-    return _BY_PLAIN.get(stem + side) if side else None
+    own = parts[-1] if len(parts[-1]) > 1 else "_".join(parts[-2:])
+    words = [word for word in re.split(r"[^a-z0-9]+", own.lower()) if word]
+    found = _read(words)
+    for k in range(1, len(words)):  # "head_jawOpen", but not "mouthSmile_L_jawOpen", which is both
+        if found or _read(words[:k]) or words[k - 1] in _SIDES:
+            break
+        found = _read(words[k:])
+        if found and found[1] == WHOLE:
+            found = found[0], PREFIXED, ""
+    return found or (None, WHOLE, "")
 
 
-_HALVED = ("browInnerUp", "cheekPuff")
-_BY_PLAIN = {name.lower(): name for name in FACE_UNITS} | {
-    f"{name}{side}".lower(): name for name in _HALVED for side in ("Left", "Right")
-}
+def _read(words: Sequence[str]) -> tuple[str, int, str] | None:
+    """Reading of words together, with a side before or behind them."""
+    plain, first = "".join(words), _SIDES.get("".join(words[:1]))
+    last = _SIDES.get(plain[-1:])
+    texts = [plain]
+    texts += [plain[:-1] + last] if last else []
+    texts += ["".join(words[1:]) + first] if first else []
+    return next((_BY_PLAIN[text] for text in map(str.lower, texts) if text in _BY_PLAIN), None)
 
 
 def region_of(part: str) -> str:
-    """Region of a part of a mesh by its name, one of `REGION_WORDS`; skin where it does not say."""
-    lower = part.lower()
+    """Region of a part of a mesh by its name, one of `REGION_WORDS`; skin where it does not say.
+
+    Only whole words count: there is no hair in "Chair", and no brow in "BrownSkin".
+    """
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", part)
+    text = " ".join(re.findall(r"[a-z]+", apart.lower()))
     for pattern, region in _PARTS:
-        if re.search(pattern, lower):
+        if re.search(rf"\b({_BEFORE})*({pattern})(s|es|ing)?({_BEHIND})?\b", text):
             return region
     return "skin"

@@ -151,7 +151,7 @@ class _Gatherer:
         self._lists: dict[str, list[Any]] = {}
 
     def add(self, now: Posed, shot: Shot) -> None:
-        box, area = box_and_area(shot.ids > 0)
+        box, area = box_and_area((shot.ids > 0) & ~shot.glass)  # the landmarks' own head
         row: dict[str, Any] = {
             "landmark_pixels": shot.pixels,
             "landmark_visible": shot.seen,

@@ -43,6 +43,8 @@ class Shot:
     pixels, seen : (68, 2) float64 and (68,) bool
         Landmarks.
     mirror_pixels, mirror_seen : the same in the mirror, or None
+    glass : (H, W) bool
+        Pixels that show what is in the mirror.
     """
 
     picture: NDArray[np.uint8]
@@ -56,6 +58,7 @@ class Shot:
     seen: BoolArray
     mirror_pixels: FloatArray | None
     mirror_seen: BoolArray | None
+    glass: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +239,7 @@ class Take:
                 ) & self._glass.shows(mirror_pixels)  # fmt: skip
         return Shot(
             picture, drawn.ids, cover=drawn.cover, **labels, pixels=pixels, seen=seen,
-            mirror_pixels=mirror_pixels, mirror_seen=mirror_seen,
+            mirror_pixels=mirror_pixels, mirror_seen=mirror_seen, glass=drawn.glass,
         )  # fmt: skip
 
     def _expose(self, frame: int, drawn: Drawn) -> NDArray[np.uint8]:

@@ -144,3 +144,10 @@ def test_a_real_recording_drives_the_head(data_dir):
     at = int(jaw.argmax())
     near = round(recording.times[at] * 25)
     assert speech.weights[near - 1 : near + 2, names.index("jawOpen")].max() > 0.95 * jaw[at]
+
+
+@pytest.mark.parametrize("last", ["59.600", "59.999", "60.020"])
+def test_the_last_frame_is_there_though_its_timecode_is_early_or_late(tmp_path, last):
+    rows = "10:00:00:00.000,61,0,0.2,0,0,0,0", f"10:00:00:{last},61,0,0.4,0,0,0,0"
+    recording = read_livelink(written(tmp_path, *rows), timecode_rate=120.0)
+    assert len(play_recording(recording, UNITS, 60.0)) == 31

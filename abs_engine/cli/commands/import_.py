@@ -8,12 +8,15 @@ from abs_engine.cli import options as take
 from abs_engine.cli.command import Chosen, Done, command
 from abs_engine.cli.drawing import opened, print_hints
 from abs_engine.cli.progress import Progress
+from abs_engine.core.words import listed
 from abs_engine.io.files import check_free
 
 if TYPE_CHECKING:
     from abs_engine.learn.heads.build import ImportedHead
 
-_MOST_NAMED = 12
+
+_LIPS = ("mouthClose", "mouthFunnel", "mouthPucker", "mouthPress")
+"""Face units that speech needs beside `jawOpen`."""
 
 
 @command(
@@ -54,13 +57,16 @@ def import_(chosen: Chosen) -> Done:
         "opening_mm": made.opening,
         "people": list(head.people),
         "missing": list(made.missing),
+        "exchanged": list(made.exchanged),
         "unused": list(made.unused),
         "added": list(made.added),
+        "hidden": list(made.hidden),
     }
-    return Done([*_lines(made), f"wrote {chosen.output}"], facts)
+    return Done([*report(made), f"wrote {chosen.output}"], facts)
 
 
-def _lines(made: ImportedHead) -> list[str]:
+def report(made: ImportedHead) -> list[str]:
+    """Lines about a head that was made."""
     head = made.speaker
     moving = len(head.unit_names) - len(made.missing)
     lines = [
@@ -69,14 +75,24 @@ def _lines(made: ImportedHead) -> list[str]:
         f"people: {', '.join(head.people)}",
     ]
     if made.missing:
-        lines.append(f"face units that it lacks, which move nothing: {_named(made.missing)}")
+        lines.append(f"face units that it lacks, which move nothing: {listed(made.missing)}")
+    shut = [name for name in made.missing if name.startswith(_LIPS)]
+    if shut:
+        lines.append(
+            f"warning: without {listed(shut)}, tracked lips cannot be rounded, pressed or closed "
+            "over an open jaw as they are in speech"
+        )
+    if made.exchanged:
+        lines.append(
+            "left and right were exchanged, as names have them as a viewer sees them: "
+            f"{listed(made.exchanged)}"
+        )
     if made.unused:
-        lines.append(f"morph targets that are no face unit: {_named(made.unused)}")
+        lines.append(f"morph targets that are not used: {listed(made.unused)}")
     if made.added:
-        lines.append(f"added, as the mesh has none: {_named(made.added)}")
+        lines.append(f"added, as the mesh has none: {listed(made.added)}")
+    if made.hidden:
+        lines.append(
+            f"parts that are not drawn, by their names or [regions]: {listed(made.hidden)}"
+        )
     return lines
-
-
-def _named(names: tuple[str, ...]) -> str:
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote_to_bytes
@@ -17,6 +18,10 @@ _GLB, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 _HEAD, _CHUNK = 12, 8
 """Bytes before the chunks of a GLB, and before the content of each."""
 _UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+_READ = re.compile(r"KHR_(texture_transform|mesh_quantization|lights_punctual|materials_\w+)")
+"""Extensions that are read, or change nothing that a head is made of."""
+_PICTURES = re.compile(r"(KHR|EXT|MSFT)_texture_\w+")
+"""Extensions of pictures, which are refused where a material that is drawn has one."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,7 @@ class GltfFile:
         ValueError, TypeError, OSError
             If it is damaged.
         InputFileError
-            If it is not there, too large, or compressed.
+            If it is not there, too large, compressed, or needs an extension that is not known.
         """
         check_file(path)
         content = path.read_bytes()
@@ -54,9 +59,11 @@ class GltfFile:
         told = parse_json(text.decode("utf-8"))
         if not isinstance(told, dict):
             raise ValueError("no document")
-        packed = [name for name in _UNREAD if name in (told.get("extensionsRequired") or ())]
-        if packed:
-            raise InputFileError(f"{path} is compressed by {packed[0]}", "export it without")
+        for name in map(str, told.get("extensionsRequired") or ()):
+            if name in _UNREAD:
+                raise InputFileError(f"{path} is compressed by {name}", "export it without")
+            if not _READ.fullmatch(name) and not _PICTURES.fullmatch(name):
+                raise InputFileError(f"{path} needs {name}, which is not read", "export it without")
         document = gl.GLTF2.from_json(json.dumps(told), infer_missing=True)
         return cls(path.parent, document, binary)
 

@@ -13,19 +13,21 @@ from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.errors import ModelFormatError, ParameterError
 from abs_engine.core.geometry import check_mesh, vertex_normals
 from abs_engine.face.base import lip_gap
-from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON, face_unit
+from abs_engine.face.schema import CLASS_NAMES, COMPONENT, FACE_UNITS, ICT_68, PERSON
 from abs_engine.io.assets import Speaker, load_speaker
 from abs_engine.io.morphs import MorphMesh
 from abs_engine.io.morphs.mesh import displacement
 from abs_engine.io.morphs.obj import read_places
 from abs_engine.io.pictures import read_image
-from abs_engine.learn.heads.checks import check_rings, check_units
+from abs_engine.learn.heads.checks import check_marks, check_rings, check_units
 from abs_engine.learn.heads.frame import HeadFrame, head_frame
 from abs_engine.learn.heads.interior import TEETH, has, is_hollow, mouth_interior
 from abs_engine.learn.heads.marks import Contours, Marks, find_marks, lip_contours
 from abs_engine.learn.heads.paint import laid, paint
-from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, named_regions, welded
+from abs_engine.learn.heads.parts import check_face, check_places, hidden_parts, named_regions
+from abs_engine.learn.heads.regions import HIDDEN_ID, facet_classes, welded
 from abs_engine.learn.heads.table import SIXTY_EIGHT, HeadTable
+from abs_engine.learn.heads.units import face_units
 
 NEUTRAL = "neutral"
 """The name of the person that the file itself shows."""
@@ -43,13 +45,17 @@ class ImportedHead:
         Without the landmark network's points; only the three areas and, where they were given, the
         68 landmarks are among its lists.
     unused : tuple of str
-        Morph targets that are no face unit.
+        Morph targets that are no face unit, or mean one that others make.
     missing : tuple of str
         Face units that no morph target makes: they move nothing.
     added : tuple of str
         Facet classes that were added.
     opening : float, mm
         How far `jawOpen` opens the lips.
+    hidden : tuple of str
+        Parts that are not drawn.
+    exchanged : tuple of str
+        Face units whose names have left and right as a viewer sees them: they were exchanged.
     """
 
     speaker: Speaker
@@ -57,6 +63,8 @@ class ImportedHead:
     missing: tuple[str, ...]
     added: tuple[str, ...]
     opening: float
+    hidden: tuple[str, ...]
+    exchanged: tuple[str, ...]
 
 
 def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
@@ -80,13 +88,17 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
     given = {SIXTY_EIGHT: list(ICT_68)} if mesh.model == "ict" else {}
     marks = find_marks({**given, **table.landmarks}, mesh.vertices, mesh.source)
     frame = head_frame(mesh.vertices, marks, table.length)
-    units, unused = _units(mesh, table.units, frame)
     vertices = frame.places(mesh.vertices)
+    check_marks(marks, vertices)
+    moved = face_units(mesh, table.units, frame)
+    units = moved.moves
     check_units(units, vertices, marks)
     jaw = units[FACE_UNITS.index("jawOpen")].astype(np.float64)
     check_rings(marks, vertices + jaw)
     weld = welded(vertices, jaw)
     words = named_regions(mesh, table.regions)
+    check_face(mesh, words, marks, weld)
+    check_places(mesh, words, vertices, int(marks.nose_tip[0]))
     face = mesh.faces[words != "none"]
     contours = lip_contours(marks, vertices, face, weld)
     opening = float(lip_gap(jaw[contours.points]))
@@ -111,7 +123,8 @@ def build_head(mesh: MorphMesh, table: HeadTable) -> ImportedHead:
         own_texture=next(iter(looks.values())),
         looks={name: looks[name] for name in table.textures},
     )
-    return ImportedHead(speaker, unused, missing, added, opening)
+    hidden = hidden_parts(mesh, words)
+    return ImportedHead(speaker, moved.unused, missing, added, opening, hidden, moved.exchanged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,25 +136,6 @@ class _Parts:
     weld: IntArray
     classes: NDArray[np.uint8]
     units: NDArray[np.float32]
-
-
-def _units(
-    mesh: MorphMesh, given: Mapping[str, tuple[str, ...]], frame: HeadFrame
-) -> tuple[NDArray[np.float32], tuple[str, ...]]:
-    """The 52 face units (52, V, 3), mm, and the names of targets that are none of them."""
-    lacking = [t for names in given.values() for t in names if t not in mesh.targets]
-    if lacking:
-        raise ParameterError(
-            f"{mesh.source} has no morph target '{lacking[0]}'",
-            f"its targets: {', '.join(list(mesh.targets)[:8]) or 'none'}",
-        )
-    out = np.zeros((len(FACE_UNITS), *mesh.vertices.shape), np.float32)
-    of = {target: unit for unit, targets in given.items() for target in targets}
-    named = {name: face_unit(name) for name in mesh.targets}
-    of = {name: unit for name, unit in named.items() if unit and unit not in given} | of
-    for name, unit in of.items():
-        out[FACE_UNITS.index(unit)] += frame.moves(mesh.targets[name])
-    return out, tuple(name for name in mesh.targets if name not in of)
 
 
 def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, tuple[str, ...]]:
@@ -158,6 +152,9 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
     if not wanted:
         return replace(parts, faces=faces, classes=classes), ()
     new = mouth_interior(load_speaker(), wanted, parts.vertices[contours.points], jaw)
+    moves = (
+        np.abs(parts.units).max(axis=(1, 2)) > 0
+    )  # a tongue that comes out needs lips that let it
     count = len(parts.vertices)
     return (
         _Parts(
@@ -165,7 +162,7 @@ def _completed(parts: _Parts, contours: Contours, jaw: float) -> tuple[_Parts, t
             np.concatenate([faces, new.faces + count]).astype(np.int32),
             np.concatenate([parts.weld, np.arange(len(new.vertices)) + parts.weld.max() + 1]),
             np.concatenate([classes, new.classes]),
-            np.concatenate([parts.units, new.units], axis=1),
+            np.concatenate([parts.units, new.units * moves[:, None, None]], axis=1),
         ),
         wanted,
     )

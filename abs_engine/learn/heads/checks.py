@@ -21,6 +21,22 @@ _ASIDE = 0.15
 """Share of a mouth's width that a ring may begin away from its right end. Chosen."""
 _BELOW = 0.05
 """Share of a mouth's width that its upper half may lie lower, as lips overlap. Chosen."""
+_UNDER = 5.0
+"""mm by which a chin lies lower than the lips, and the nose higher. Chosen: on ICT's people by 10
+and more."""
+
+
+def check_marks(marks: Marks, vertices: FloatArray) -> None:
+    """Raise `ParameterError` where the nose or the chin of a face (V, 3), mm, is on the lips."""
+    lips, nose, chin = (vertices[at, 1] for at in (marks.outer_lip, marks.nose_tip, marks.chin))
+    for name, far, where in (
+        ("chin", lips.min() - chin[0], "below"), ("nose_tip", nose[0] - lips.max(), "above"),
+    ):  # fmt: skip
+        if far < _UNDER:
+            raise ParameterError(
+                f"landmark {name} does not lie {where} the lips ({far:.0f} mm)",
+                f"give the vertex at the tip of the {name.removesuffix('_tip')}",
+            )
 
 
 def check_units(units: NDArray[np.float32], vertices: FloatArray, marks: Marks) -> None:

@@ -59,8 +59,10 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     Raises
     ------
     ParameterError
-        If the landmarks are not a face's, or it is of no human size.
+        If the landmarks are not a face's, an eye's are listed in the wrong order, or it is of no
+        human size.
     """
+    _check_eyes(vertices[marks.eye_corners])
     at = vertices[np.r_[marks.eye_corners[:4], marks.nose_tip[:1], marks.chin[:1]]]
     own, usual = at - at.mean(axis=0), _USUAL - _USUAL.mean(axis=0)
     whole = Rotation.align_vectors(usual, own)[0].as_matrix()
@@ -78,6 +80,20 @@ def head_frame(vertices: FloatArray, marks: Marks, length: str | None) -> HeadFr
     off = matrix @ vertices[marks.eye_corners].mean(axis=0) - _USUAL[:4].mean(axis=0)
     stays = upright and np.linalg.norm(off) <= _FAR
     return HeadFrame(matrix, np.zeros(3) if stays else off)
+
+
+def _check_eyes(corners: FloatArray) -> None:
+    """Raise `ParameterError` where an eye's inner corner (4, 3) is listed before the outer one.
+
+    The outer one lies farther from the other eye.
+    """
+    for outer, inner, other in ((0, 1, [2, 3]), (3, 2, [0, 1])):
+        far = np.linalg.norm(corners[[outer, inner]] - corners[other].mean(axis=0), axis=1)
+        if far[0] < far[1]:
+            raise ParameterError(
+                "eye_corners lists an inner corner of an eye where the outer one should stand",
+                "list the right eye's outer and inner corner, then the left eye's inner and outer",
+            )
 
 
 def _turns() -> list[FloatArray]:

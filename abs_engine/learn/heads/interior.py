@@ -1,7 +1,7 @@
 """Teeth, tongue and the inside of the mouth for heads that lack them: the bundled head's own.
 
 They are laid into the mouth by its corners and the middles of its lips, and go with the face units
-as they do in the bundled head; those of the jaw, as far as the new head's chin goes.
+that the new head has as they do in the bundled one; those of the jaw, as far as its chin goes.
 """
 
 from __future__ import annotations

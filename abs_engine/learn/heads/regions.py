@@ -1,8 +1,8 @@
-"""Facet classes of a head, by the names of its parts and by the contours of its lips."""
+"""Facet classes of a head, by what its parts are and by the contours of its lips."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,7 @@ from scipy.spatial import cKDTree
 
 from abs_engine.core.arrays import BoolArray, FloatArray, IntArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.registry import nearest
-from abs_engine.face.schema import CLASS_NAMES, ICT_PARTS, LIPS, TEETH, region_of
-from abs_engine.io.morphs import MorphMesh
+from abs_engine.face.schema import CLASS_NAMES, LIPS, TEETH
 from abs_engine.learn.heads.marks import Contours
 
 HIDDEN_ID = 255
@@ -24,37 +22,6 @@ _LIP_EDGES = ("over", "upper"), ("under", "lower")
 _EDGE = 2  # corners of a facet that lie on a contour when one of its edges does
 _AJAR = 0.5  # weight of `jawOpen` at which lips lie apart
 _MOVED = 0.4  # of the jaw's motion: what moves by more goes with it
-
-
-def named_regions(mesh: MorphMesh, given: Mapping[str, str]) -> NDArray[np.object_]:
-    """Region of each facet (F,) by the name of its part, one of `schema.REGION_WORDS`.
-
-    `given` are regions by pieces of names; they count more than what names say themselves.
-
-    Raises
-    ------
-    ParameterError
-        If one of them is in no part's name.
-    """
-    _check_given(mesh, given)
-    known = ICT_PARTS if mesh.model == "ict" else {}
-    words = []
-    for name in mesh.part_names:
-        told = [v for k, v in (*given.items(), *known.items()) if k.lower() in name.lower()]
-        words.append(told[0] if told else region_of(name))
-    return np.array(words, object)[mesh.part]
-
-
-def _check_given(mesh: MorphMesh, given: Mapping[str, str]) -> None:
-    """Raise `ParameterError` for a piece of a name that no part has; the nearest is named."""
-    lacking = [k for k in given if not any(k.lower() in name.lower() for name in mesh.part_names)]
-    if not lacking:
-        return
-    pieces = dict.fromkeys(p for name in mesh.part_names for p in name.split(" / ") if p)
-    raise ParameterError(
-        f"{mesh.source} has no part '{lacking[0]}', which [regions] names",
-        nearest(lacking[0], pieces) if pieces else "leave out [regions]: its parts have no names",
-    )
 
 
 def welded(vertices: FloatArray, jaw: FloatArray) -> IntArray:
@@ -83,7 +50,7 @@ def facet_classes(
     Parameters
     ----------
     words : (F,) of str
-        See `named_regions`; where they name lips, these end there, and not at the contours.
+        See `parts.named_regions`; where they name lips, these end there, and not at the contours.
     vertices : (V, 3) float64, mm
     faces : (F, 3) int
     weld : (V,) int64

@@ -17,6 +17,8 @@ from abs_engine.studio.speech.articulate import Speech, check_rate
 
 MOST_FRAMES = 1_000_000
 """Of a recording that is played: nine hours at 30 frames a second."""
+_EARLY = 0.25
+"""Share of a frame by which the last sample may be early: cameras' times waver. Chosen."""
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 
 
@@ -108,7 +110,7 @@ def play_recording(recording: Recording, unit_names: tuple[str, ...], rate: floa
             f"frames at {rate:g} a second",
             "correct its timecodes, or cut it",
         )
-    times = np.arange(int(recording.times[-1] * rate + 1e-6) + 1) / rate
+    times = np.arange(int(recording.times[-1] * rate + _EARLY) + 1) / rate
     picked = recording.weights[:, [known[name.lower()] for name in unit_names]]
     weights = np.stack([np.interp(times, recording.times, c) for c in picked.T], axis=1)
     angles = np.unwrap(recording.head, axis=0)
