@@ -24,7 +24,7 @@ from abs_engine.core.errors import AbsEngineError, ParameterError
 from abs_engine.evaluate import peer_worker
 from abs_engine.evaluate.machine import machine_facts
 from abs_engine.io.video import probe
-from abs_engine.render.select import open_renderer
+from abs_engine.render.select import opened_renderer
 
 FORMAT, VERSION = "abs_engine.bench_clip", 1
 TURNS = 3
@@ -139,7 +139,7 @@ def bench_clip(
             f"{peer_python} is not a file", "give the path of a Python interpreter"
         )
     probe(video)
-    with open_renderer(renderer):  # an unknown name, or OpenGL that does not load, is said at once
+    with opened_renderer(renderer):  # an unknown name, or OpenGL that does not load, fails at once
         pass
     if peer_python is not None:
         _timed([str(peer_python), "-c", _PEER_IS_THERE], "MediaPipe")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from abs_engine.core.kinds import check_kind, is_of, to_path
+from abs_engine.core.kinds import WHOLE, check_kind, is_of, to_path
 from abs_engine.dataset import Truth, load_truth
 from abs_engine.evaluate.estimate import check_run, of_run
 from abs_engine.evaluate.metrics import PointError, lip_rms_mm, without_constant_offset
@@ -49,7 +49,7 @@ def score(
         What it says itself of closed lips does not count.
     truth : Truth, or its path
     seed : int
-        Of the confidence intervals.
+        Of the resamples that confidence intervals are taken from; 0 or more.
 
     Returns
     -------
@@ -65,6 +65,7 @@ def score(
         If the run is of other frames or of another mesh than the truth, has tracked no frame, or a
         value is of another kind.
     """
+    check_kind("seed", seed, WHOLE)
     arrays = {k: v for k, v in _arrays(run).items() if k != "closed"}
     truth = truth if isinstance(truth, Truth) else load_truth(to_path("truth", truth))
     check_run(arrays, len(truth), len(truth.neutral))

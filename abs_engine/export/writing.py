@@ -51,7 +51,7 @@ def export_run(
     InputFileError, ModelFormatError
         If the run cannot be read.
     OutputError
-        If the output exists, cannot be written, or is a folder that is named as the files in it.
+        If the output exists, cannot be written, or is a folder that is named like the files in it.
     PluginError
         If a plugin's exporter fails, writes nothing, or does not return what is lost.
     """
@@ -74,7 +74,9 @@ def _written(name: str, exporter: Exporter, tracked: TrackedRun, output: Path) -
                 raise PluginError(
                     f"the exporter '{name}' wrote nothing", "make it write into the given folder"
                 )
-            if output.suffix in {one.suffix for one in folder.work.iterdir()} - {""}:
+            if output.suffix and output.suffix.lower() in {
+                one.suffix.lower() for one in folder.work.iterdir()
+            }:
                 raise OutputError(
                     f"{output} is named like a file, but a folder is written",
                     f"choose a name without {output.suffix}",

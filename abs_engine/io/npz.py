@@ -169,7 +169,9 @@ def format_of(data: Mapping[str, NDArray[np.generic]]) -> str:
 
 
 def read_kind(path: Path, remedy: str = "check that it is whole") -> str:
-    """Stated format of an `.npz`, without reading its arrays; `remedy` is for what is none.
+    """Stated format of an `.npz`, without reading its arrays.
+
+    `remedy` says what to do with a file that is no `.npz`.
 
     Raises
     ------

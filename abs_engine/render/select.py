@@ -100,7 +100,7 @@ def _registered(name: str) -> OpenRenderer:
 def opened_renderer(name: str | None = "auto") -> Iterator[Renderer]:
     """A renderer that `open_renderer` opens, closed at the end.
 
-    A plugin's that cannot be closed is warned of: what it drew stays as it is.
+    If a plugin's cannot be closed, that is only warned of: what it drew is not affected.
     """
     opened = open_renderer(name)
     if own(type(opened)):
@@ -115,7 +115,7 @@ def opened_renderer(name: str | None = "auto") -> Iterator[Renderer]:
         try:
             with blamed(f"closing the renderer '{name}'"):
                 opened.__exit__(None, None, None)
-        except PluginError as error:
+        except AbsEngineError as error:
             _log.warning("%s", error)
 
 

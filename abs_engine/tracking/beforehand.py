@@ -1,4 +1,4 @@
-"""Head, modes, tables and the code's digest, which any video needs, while imports go on."""
+"""Head, modes, tables and the code's digest: what any video needs, made while imports go on."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def load(pupils: float | None, unknown: bool) -> None:
-    """Load OpenCV's tables, the bundled head and, for an `unknown` person, its modes; digest code.
+    """Load OpenCV's tables, the head, for an `unknown` person its modes, and the code's digest.
 
     This takes half a second. The modes are those of a head whose `pupils` are so far apart (mm).
     Errors of the head or that distance are ignored here: whoever needs the head raises them again.

@@ -198,7 +198,7 @@ class ClipSetting:
     warnings : tuple of str
         What a user should know before believing the run, whatever its frames show.
     hint : str
-        What may be wrong if the run is to be doubted, as colours that are another run's.
+        What may be wrong if the run is doubtful, such as colours from another run; or empty.
     clock : Clock
         What frames cost, by part.
     """

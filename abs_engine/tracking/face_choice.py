@@ -18,7 +18,7 @@ from abs_engine.tracking.shot_cuts import ShotCuts, cut_line
 from abs_engine.tracking.turned_faces import faces_any_way_up, faces_turned
 
 FOLLOWS = "'track --face N' follows another"
-"""End of a line about several faces."""
+"""End of a line about several faces, by which such a line is recognised."""
 
 
 @dataclass(frozen=True)

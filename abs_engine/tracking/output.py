@@ -87,7 +87,7 @@ def write_run(
     progress : callable, optional
         Called after every frame.
     kept : Path, optional
-        Folder for the frames' numbers until they are written; by default the same.
+        Folder for the frames' numbers until they are written; by default `folder`.
 
     Returns
     -------

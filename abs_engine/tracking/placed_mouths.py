@@ -150,7 +150,7 @@ class PlacedMouths:
     ) -> FloatArray:
         """Pose and posture of every frame, (N, 6 + P), each from where it was.
 
-        By its colours, and its `landmarks`. If fitted `again`, it hardly moves.
+        By colours and, if asked, `landmarks`. A posture that is fitted `again` hardly moves.
         """
         self.model.held(self.person)  # made once, for all threads
         solver = _AGAIN if again else _FIRST

@@ -46,9 +46,9 @@ def turned(recording: Recording, count: int) -> list[tuple[Image, Landmarks]]:
 def check_colours(given: Sequence[tuple[Path, Path, FaceChoice]]) -> None:
     """Raise `ParameterError` for a recording without colour among others in colour.
 
-    Each is what was given, its video, and its face. It is judged by the first frame that shows
-    that face, as it is when a clip is tracked with a face that was learned in colour; one that
-    shows none is left to be refused for that.
+    Each is the path that was given, its video and its face. It is judged by the first frame that
+    shows the face, as are clips that are tracked with a learned face. A video that shows none is
+    refused later, for that.
     """
     seen = [(path, _first(video, choice)) for path, video, choice in given]
     faces = [(path, one) for path, one in seen if one is not None]

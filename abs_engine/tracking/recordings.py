@@ -79,9 +79,9 @@ class Recording:
         return replace(self.of(self.path, self.video, record, scale), choice=self.choice)
 
     def choice_from(self, first: int) -> FaceChoice:
-        """Its face, for who looks at the video from frame `first` on.
+        """Its face, for those who read the video from frame `first` on.
 
-        Numbers and boxes are of the beginning: later, the face is where its mouth was tracked.
+        Numbers and boxes hold for the first frame; later, the face is where its mouth was tracked.
         """
         if first == 0 or self.choice == LARGEST:
             return self.choice
@@ -176,7 +176,7 @@ def _choice(told: Mapping[str, Any], run: Arrays) -> FaceChoice:
 def mouth_box(run: Arrays, first: int) -> FaceBox | None:
     """Box of the face whose mouth was tracked in frame `first` of a run, or next after it.
 
-    None where none was found any more, or the run has no camera.
+    None if no later frame was tracked, or the run has no camera.
     """
     there = first + np.flatnonzero(run["found"][first:])
     if not len(there) or "camera_matrix" not in run:

@@ -48,8 +48,8 @@ def other_head(misfit: float) -> tuple[str, ...]:
 
     Parameters
     ----------
-    misfit : float
-        Distance of landmarks from its head, standard deviations.
+    misfit : float, standard deviations
+        Of landmarks from its head; see `speakers.misfit`.
     """
     most = FRAME_LOOP.most_speaker_misfit
     return (OTHER_HEAD.format(misfit, most),) if misfit > most else ()

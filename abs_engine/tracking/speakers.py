@@ -93,7 +93,7 @@ class SpeakerClip:
     first : int
         Frame that tracking begins with.
     looked : int
-        Frames, from the first one with a face on, in which it is seen whether that is the
+        Frames, from the first one with a face on, by which it is judged whether the face is the
         speaker's.
     """
 
@@ -127,16 +127,17 @@ class SpeakerClip:
         return ClipTracker(clip.video, clip.info, setting, face.scale, remarks, facts)
 
     def _seen(self, follower: FaceFollower) -> list[Sighted]:
-        """Some of the frames looked at that show the face; the first one that does among them."""
-        seen, last = list[Sighted](), PREPARATION.look_at
+        """Some of the frames looked at that show the face, beginning with the first that does."""
+        seen, begun = list[Sighted](), None
         stride = max(1, self.looked // PREPARATION.learn_from)
         for k, image in enumerate(islice(self.clip.frames(), self.first, None)):
-            if k == last:
+            if k == (PREPARATION.look_at if begun is None else begun + self.looked):
                 break
             marks = follower.step(image)
-            if marks is not None and not seen:
-                last = k + self.looked
-            if marks is not None and (last - k) % stride == self.looked % stride:
+            if marks is None:
+                continue
+            begun = k if begun is None else begun
+            if (k - begun) % stride == 0:
                 seen.append((image, marks))
         if not seen:
             raise FaceNotFoundError(
@@ -162,9 +163,9 @@ class SpeakerClip:
 
 
 def misfit(fitted: FittedPerson, seen: Sequence[Sighted]) -> float:
-    """Distance of landmarks from a person's head in some frames, their standard deviations.
+    """Median distance of landmarks from a person's head in some frames, in standard deviations.
 
-    The median; where the head fits nowhere, it is the most that any fit may have.
+    A frame in which the head does not fit counts with the most that any fit may have.
     """
     fits = [placed_fit(fitted.textured, fitted.shape, image, marks) for image, marks in seen]
     most = LANDMARK_EVIDENCE.most_misfit

@@ -151,3 +151,7 @@ def test_runs_of_something_else_are_refused(truth, run):
         score({k: v if k == "lip_vertex" else v[:-1] for k, v in run.items()}, truth)
     with pytest.raises(ParameterError, match="not among"):
         score(run | {"lip_vertex": run["lip_vertex"] + 1}, truth)
+    with pytest.raises(ParameterError, match="has tracked no frame"):
+        score(run | {"lip_points": np.full_like(run["lip_points"], np.nan)}, truth)
+    with pytest.raises(ParameterError, match="seed is 'x'; give a whole number"):
+        score(run, truth, seed="x")

@@ -420,9 +420,10 @@ def test_a_folder_may_have_a_dot_in_its_name(folder, tmp_path, name):
     assert (tmp_path / name / "closures.TextGrid").is_file()
 
 
-def test_a_folder_that_is_named_as_a_file_is_refused(folder, tmp_path):
+@pytest.mark.parametrize("suffix", [".TextGrid", ".textgrid"])
+def test_a_folder_that_is_named_like_a_file_is_refused(folder, tmp_path, suffix):
     with pytest.raises(
-        OutputError, match=r"named like a file, .*; choose a name without \.TextGrid"
+        OutputError, match=rf"named like a file, .*; choose a name without \{suffix}"
     ):
-        export_run(folder, "praat", tmp_path / "praat.TextGrid")
+        export_run(folder, "praat", tmp_path / f"praat{suffix}")
     assert list(tmp_path.iterdir()) == []

@@ -9,7 +9,7 @@ import pytest
 
 import abs_engine
 from abs_engine.cli import main
-from abs_engine.core.errors import PluginError
+from abs_engine.core.errors import OpenGLError, PluginError
 from abs_engine.core.registry import RENDERERS
 from abs_engine.render.cpu import CpuRenderer
 from abs_engine.render.select import open_renderer, opened_renderer
@@ -110,6 +110,11 @@ class Shut(CpuRenderer):
         raise OSError("no such device")
 
 
+class Lost(CpuRenderer):
+    def close(self):
+        raise OpenGLError("the context is gone", "start again")
+
+
 def test_a_renderer_that_cannot_be_closed_is_warned_of(monkeypatch, tmp_path, caplog):
     monkeypatch.setitem(RENDERERS._added, "mine", Shut)
     picture = tmp_path / "head.png"
@@ -117,6 +122,13 @@ def test_a_renderer_that_cannot_be_closed_is_warned_of(monkeypatch, tmp_path, ca
     assert picture.is_file()
     (line,) = caplog.messages
     assert line.startswith("closing the renderer 'mine' fails (OSError: no such device) in test_tr")
+
+
+def test_an_error_of_the_engine_in_closing_is_warned_of_too(monkeypatch, caplog):
+    monkeypatch.setitem(RENDERERS._added, "mine", Lost)
+    with opened_renderer("mine"):
+        pass
+    assert caplog.messages == ["the context is gone; start again"]
 
 
 def test_a_failure_counts_more_than_that_of_closing(monkeypatch, caplog):

@@ -75,7 +75,7 @@ def mouth_shape(
     Returns
     -------
     LinearShape
-        Its generators are the units of `mouth_units`, and of `anybody` the depths of some.
+        Its generators are the units of `mouth_units` and, for `anybody`, the depths of some.
     """
     names = mouth_units()
     units = speaker.unit_matrix(names)

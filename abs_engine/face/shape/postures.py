@@ -47,13 +47,15 @@ class Postures:
         )
 
     def varied(self, parts: Sequence[int], mean: float, spread: float) -> Postures:
-        """Moments with K more generators: some of these, times a factor that differs by posture.
+        """Moments with K more generators: some of these times factors that differ by posture.
 
         Parameters
         ----------
         parts : sequence of int, K
+            Which.
         mean, spread : float
-            Of the factors, each independent of the others and of the weights.
+            Mean and standard deviation of the factors, each independent of the others and of the
+            weights.
         """
         c, own = self.covariance, self.mean[list(parts)]
         across, among = mean * c[list(parts)], c[np.ix_(parts, parts)]

@@ -1,0 +1,38 @@
+"""Frames of a clip in which it is judged whether the face in it is the speaker's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from abs_engine.core.errors import FaceNotFoundError
+from abs_engine.tracking.face_choice import LARGEST
+from abs_engine.tracking.settings.preparation import PREPARATION
+from abs_engine.tracking.speakers import SpeakerClip
+
+
+def looked_at(shows, looked, first=0):
+    """Frames chosen of a clip whose frames are numbers, of which some show a face."""
+    clip = SimpleNamespace(frames=lambda: iter(range(400)), video=Path("a.mp4"))
+    follower = SimpleNamespace(step=lambda k: k if shows(k) else None, found=[])
+    return [k for k, _ in SpeakerClip(clip, LARGEST, None, None, first, looked)._seen(follower)]
+
+
+@pytest.mark.parametrize(
+    ("shows", "looked", "first", "chosen"),
+    [
+        (lambda _: True, 25, 0, range(0, 25, 3)),
+        (lambda k: k >= 10 and k != 13, 25, 0, [10, *range(16, 35, 3)]),
+        (lambda _: True, 1, 40, [40]),
+        (lambda k: k >= PREPARATION.look_at - 1, 1, 0, [PREPARATION.look_at - 1]),
+    ],
+)
+def test_frames_are_spread_from_the_first_with_a_face(shows, looked, first, chosen):
+    assert looked_at(shows, looked, first) == list(chosen)
+
+
+def test_a_face_that_comes_too_late_is_none():
+    with pytest.raises(FaceNotFoundError, match=r"no face was found .* of a\.mp4"):
+        looked_at(lambda k: k >= PREPARATION.look_at, 25)
