@@ -145,6 +145,19 @@ def test_a_raw_stream_has_the_rate_that_it_states(tmp_path, codec, suffix, rate,
     assert ("its stream states" in line) == (clock == "stream")
 
 
+def test_a_file_whose_pictures_all_have_one_time_has_the_rate_that_it_states(tmp_path):
+    kept = write_kind(tmp_path / "v.mp4", "libx264", drift(10), rate=50)
+    with av.open(str(kept)) as whole, av.open(str(tmp_path / "w.mkv"), "w") as container:
+        stream = container.add_stream_from_template(whole.streams.video[0])
+        for packet in whole.demux():
+            if packet.size:
+                packet.stream, packet.pts, packet.dts = stream, 0, 0
+                container.mux(packet)
+    info = probe(tmp_path / "w.mkv")
+    assert (info.rate, info.frames, info.times, info.clock) == (50, 10, (), "stream")
+    assert footage_lines(info)[0].startswith("the file holds no times: 50 frames a second")
+
+
 def test_a_file_that_holds_times_is_not_named(tmp_path):
     info = probe(write_kind(tmp_path / "v.mp4", "libx264", drift(10), rate=50))
     assert (info.rate, info.clock) == (50, "file")

@@ -43,8 +43,8 @@ class VideoInfo:
     askew : bool
         Whether the file asks for its pictures to be shown at an angle that is no quarter turn.
     clock : str
-        What `rate` rests on: "file"; or, in a raw stream, whose file holds no times, "stream", the
-        rate that it states, or "nothing", 25 for want of one.
+        What `rate` rests on: "file"; or, where the file holds no times or only one, as raw streams
+        do, "stream", the rate that its stream states, or "nothing", 25 for want of one.
     streams : int
         Number of videos in the file; one is read, see `picture_stream`.
     """
@@ -74,10 +74,10 @@ def probe(path: Path) -> VideoInfo:
     height, width = shown_size(first, aspect)
     with open_video(path) as container:
         stream = picture_stream(container)
-        begins, times, count = _survey(path, container, stream)
+        begins, times, count, still = _survey(path, container, stream)
         stated = float(stream.average_rate or stream.guessed_rate or 0)
         clock = "file"
-        if container.format.flags & _TIMELESS:  # what there is, FFmpeg made up
+        if still or container.format.flags & _TIMELESS:  # what there is, FFmpeg made up
             stated = float(stream.codec_context.framerate or 0)
             begins, times, clock = None, (), "stream" if stated else "nothing"
         sound, streams = _sound(container, begins), len(moving_streams(container))
@@ -164,8 +164,8 @@ def _first_frame(path: Path) -> tuple[av.VideoFrame, float]:
 
 def _survey(
     path: Path, container: av.container.InputContainer, stream: av.VideoStream
-) -> tuple[float | None, tuple[float, ...], int]:
-    """Time of the first frame that is shown, all times from it on, and their number.
+) -> tuple[float | None, tuple[float, ...], int, bool]:
+    """Time of the first frame shown, all times from it on, their number, and if all are one time.
 
     Complains if the file breaks off. Only the last two groups of pictures are decoded: the first
     frames of a group may lean on the group before.
@@ -194,9 +194,9 @@ def _survey(
     ending.check(len(stamps))
     known, unit = sorted(stamp for stamp in stamps if stamp is not None), stream.time_base
     if len(known) < len(stamps) or len(set(known)) < len(known) or unit is None:
-        return None, (), len(stamps)
+        return None, (), len(stamps), len(set(known)) == 1
     times = tuple(float((stamp - known[0]) * unit) for stamp in known)
-    return (float(known[0] * unit) if known else None), times, len(stamps)
+    return (float(known[0] * unit) if known else None), times, len(stamps), False
 
 
 def _rate(times: tuple[float, ...], stated: float) -> float:
