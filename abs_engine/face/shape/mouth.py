@@ -56,7 +56,7 @@ def mouth_shape(
     The recorded ones, a share `SHAPE.recorded`, are large and move together as a face does; the
     authored ones have every action of speech, closures and one-sided ones among them.
 
-    Units that an artist made, MakeHuman's, push and draw back the lips by 0.2 to 0.8 of what those
+    Units that an artist made, MakeHuman's, push and draw back the lips by 0.2 to 0.7 of what those
     do that were made after scans, ICT FaceKit's (Li et al., "Learning Formation of Physically-Based
     Face Attributes", CVPR 2020). Where the person may be `anybody`, lips therefore go farther from
     front to back, by a share that differs from posture to posture.
