@@ -402,7 +402,8 @@ def test_a_bundled_person_is_an_example_to_start_from(
     ("more", "said"),
     [
         (["--pictures", "own.csv"], "name its file with --face"),
-        (["--face", "roles.csv"], "roles.csv exists already"),
+        (["--face", "roles.csv"], "roles.csv does not end in .face"),
+        (["--face", "old.face"], "old.face exists already"),
         (["--face", "me.face"], "name the frames of a closed mouth at rest"),
         (["--face", "me.face", "--pictures", "seen.csv"], "line 2: there is no viseme 'a'"),
     ],
@@ -411,6 +412,7 @@ def test_a_face_that_cannot_be_made_is_one_line(tmp_path, capsys, monkeypatch, m
     words = written(tmp_path, recorded()[1])
     monkeypatch.chdir(tmp_path)
     (tmp_path / "seen.csv").write_text("picture,viseme\nown.csv,a\n")
+    (tmp_path / "old.face").touch()
     assert main([*words, *more]) == 2
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith("abs-engine: error:")
