@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from abs_engine.core.kinds import WHOLE, check_kind, is_of, to_path
 from abs_engine.dataset import Truth, load_truth
+from abs_engine.evaluate.closing import narrow
 from abs_engine.evaluate.estimate import check_run, of_run
 from abs_engine.evaluate.metrics import PointError, lip_rms_mm, without_constant_offset
 from abs_engine.evaluate.score import Score, measure, summary
@@ -84,7 +85,7 @@ def _arrays(run: RunArrays | Tracked | Path | str) -> RunArrays:
 def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
     """Write ``truth_curves.png``: aperture, width and lip error over time.
 
-    Closed frames of the truth are shaded.
+    Frames in which the true aperture counts as closed are shaded, as they are scored.
     """
     figure = Figure(figsize=(9, 7.5), layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
@@ -102,7 +103,7 @@ def draw(run: RunArrays, truth: Truth, folder: Path) -> None:
     _above(bottom)
     half = 0.5 / truth.rate
     for axes in (top, middle, bottom):
-        for at in seconds[truth.closed]:
+        for at in seconds[narrow(truth.aperture)]:
             axes.axvspan(at - half, at + half, color="0.9", lw=0)
     figure.suptitle(f"{truth.person}: {truth.sentence} (shaded: lips closed)")
     figure.savefig(folder / CURVES, dpi=100)
