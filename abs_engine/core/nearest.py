@@ -1,10 +1,12 @@
-"""The places on facets that are nearest to points."""
+"""The places on facets that are nearest to points.
+
+trimesh is imported where it is needed: it takes as long as all the rest of a small program.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from trimesh.triangles import closest_point
 
 from abs_engine.core.arrays import FloatArray
 
@@ -33,7 +35,21 @@ def nearest_on_facets(
     away = np.linalg.norm(points[:, None] - centre, axis=2)
     # A facet lies within its reach of its centre, so only these can hold the nearest place
     which, facet = np.nonzero(away - reach <= away.min(axis=1, keepdims=True) + _ROUNDING)
-    found = closest_point(triangles[facet], points[which])
+    found = nearest_in(triangles[facet], points[which])
     distance = np.linalg.norm(found - points[which], axis=1)
     best = np.lexsort((facet, distance, which))[np.searchsorted(which, np.arange(len(points)))]
     return facet[best], np.asarray(found[best], np.float64)
+
+
+def nearest_in(triangles: FloatArray, points: FloatArray) -> FloatArray:
+    """Place (N, 3) on each facet (N, 3, 3) that is nearest to its own point (N, 3)."""
+    from trimesh.triangles import closest_point
+
+    return np.asarray(closest_point(triangles, points), np.float64)
+
+
+def barycentric(triangles: FloatArray, points: FloatArray) -> FloatArray:
+    """Weights (N, 3) of the corners of facets (N, 3, 3) whose sums are points (N, 3) on them."""
+    from trimesh.triangles import points_to_barycentric
+
+    return np.asarray(points_to_barycentric(triangles, points), np.float64)

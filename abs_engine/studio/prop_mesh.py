@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 from skimage.measure import marching_cubes
-from trimesh.creation import revolve
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.geometry import vertex_normals
@@ -177,6 +176,8 @@ def microphone(body: Colour) -> Prop:
 
     The origin is the middle of the ball.
     """
+    from trimesh.creation import revolve  # slow to import
+
     turn = np.linspace(0, np.radians(152), 48)
     ball = np.column_stack([25 * np.sin(turn), 25 * np.cos(turn)])
     stick = [(14.5, -24.0), (18.5, -25), (18.5, -34), (17, -36), (15, -60), (11.5, -200), (0, -202)]

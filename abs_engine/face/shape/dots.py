@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from trimesh.triangles import points_to_barycentric
 
 from abs_engine.core.arrays import FloatArray
 from abs_engine.core.errors import ParameterError
-from abs_engine.core.nearest import nearest_on_facets
+from abs_engine.core.nearest import barycentric, nearest_on_facets
 
 AXES = "xyz"
 
@@ -96,5 +95,5 @@ def nearest_points(
     points : (K, 3) float64, mm
     """
     facet, place = nearest_on_facets(nodes[faces], np.asarray(points, np.float64))
-    weights = points_to_barycentric(nodes[faces[facet]], place)
+    weights = barycentric(nodes[faces[facet]], place)
     return ShellPoints(faces[facet].astype(np.int32), np.clip(weights, 0, 1))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from trimesh.triangles import closest_point, points_to_barycentric
 
 from abs_engine.core.arrays import FloatArray
+from abs_engine.core.nearest import barycentric, nearest_in
 from abs_engine.face.shape.dots import ShellPoints
 from abs_engine.io.assets import Speaker
 from abs_engine.learn.settings import MEASURED_FACE
@@ -77,8 +77,8 @@ def _nearest(
     triangles, count = vertices[facets], min(MEASURED_FACE.tried, len(facets))
     about = cKDTree(triangles.mean(axis=1)).query(points, count)[1].reshape(-1)
     tried, wanted = triangles[about], np.repeat(points, count, axis=0)
-    found = closest_point(tried, wanted)
+    found = nearest_in(tried, wanted)
     away = np.linalg.norm(found - wanted, axis=1).reshape(-1, count)
     best = np.arange(len(points)) * count + away.argmin(axis=1)
-    weights = np.clip(points_to_barycentric(tried[best], found[best]), 0, 1)
-    return facets[about[best]], np.asarray(weights, np.float64)
+    weights = np.clip(barycentric(tried[best], found[best]), 0, 1)
+    return facets[about[best]], weights

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from trimesh.triangles import points_to_barycentric
 
 from abs_engine.core.arrays import FloatArray, IntArray
 from abs_engine.core.geometry import edges_of
-from abs_engine.core.nearest import nearest_on_facets
+from abs_engine.core.nearest import barycentric, nearest_on_facets
 from abs_engine.io.assets import Speaker
 
 INCISORS = 5.0
@@ -118,7 +117,7 @@ class Lips:
         away = self.incisors - nearest
         distance = np.linalg.norm(away, axis=1)
         unit = away / np.maximum(distance, 1e-9)[:, None]
-        share = points_to_barycentric(corner[best], nearest)
+        share = barycentric(corner[best], nearest)
         moved = np.einsum("df,udfx->udx", share, self.units[:, self.lower_faces[best]])
         return distance, -np.einsum("udx,dx->du", moved, unit)
 
