@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,6 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Arrays = Mapping[str, NDArray[Any]]
+UNUSED = "scipy", "tkinter"
+"""What pyrender and trimesh import where they find it, at more than the cost of all the rest.
+
+Nothing that is drawn here needs them: this process does not find them.
+"""
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 """OpenCV's camera frame to OpenGL's: y and z turned round."""
 
@@ -67,6 +73,8 @@ class Stage:
     """
 
     def __init__(self, setup: Arrays) -> None:
+        for name in UNUSED:
+            sys.modules[name] = None  # type: ignore[assignment]
         import pyrender
 
         know_arguments()
