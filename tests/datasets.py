@@ -47,7 +47,7 @@ GLASS = Mirror.standing((-125.0, 0.0, 620.0), 0.75, (260.0, 320.0))
 LISTS = ("outer_lip", "outer_lip_20", "inner_lip_8", "mouth_corners")
 
 
-def make_dataset(folder, frames=6, *, seed=4, mirror=False, lossless=True):
+def make_dataset(folder, frames=6, *, seed=4, mirror=False, lossless=True, side=True):
     """One clip, "talk", by a camera "front" that stands and a camera "side" that moves."""
     speaker = load_speaker()
     sequence = say("p a m i", speaker, "clara", FRONT, frames=frames, seed=seed)
@@ -82,8 +82,10 @@ def make_dataset(folder, frames=6, *, seed=4, mirror=False, lossless=True):
         write_chunk(clip, first, np.array(offsets[first : first + codec.CHUNK]))
     take = Take(speaker, neutral, offsets, heads, seed)
     take.film(clip / "front", FRONT, [stands], GLASS if mirror else None, lossless)
-    take.film(clip / "side", SIDE, walks, None, lossless)
-    entry = ClipEntry("talk", "clara", "p a m i", frames, sequence.rate, ("front", "side"))
+    if side:
+        take.film(clip / "side", SIDE, walks, None, lossless)
+    cameras = ("front", "side") if side else ("front",)
+    entry = ClipEntry("talk", "clara", "p a m i", frames, sequence.rate, cameras)
     record = dataset_record(
         command="a test", seed=seed, engine="test", clips=[entry], labels=LABELS
     )

@@ -26,7 +26,7 @@ from abs_engine.dataset.picture import read_picture, write_picture
 from abs_engine.dataset.view import load_view
 from abs_engine.evaluate.check import Finding, check_dataset
 from abs_engine.evaluate.check.finding import merged
-from abs_engine.evaluate.check.footage import time_findings
+from abs_engine.evaluate.check.footage import time_findings, watched
 from abs_engine.evaluate.check.ids import shift
 from abs_engine.evaluate.check.motion import vector_findings
 from abs_engine.evaluate.check.speech import contact_findings
@@ -42,13 +42,19 @@ def clean(tmp_path_factory):
     return make_dataset(tmp_path_factory.mktemp("check") / "clean", FRAMES)
 
 
-@pytest.fixture
-def planted(clean, tmp_path):
-    """A copy of the clean dataset to plant a fault in, and the checker's words for it."""
+@pytest.fixture(scope="module")
+def front(tmp_path_factory):
+    """As the clean dataset, by one of its cameras."""
+    return make_dataset(tmp_path_factory.mktemp("check") / "front", FRAMES, side=False)
 
-    def check(plant, *, sign=True, frames=2):
+
+@pytest.fixture
+def planted(front, tmp_path):
+    """A copy of a clean dataset to plant a fault in, and the checker's words for it."""
+
+    def check(plant, *, sign=True, frames=2, source=front):
         folder = tmp_path / "planted"
-        shutil.copytree(clean, folder)
+        shutil.copytree(source, folder)
         plant(folder)
         if sign:
             write_sums(folder)
@@ -250,11 +256,6 @@ FAULTS = {
         "ids do not lie on their facets",
     ),
     "camera pose inverted": (camera(rotations=inverted), "ids do not lie on their facets"),
-    "camera path one frame late": (
-        camera("side", translations=lambda t: np.vstack([t[:1], t[:-1]])),
-        "talk/side/ids: frame 4:",
-    ),
-    "distortion left out": (camera("side", distortion=np.zeros_like), "talk/side/ids: frame 0"),
     "landmarks of the eyes exchanged": (arrays(mirrored_marks), "landmark_68 is not in its order"),
     "landmarks shuffled": (
         arrays(
@@ -353,13 +354,20 @@ FAULTS = {
     "NaN": (arrays(lambda d: d["rotations"].__setitem__((2, 1), np.nan)), "NaN or infinity"),
     "a frame missing": (remove("talk/front/ids/000003.png"), "ids: frame 3: a picture is missing"),
     "a card missing": (remove("README.md"), "README.md: the file is missing"),
-    "a video missing": (remove("talk/side/video.mp4"), "talk/side/video.mp4: the file is missing"),
+    "a video missing": (remove("talk/front/video.mp4"), "front/video.mp4: the file is missing"),
     "a picture of 8 bits": (
         lambda folder: cv2.imwrite(
-            str(folder / "talk/side/depth/000002.png"), np.zeros(SIZE[::-1], np.uint8)
+            str(folder / "talk/front/depth/000002.png"), np.zeros(SIZE[::-1], np.uint8)
         ),
         "a wrong size or depth (160x120, 8 bits, 1 channels)",
     ),
+}
+SIDE_FAULTS = {
+    "camera path one frame late": (
+        camera("side", translations=lambda t: np.vstack([t[:1], t[:-1]])),
+        "talk/side/ids: frame 4:",
+    ),
+    "distortion left out": (camera("side", distortion=np.zeros_like), "talk/side/ids: frame 0"),
 }
 
 
@@ -372,12 +380,22 @@ def punched(image):
 def test_a_true_dataset_is_clean(clean):
     steps = []
     assert check_dataset(clean, progress=lambda *step: steps.append(step)) == []
-    assert check_dataset(clean, frames=None) == []
     assert steps == [(i + 1, 2 * FRAMES) for i in range(2 * FRAMES)]
 
 
-def test_a_true_dataset_with_a_mirror_is_clean_and_a_moved_mirror_is_not(tmp_path):
-    folder = make_dataset(tmp_path / "mirror", 3, mirror=True, lossless=False)
+def test_a_true_dataset_of_one_camera_is_clean_in_all_its_frames(front):
+    assert check_dataset(front, frames=None) == []
+
+
+@pytest.fixture(scope="module")
+def mirrored(tmp_path_factory):
+    """By one camera, before a mirror."""
+    folder = tmp_path_factory.mktemp("check") / "mirror"
+    return make_dataset(folder, 3, mirror=True, lossless=False, side=False)
+
+
+def test_a_true_dataset_with_a_mirror_is_clean_and_a_moved_mirror_is_not(mirrored, tmp_path):
+    folder = shutil.copytree(mirrored, tmp_path / "mirror")
     assert check_dataset(folder) == []
     path = folder / "talk/front/camera.json"
     placed = load_placed_camera(path)
@@ -389,8 +407,7 @@ def test_a_true_dataset_with_a_mirror_is_clean_and_a_moved_mirror_is_not(tmp_pat
     assert "mirror_landmark_pixels are not where the vertices project to" in said
 
 
-def test_landmarks_that_the_mirror_shows_are_held_against_the_ids(tmp_path):
-    folder = make_dataset(tmp_path / "mirror", 3, mirror=True, lossless=False)
+def test_landmarks_that_the_mirror_shows_are_held_against_the_ids(mirrored, tmp_path):
     points = "talk/front/points.npz"
     faults = {
         "all": (lambda seen: np.ones_like(seen), "mirror_landmark_visible does not agree"),
@@ -400,7 +417,7 @@ def test_landmarks_that_the_mirror_shows_are_held_against_the_ids(tmp_path):
     }
     for fault, (change, words) in faults.items():
         broken = tmp_path / fault
-        shutil.copytree(folder, broken)
+        shutil.copytree(mirrored, broken)
         key = "mirror_landmark_visible"
         arrays(lambda d, change=change, key=key: d.update({key: change(d[key])}), points)(broken)
         write_sums(broken)
@@ -418,8 +435,14 @@ def test_a_turn_is_too_fast_by_the_second(rate, found):
     assert ["rotations jump" in line for line in said] == ([True] if found else [])
 
 
+def test_label_frames_that_are_held_against_a_video_are_spread_over_it_and_named_once():
+    assert watched(2) == []
+    assert watched(5) == [1, 2, 3]
+    assert watched(102) == [1, 21, 41, 60, 80, 100]
+
+
 def test_light_that_changes_and_a_mirror_do_not_put_a_video_out_of_step(tmp_path):
-    folder = make_dataset(tmp_path / "dim", 6, mirror=True, lossless=False)
+    folder = make_dataset(tmp_path / "dim", 6, mirror=True, lossless=False, side=False)
     for kind in ("albedo", "normals", "flow"):
         shutil.rmtree(folder / "talk" / "front" / kind)
     truth = load_view(load_clip(folder / "talk"), folder / "talk" / "front")
@@ -441,6 +464,13 @@ def test_light_that_changes_and_a_mirror_do_not_put_a_video_out_of_step(tmp_path
 def test_a_planted_fault_is_found(planted, fault):
     plant, words = FAULTS[fault]
     said = planted(plant)
+    assert any(words in line for line in said), said
+
+
+@pytest.mark.parametrize("fault", SIDE_FAULTS)
+def test_a_fault_of_one_of_two_cameras_is_found(planted, clean, fault):
+    plant, words = SIDE_FAULTS[fault]
+    said = planted(plant, source=clean)
     assert any(words in line for line in said), said
 
 
@@ -466,12 +496,12 @@ def test_exchanged_classes_are_found(clean, pair):
     ("plant", "words"),
     [
         (
-            lambda f: (f / "talk/side/ids/000001.png").write_bytes(
-                (f / "talk/side/ids/000002.png").read_bytes()
+            lambda f: (f / "talk/front/ids/000001.png").write_bytes(
+                (f / "talk/front/ids/000002.png").read_bytes()
             ),
-            "talk/side/ids/000001.png: the file was altered",
+            "talk/front/ids/000001.png: the file was altered",
         ),
-        (remove("talk/side/flow/000001.png"), "000001.png: the file is listed, but missing"),
+        (remove("talk/front/flow/000001.png"), "000001.png: the file is listed, but missing"),
         (lambda f: (f / "more.txt").write_text("x"), "more.txt: the file has no checksum"),
         (remove("SHA256SUMS"), "SHA256SUMS: the list of checksums is missing"),
     ],
@@ -482,12 +512,12 @@ def test_checksums_give_files_away(planted, plant, words):
 
 def test_one_wrong_frame_is_named(planted):
     def plant(folder):
-        path = folder / "talk/side/depth/000004.png"
+        path = folder / "talk/front/depth/000004.png"
         write_picture(path, read_picture(path, "depth", SIZE) + np.uint16(40))
 
     said = planted(plant, frames=None)
     assert len(said) == 2
-    assert all(line.startswith("talk/side/depth: frame 4: ") for line in said)
+    assert all(line.startswith("talk/front/depth: frame 4: ") for line in said)
     assert "labels lie beside the ids" in said[0]
 
 
@@ -524,8 +554,8 @@ def test_what_is_no_dataset(tmp_path):
         check_dataset(tmp_path)
 
 
-def test_the_command(clean, planted, tmp_path, capsys):
-    assert cli.main(["check", str(clean)]) == 0
+def test_the_command(front, planted, tmp_path, capsys):
+    assert cli.main(["check", str(front)]) == 0
     assert "nothing wrong" in capsys.readouterr().out
     planted(remove("README.md"))
     assert cli.main(["check", str(tmp_path / "planted"), "--frames", "1"]) == 1

@@ -27,7 +27,7 @@ from abs_engine.io.video import probe, read_frames
 
 LAGS = (-1, 0, 1)
 WATCHED = 6
-"""How many label frames are held against the video."""
+"""How many label frames are held against the video, at most."""
 
 BETTER = 0.98
 """Another frame fits better if what it leaves unexplained is less than this share."""
@@ -45,11 +45,9 @@ PIXELS = 300
 def watched(frames: int) -> list[int]:
     """Label frames that are held against the video; each has neighbours."""
     inner = np.arange(1, max(frames - 1, 1))
-    return (
-        inner[np.linspace(0, len(inner) - 1, WATCHED).round().astype(int)].tolist()
-        if len(inner)
-        else []
-    )
+    if len(inner) > WATCHED:
+        inner = inner[np.linspace(0, len(inner) - 1, WATCHED).round().astype(int)]
+    return [int(frame) for frame in inner]
 
 
 def video_findings(truth: Truth, sights: list[Sight], name: str) -> Iterator[Finding]:
