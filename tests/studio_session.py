@@ -62,10 +62,10 @@ def hurried(scene: SceneFile) -> SceneFile:
 
 
 def board_alone(cameras: Sequence[str]) -> SceneFile:
-    """The board alone, in small pictures: for tests."""
+    """The board alone, in small pictures without labels that are not looked at: for tests."""
     scene = hurried(session_scene(cameras))
     small = tuple(replace(c, size=(480, 480), focal=0.75 * (c.focal or 0)) for c in scene.camera)
-    return replace(scene, camera=small, clip=scene.clip[:1])
+    return replace(scene, camera=small, clip=scene.clip[:1], labels=())
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from abs_engine.io.video import VideoWriter, read_frames
 
 GL_WAYS = ("gl_thin", "gl_instanced", "gl_batched")
 PYRENDER_WAYS = ("pyrender_numpy", "pyrender_tuned")
-FEW = 20
+FEW = 10
 """Frames of a real clip that are timed."""
 
 

@@ -84,11 +84,15 @@ def test_the_view_is_found_by_the_video_or_named(truth, dataset, tmp_path, capsy
     assert json.loads((tmp_path / "named/scores.json").read_text())["views"] == ["other/camera"]
 
 
-@pytest.mark.parametrize("told", [None, "{", "[]", '{"settings": {}}'])
-def test_an_old_run_is_taken_at_its_word(truth, dataset, tmp_path, caplog, told):
-    run = write_run(tmp_path / "run", truth)
-    if told is not None:
-        (run / "run.json").write_text(told)
-    assert video_sum(run) is None
+def test_an_old_run_is_taken_at_its_word(truth, dataset, tmp_path, caplog):
+    run, seen = write_run(tmp_path / "run", truth), load_truth(dataset / "clip/camera")
+    for told in (None, "[]", '{"settings": {}}', "{"):
+        caplog.clear()
+        if told is not None:
+            (run / "run.json").write_text(told)
+        assert video_sum(run) is None
+        check_clip(run, {}, seen)
+        assert "does not say of which video it is" in caplog.text
+    caplog.clear()
     assert evaluate(run, dataset / "clip/camera", tmp_path / "out") == 0
     assert "does not say of which video it is" in caplog.text

@@ -204,9 +204,9 @@ def test_labiodentals_touch_in_people_drawn_by_chance(seed):
 def test_the_lip_does_not_go_through_the_teeth(person):
     solver = ContactSolver(lips(person), SPEAKER.unit_names)
     for symbol in "fvɱ":
-        bitten = neutral(person) + deform(SPEAKER, solver.bite(posture(symbol)))
-        assert depth_in_teeth(bitten) < 0.3
-        off = lips(person).tooth_gaps(solver.bite(posture(symbol)))[0]
+        weights = solver.bite(posture(symbol))
+        assert depth_in_teeth(neutral(person) + deform(SPEAKER, weights)) < 0.3
+        off = lips(person).tooth_gaps(weights)[0]
         assert off.max() < 0.5  # neither end of the teeth stands deep in the lip
 
 
@@ -236,14 +236,14 @@ def depth_in_teeth(vertices):
     points = np.einsum("sc,fcx->fsx", share, lip).reshape(-1, 3)
     points = points[(np.abs(points[:, 0]) < 6) & (points[:, 1] > teeth[..., 1].min())]
     (a, b, c), z = (teeth[:, k, :2] for k in range(3)), teeth[..., 2]
-    area = cross(b - a, c - a)
-    flat = np.abs(area) > 1e-9
+    flat = np.abs(cross(b - a, c - a)) > 1e-9
+    a, b, c, z = a[flat], b[flat] - a[flat], c[flat] - a[flat], z[flat]
+    away = points[:, None, :2] - a
+    u, w = cross(away, c) / cross(b, c), cross(b, away) / cross(b, c)
+    met = (u >= 0) & (w >= 0) & (u + w <= 1)
+    ahead = z[:, 0] + u * (z[:, 1] - z[:, 0]) + w * (z[:, 2] - z[:, 0])
     deepest = 0.0
-    for point in points:
-        along = cross(point[:2] - a, c - a), cross(b - a, point[:2] - a)
-        u, w = (part[flat] / area[flat] for part in along)
-        met = (u >= 0) & (w >= 0) & (u + w <= 1)
-        at = (z[flat, 0] + u * (z[flat, 1] - z[flat, 0]) + w * (z[flat, 2] - z[flat, 0]))[met]
+    for point, at in zip(points, map(np.extract, met, ahead), strict=True):
         if len(at) and at.min() < point[2] < at.max():
             place = closest_point(teeth, np.broadcast_to(point, (len(teeth), 3)))
             deepest = max(deepest, np.linalg.norm(place - point, axis=1).min())

@@ -5,6 +5,8 @@ Places are millimetres on the average head, so a region is where it should be on
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -44,6 +46,7 @@ def lips(speaker: Speaker, chart: Chart) -> Floats:
     return step(outside, 0.45, -0.45) * reach
 
 
+@lru_cache(maxsize=1)
 def border_distance(speaker: Speaker, chart: Chart, limit: float = 8.0) -> NDArray[np.float64]:
     """Distance (T,), mm, to the border between lips and skin, not more than `limit`."""
     ring = speaker.vertices[speaker.lip_ring].astype(np.float64)
@@ -53,6 +56,7 @@ def border_distance(speaker: Speaker, chart: Chart, limit: float = 8.0) -> NDArr
     near = ((chart.place > low) & (chart.place < high)).all(axis=1)
     out = np.full(len(chart.place), limit)
     out[near] = np.minimum(cKDTree(border).query(chart.place[near])[0], limit)
+    out.flags.writeable = False  # it is kept
     return out
 
 
