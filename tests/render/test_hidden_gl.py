@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from drawn import lit
 from heads import seen_at
 from runs import write_kind
