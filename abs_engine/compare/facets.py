@@ -15,7 +15,7 @@ from abs_engine.compare.pull import Pull
 from abs_engine.compare.settings import COMPARISON
 from abs_engine.compare.sums import outlined, pixel_sums
 from abs_engine.core.arrays import BoolArray, FloatArray
-from abs_engine.core.buffers import Buffers
+from abs_engine.core.buffers import Outlines
 from abs_engine.core.camera import Camera, Window
 from abs_engine.core.errors import ParameterError
 from abs_engine.core.scene import Candidates, ClassMaps, Renderer, Scene
@@ -45,7 +45,7 @@ class FacetLikelihood:
         How the integral over a facet is found (section 5.4): the exact sum over its visible pixels
         (eq. 7), or the paper's one sample, the value at the centre of what is seen of it times its
         visible area (eq. 8). Only the exact sum is fused into the drawing; for one sample the
-        buffers come back.
+        ids of the facets come back.
     compared : (H, W) bool, optional
         Which drawn pixels are compared; by default all. Maps are to be 0 elsewhere, so that the
         exact sum needs it not; one sample must not stand for pixels that are not compared.
@@ -95,7 +95,7 @@ class FacetLikelihood:
             sums = pixel_sums(*given, terms)
             total, pixels = sums.total, sums.pixels.astype(np.float64)
         else:
-            total, pixels = self._sampled(self.renderer.draw(*given[1:]), terms)
+            total, pixels = self._sampled(outlined(*given), terms)
         total = total if free is None else total - pixels + free
         mean = np.maximum(total / self.pixels, 1e-6)
         return np.asarray(-self.observations * np.log(mean))
@@ -171,7 +171,7 @@ class FacetLikelihood:
             return 0.0
         return float(n / (np.exp(-data / n) * self.pixels))
 
-    def _sampled(self, drawn: list[Buffers], terms: ClassMaps) -> tuple[FloatArray, FloatArray]:
+    def _sampled(self, drawn: list[Outlines], terms: ClassMaps) -> tuple[FloatArray, FloatArray]:
         """The sum of eq. 9 with one sample for each facet, and the drawn pixels, (B,) each."""
         classes, shown = self.scene.facet_class, drawn
         if self.compared is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.arrays import FloatArray
-from abs_engine.core.buffers import Buffers
+from abs_engine.core.buffers import Buffers, Outlines
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import ParameterError
 
@@ -32,13 +32,16 @@ def check_rule(rule: str) -> None:
 
 
 def facet_scores(
-    buffers: Buffers, maps: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
+    buffers: Buffers | Outlines,
+    maps: NDArray[np.floating],
+    facet_class: NDArray[np.integer],
+    rule: Rule,
 ) -> FloatArray:
     """Contribution of each facet to the sum of eq. 9.
 
     Parameters
     ----------
-    buffers : Buffers
+    buffers : Buffers or Outlines
     maps : (C, H, W)
         Likelihood map of each class id.
     facet_class : (F,) int
@@ -147,7 +150,10 @@ def lifted(forces: FloatArray, points: FloatArray, camera: Camera, scale: float)
 
 
 def _integrals(
-    buffers: Buffers, planes: NDArray[np.floating], facet_class: NDArray[np.integer], rule: Rule
+    buffers: Buffers | Outlines,
+    planes: NDArray[np.floating],
+    facet_class: NDArray[np.integer],
+    rule: Rule,
 ) -> FloatArray:
     """Integrals (F, D) of each class's planes (C, D, H, W) over the visible part of its facets."""
     check_rule(rule)

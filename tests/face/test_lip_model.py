@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +24,7 @@ BETWEEN = 3
 BESIDES = lips_besides(SPEAKER, BETWEEN, INSIDE)
 
 
+@cache
 def model_of(person: str) -> tuple[LipModel, np.ndarray]:
     """A person's lips whose modes are those of the whole surface, and the heads they are of."""
     heads = authored_motion(SPEAKER, person, frames=60).vertices(SPEAKER)

@@ -365,9 +365,10 @@ def test_a_drawn_head_is_recovered_from_the_side(driver, yaw):
 def test_one_sample_for_each_facet_finds_the_lips_too(driver):
     """Eq. 8 in place of the exact sum: another value, and lips about as near."""
     sampled = replace(setting(), score="sample")
-    fits = [fit_frame(sampled, picture(frame), FRONT, STARTS, driver) for frame in SHOWN]
-    errors = np.array([error(fit.nodes, frame) for fit, frame in zip(fits, SHOWN, strict=True)])
-    assert (errors < 0.5 * np.array([untracked(frame) for frame in SHOWN])).all()
+    shown = SHOWN[::2]
+    fits = [fit_frame(sampled, picture(frame), FRONT, STARTS, driver) for frame in shown]
+    errors = np.array([error(fit.nodes, frame) for fit, frame in zip(fits, shown, strict=True)])
+    assert (errors < 0.5 * np.array([untracked(frame) for frame in shown])).all()
     assert np.sqrt(np.mean(errors**2)) < 1.2  # mm
     problem = shell_problem(setting(), picture(0), FRONT)
     exact = problem(problem.chosen(fits[0].solution.x))

@@ -133,7 +133,7 @@ def rms(one: np.ndarray, two: np.ndarray) -> float:
 
 
 FINE = Simplex(tolerance=1e-3, limit=3000)
-CASES = {"thin": range(8), "instanced": range(4)}  # the second draws far more slowly on a CPU
+CASES = {"thin": range(4), "instanced": range(3)}  # the second draws far more slowly on a CPU
 ALL = np.arange(N)
 
 
@@ -216,7 +216,7 @@ class TestBothRenderers:
         started afresh until it no longer matters which.
         """
         apart = []
-        for case in CASES[renderer.vertex_path][::2]:
+        for case in CASES[renderer.vertex_path][::3]:
             ours = fit(renderer, case, LEADING, FINE, rounds=4)[0]
             apart.append(rms(ours, fitted_leading(case)))
         assert max(apart) <= 0.02
@@ -227,7 +227,7 @@ def test_the_thin_path_and_the_cpu_agree_to_the_last_digit(gl):
     """One pixel that only one of them draws would turn a simplex: there is none."""
     with OpenGLRenderer(gl, "thin") as thin:
         for case in range(4):
-            spread = np.random.default_rng(case).normal(0, 0.3, (300, N))
+            spread = np.random.default_rng(case).normal(0, 0.3, (100, N))
             vectors = truth(case) + spread * np.r_[POSE_DEVIATION, np.ones(N - 6)]
             ours, theirs = (posterior(r, case).values(vectors) for r in (thin, CPU))
             np.testing.assert_array_equal(ours, theirs)

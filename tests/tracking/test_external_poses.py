@@ -10,6 +10,7 @@ import pytest
 from hurried import hurried
 from runs import write_noise
 
+import abs_engine
 from abs_engine.cli import main
 from abs_engine.core.camera import Camera
 from abs_engine.core.errors import InputFileError, ModelFormatError, ParameterError
@@ -360,10 +361,10 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
         rows[1 + LOST][rows[0].index(name)] = ""
     with (tmp_path / "edited.csv").open("w", newline="") as file:
         csv.writer(file).writerows(rows)
-    colours = folder / "colours.npz"
-    again = tracked(
-        truth, tmp_path / "run", tmp_path / "edited.csv", "--person", "clara", "--colours", colours
-    )
+    again = abs_engine.track(
+        truth.video, renderer="cpu", camera=truth.folder / "camera.json", person="clara",
+        poses=tmp_path / "edited.csv", colours=folder / "colours.npz",
+    )  # fmt: skip
     assert np.flatnonzero(~again["found"]).tolist() == [LOST]
     assert again["status"][LOST] == NO_POSE
     assert np.isnan(again["translation"][LOST]).all()
@@ -371,7 +372,9 @@ def test_the_table_of_a_run_feeds_another_and_gaps_stay_gaps(run, truth, tmp_pat
     np.testing.assert_allclose(
         again["translation"][others], arrays["translation"][others], atol=1e-2
     )
-    assert lip_error(again, truth) < lip_error(arrays, truth) + 0.3  # after the gap it starts anew
+    assert (
+        lip_error(again.arrays, truth) < lip_error(arrays, truth) + 0.3
+    )  # after the gap it starts anew
 
 
 def test_to_the_average_head_they_are_a_first_guess(run, truth, tmp_path):

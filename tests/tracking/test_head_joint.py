@@ -313,9 +313,12 @@ def turns_of(person):
     return np.degrees(off)
 
 
-@pytest.mark.parametrize("person", ["clara", "kofi", "walter", "mei", "amara", "ravi"])
+@pytest.mark.parametrize("person", ["kofi", "walter", "amara"])
 def test_the_head_of_an_unknown_person_is_seen_to_turn_as_it_does(person):
-    """The nod that a head has at rest goes with its shape, so that one constant is left open."""
+    """The nod that a head has at rest goes with its shape, so that one constant is left open.
+
+    Of the bundled people these three come nearest to the limits.
+    """
     off = turns_of(person)
     away = np.linalg.norm(off - off.mean(axis=0), axis=1)
     assert np.sqrt((away**2).mean()) < 1.5

@@ -17,7 +17,7 @@ from abs_engine.export.exporter import read_run
 from abs_engine.io.assets import load_speaker
 from abs_engine.tracking.landmark_correspondence import load_correspondence
 
-FRAMES = 5
+FRAMES = 4
 OPEN = np.linspace(0.0, 0.5, FRAMES)
 pytestmark = pytest.mark.slow
 

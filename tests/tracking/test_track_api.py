@@ -37,6 +37,30 @@ def run(video):
     return found
 
 
+@pytest.fixture(scope="module")
+def written(video, tmp_path_factory):
+    """The same run, by default, in a folder."""
+    folder = tmp_path_factory.mktemp("written") / "run"
+    return abs_engine.track(str(video), str(folder), renderer="cpu"), folder
+
+
+SMOOTHED = {"renderer": "cpu", "terms": "colour", "smooth": "savitzky-golay:5"}
+
+
+@pytest.fixture(scope="module")
+def smoothed(video):
+    """The same, smoothed; options that are None are as if they were not there."""
+    none = dict.fromkeys(("evidence", "progress", "worn", "face"))
+    return abs_engine.track(video, **SMOOTHED, **none)
+
+
+@pytest.fixture(scope="module")
+def written_smoothed(video, tmp_path_factory):
+    """That in a folder."""
+    folder = tmp_path_factory.mktemp("smoothed") / "run"
+    return abs_engine.track(video, folder, **SMOOTHED), folder
+
+
 def test_a_run_has_arrays_and_writes_nothing(run, video):
     assert len(run) == len(OPEN)
     assert run.found.all()
@@ -63,10 +87,10 @@ def test_landmarks_alone_are_no_second_measure_of_themselves(video, monkeypatch)
     assert not alone["contradicted"].any()
 
 
-def test_the_table_is_that_of_the_file(run, video, tmp_path):
-    written = abs_engine.track(str(video), str(tmp_path / "run"), renderer="cpu")
-    np.testing.assert_array_equal(written.aperture, run.aperture)
-    with (tmp_path / "run" / "results.csv").open() as file:
+def test_the_table_is_that_of_the_file(run, written, video):
+    kept, folder = written
+    np.testing.assert_array_equal(kept.aperture, run.aperture)
+    with (folder / "results.csv").open() as file:
         heading, *rows = csv.reader(file)
     frame = run.to_pandas()
     assert list(frame.columns) == heading
@@ -75,9 +99,9 @@ def test_the_table_is_that_of_the_file(run, video, tmp_path):
     assert (frame["closed"] == run.closed).all()
     column = [float(row[heading.index("aperture")]) for row in rows]
     np.testing.assert_allclose(frame["aperture"], column, rtol=1e-5)
-    assert written.summary["frames"] == len(OPEN)
+    assert kept.summary["frames"] == len(OPEN)
     with pytest.raises(OutputError):
-        abs_engine.track(str(video), str(tmp_path / "run"), renderer="cpu")
+        abs_engine.track(str(video), str(folder), renderer="cpu")
 
 
 @pytest.mark.parametrize(
@@ -130,12 +154,12 @@ def test_an_address_in_place_of_a_video():
         abs_engine.track("http://a.org/b.mp4")
 
 
-def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
-    kept = abs_engine.track(video, tmp_path / "run", renderer="cpu", evidence="landmarks")
-    for name in ("run", "run/results.npz"):
-        np.testing.assert_array_equal(abs_engine.load_run(tmp_path / name)["time"], kept.time)
-    for name in ("run", "run/mesh.npz"):
-        read = abs_engine.load_mesh(tmp_path / name)
+def test_a_run_is_read_by_its_folder_or_its_file(written, tmp_path):
+    kept, folder = written
+    for path in (folder, folder / "results.npz"):
+        np.testing.assert_array_equal(abs_engine.load_run(path)["time"], kept.time)
+    for path in (folder, folder / "mesh.npz"):
+        read = abs_engine.load_mesh(path)
         with pytest.raises(ParameterError, match=f"no frame {len(read)}; give 0 to"):
             read.vertices(len(read))
         assert repr(read).startswith(f"<RunMesh of {len(OPEN)} frames: {len(read.mean)} vertices, ")
@@ -143,11 +167,8 @@ def test_a_run_is_read_by_its_folder_or_its_file(video, tmp_path):
         abs_engine.load_run(tmp_path / "nowhere" / "results.npz")
 
 
-def test_none_is_the_default(video, run):
-    same = abs_engine.track(
-        video, renderer="cpu", terms="colour", evidence=None, progress=None, worn=None, face=None
-    )
-    np.testing.assert_array_equal(same.aperture, run.aperture)
+def test_none_is_the_default(smoothed, run):
+    np.testing.assert_array_equal(smoothed.aperture, run.aperture)
     with abs_engine.open_renderer(None) as usual, abs_engine.open_renderer() as auto:
         assert usual.description == auto.description
 
@@ -159,33 +180,33 @@ def test_what_follows_from_an_option_is_not_offered(video):
     assert "model_file" not in str(caught.value)
 
 
-def test_a_smoothed_run_has_its_curves_in_memory_as_on_disk(video, run, tmp_path):
-    filtered = {"renderer": "cpu", "terms": "colour", "smooth": "savitzky-golay:5"}
-    bare = abs_engine.track(video, **filtered)
-    written = abs_engine.track(video, tmp_path / "run", **filtered)
-    assert not np.allclose(bare.smoothed["aperture"], run.aperture)
-    np.testing.assert_array_equal(bare.aperture, run.aperture)
-    with (tmp_path / "run" / "smoothed.csv").open(encoding="utf-8") as file:
+def test_a_smoothed_run_has_its_curves_in_memory_as_on_disk(run, smoothed, written_smoothed):
+    written, folder = written_smoothed
+    assert not np.allclose(smoothed.smoothed["aperture"], run.aperture)
+    np.testing.assert_array_equal(smoothed.aperture, run.aperture)
+    with (folder / "smoothed.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["index", "time", *bare.smoothed]
+    assert list(rows[0]) == ["index", "time", *smoothed.smoothed]
     on_disk = [float(row["aperture"]) for row in rows]
-    np.testing.assert_allclose(on_disk, bare.smoothed["aperture"], atol=1e-3)
-    for name, curve in bare.smoothed.items():
+    np.testing.assert_allclose(on_disk, smoothed.smoothed["aperture"], atol=1e-3)
+    for name, curve in smoothed.smoothed.items():
         np.testing.assert_array_equal(curve, written.smoothed[name])
     assert run.smoothed == {}
 
 
-@pytest.mark.parametrize("smooth", [None, "savitzky-golay:5"])
-def test_a_run_in_memory_is_saved_as_it_would_have_been_written(video, tmp_path, smooth):
-    options = {"renderer": "cpu", "terms": "colour", "smooth": smooth}
-    abs_engine.track(video, tmp_path / "written", **options)
-    run = abs_engine.track(video, **options)
+@pytest.mark.parametrize(
+    ("in_memory", "on_disk"), [("run", "written"), ("smoothed", "written_smoothed")]
+)
+def test_a_run_in_memory_is_saved_as_it_would_have_been_written(
+    request, tmp_path, in_memory, on_disk
+):
+    run, (_, folder) = map(request.getfixturevalue, (in_memory, on_disk))
     run.save(str(tmp_path / "saved"))
-    saved, written = ({p.name: p.read_bytes() for p in (tmp_path / n).iterdir()}
-                      for n in ("saved", "written"))  # fmt: skip
+    saved, written = ({p.name: p.read_bytes() for p in path.iterdir()}
+                      for path in (tmp_path / "saved", folder))  # fmt: skip
     left_out = {".choices", "contact_sheet.png", "head.png", "overlay.mp4", "timing.json"}
     assert saved == {name: content for name, content in written.items() if name not in left_out}
-    assert ("smoothed.csv" in saved) == (smooth is not None)
+    assert ("smoothed.csv" in saved) == (in_memory == "smoothed")
     with pytest.raises(OutputError, match="saved exists already"):
         run.save(tmp_path / "saved")
     with pytest.raises(ParameterError, match="folder is 5; give a path"):
