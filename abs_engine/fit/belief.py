@@ -38,17 +38,19 @@ class Unknown:
         Standard deviation at least, in the measure's unit.
     share : float
         And so much of the measure's size.
+    most : float
+        But by its size no more than this, in the measure's unit.
     """
 
     factor: float = 1.0
     least: float = 0.0
     share: float = 0.0
+    most: float = math.inf
 
     def deviation(self, own: FloatArray, size: FloatArray | float = 0.0) -> FloatArray:
         """The standard deviation of a measure, of what its curvature tells and its size."""
-        return np.asarray(
-            np.sqrt((self.factor * own) ** 2 + self.least**2 + (self.share * np.abs(size)) ** 2)
-        )
+        by_size = np.minimum(self.share * np.abs(size), self.most)
+        return np.asarray(np.sqrt((self.factor * own) ** 2 + self.least**2 + by_size**2))
 
 
 APERTURE, WIDTH = Unknown(*BELIEF.aperture), Unknown(*BELIEF.width)

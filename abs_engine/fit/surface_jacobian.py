@@ -49,7 +49,8 @@ def summed_along(
 def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weights, normal, gain,
          curve, observations, fall, bend):  # fmt: skip
     """The sums of `summed_along`, border after border."""
-    at, moves = np.empty(3), np.empty((modes.shape[1], 3))
+    lines, many = modes.reshape((len(modes), -1)), modes.shape[1]
+    at, moves = np.empty(3), np.empty(3 * many)
     arm, seen, row = np.empty(3), np.empty(3), np.empty(len(fall))
     for k in range(len(facet)):
         moves[:] = 0.0
@@ -59,11 +60,11 @@ def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weig
             vertex, share = faces[facet[k], c], weights[k, c]
             for axis in range(3):
                 at[axis] += share * mean[vertex, axis]
-                for p in range(len(moves)):
-                    moves[p, axis] += share * modes[vertex, p, axis]
-        for p in range(len(moves)):
+            for j in range(len(moves)):  # one number after another, several in a step
+                moves[j] += share * lines[vertex, j]
+        for p in range(many):
             for axis in range(3):
-                at[axis] += posture[p] * moves[p, axis]
+                at[axis] += posture[p] * moves[3 * p + axis]
         for axis in range(3):
             for other in range(3):
                 arm[axis] += rotation[axis, other] * (at[other] - pivot[other])
@@ -74,12 +75,11 @@ def _sum(mean, modes, faces, posture, rotation, shift, pivot, focal, facet, weig
         row[1] = arm[2] * px - arm[0] * pz
         row[2] = arm[0] * py - arm[1] * px
         row[3], row[4], row[5] = px, py, pz
-        for p in range(len(moves)):
-            total = 0.0
-            for axis in range(3):
-                turned = rotation[0, axis] * px + rotation[1, axis] * py + rotation[2, axis] * pz
-                total += moves[p, axis] * turned
-            row[6 + p] = total
+        tx = rotation[0, 0] * px + rotation[1, 0] * py + rotation[2, 0] * pz
+        ty = rotation[0, 1] * px + rotation[1, 1] * py + rotation[2, 1] * pz
+        tz = rotation[0, 2] * px + rotation[1, 2] * py + rotation[2, 2] * pz
+        for p in range(many):
+            row[6 + p] = moves[3 * p] * tx + moves[3 * p + 1] * ty + moves[3 * p + 2] * tz
         for p in range(len(row)):
             fall[p] += gain[k] * row[p]
             stiff, line = curve[k] * row[p], bend[p]

@@ -82,11 +82,20 @@ def test_closed_lips_are_probably_closed():
         assert (found.closed > 0.5) == closed
 
 
+def test_the_size_of_a_measure_adds_a_share_up_to_a_limit():
+    added = Unknown(factor=0.0, least=0.3, share=0.4, most=1.2)
+    small, at_limit, large = (float(added.deviation(np.zeros(()), h)) for h in (1.0, 3.0, 30.0))
+    assert small == pytest.approx(0.5)
+    assert at_limit == large == pytest.approx(np.hypot(0.3, 1.2))
+    without = Unknown(factor=0.0, least=0.3, share=0.4)
+    assert without.deviation(np.zeros(()), 30.0) == pytest.approx(np.hypot(0.3, 12.0))
+
+
 def test_another_measure_that_agrees_leaves_more_belief_and_one_that_does_not_less():
     made, _ = told(400.0 * np.eye(N))
     found = belief_of(made, FACE, np.r_[np.zeros(6), MODEL.prototypes[0]])
     assert found.against(np.nan).aperture == found.aperture
-    assert found.against(0.0).aperture < found.aperture < found.against(0.5).aperture
+    assert found.against(0.0).aperture < found.aperture < found.against(0.7).aperture
     doubted = found.against(3.0)
     assert doubted.aperture == pytest.approx(3 * found.aperture, rel=0.1)
     assert 0.5 < doubted.closed < found.closed
