@@ -110,8 +110,14 @@ def _rising(along: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def cut(window: Window, image: Image) -> Image:
-    """The window of a frame, a picture of its own to draw on."""
-    return np.ascontiguousarray(window.sample(image), np.uint8)
+    """The window of a frame, a picture of its own to draw on; black beyond the frame's borders."""
+    picture = np.ascontiguousarray(window.sample(image), np.uint8)
+    along = np.repeat(np.arange(max(window.drawn), dtype=np.float64)[:, None], 2, axis=1)
+    seen = window.to_image(along)
+    beyond = (seen < -0.5) | (seen > np.array(image.shape[1::-1]) - 0.5)
+    picture[:, beyond[: window.drawn[0], 0]] = 0
+    picture[beyond[: window.drawn[1], 1]] = 0
+    return picture
 
 
 def write_text(

@@ -9,10 +9,11 @@ import pytest
 from runs import SIZE, lost_result, toy_result, toy_setting
 from scipy.spatial.transform import Rotation
 
+from abs_engine.core.camera import Window
 from abs_engine.core.geometry import Pose
 from abs_engine.io.video import probe, read_frames
 from abs_engine.tracking import sheet as sheets
-from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing
+from abs_engine.tracking.contours import LOST, LOWER, OUTER, UPPER, LipDrawing, cut
 from abs_engine.tracking.overlay import Overlay, Painter
 from abs_engine.tracking.sheet import ContactSheet
 
@@ -45,6 +46,15 @@ def test_contours_are_where_the_camera_projects_them(drawing):
     assert (bright > 120).sum() < 2 * length  # thin
     for colour in (OUTER, UPPER, LOWER):
         assert len(painted(picture, colour)) > 100
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.0])
+def test_beyond_the_borders_a_cut_is_black(scale):
+    window = Window(-10.0, SIZE[1] - 12.0, 40.0, 24.0, scale)
+    picture = cut(window, GREY)
+    assert (picture[: round(12 * scale), round(10 * scale) :] == 90).all()
+    assert (picture[round(12 * scale) :] == 0).all()
+    assert (picture[:, : round(10 * scale)] == 0).all()
 
 
 def lines_of(drawing, window):
