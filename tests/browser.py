@@ -26,6 +26,7 @@ FLAGS = (
     "--disable-component-update",
     "--disable-sync",
     "--window-size=1100,800",
+    "--force-device-scale-factor=0.5",  # a quarter of the pixels to draw
 )
 
 

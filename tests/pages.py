@@ -8,6 +8,7 @@ up (`git`, `cd`, `.`, `./run`) are for the reader alone. Python blocks are execu
 parsed; `text` is a drawing.
 
 `synth` and `track` write the same for the same words and files, and are run once for all pages.
+Clips are prepared as `hurried` does.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import click
+from hurried import hurried
 
 from abs_engine.cli import main
 from abs_engine.cli.command import Chosen
@@ -57,7 +59,7 @@ FOR_THE_READER = (
     "snakemake",
     "apptainer",
 )
-BY_OPENGL = ("doctor", "synth", "--version")
+BY_OPENGL = ("synth", "--version")
 REPEATABLE = ("synth", "track")
 _FENCE = re.compile(r"^```(.*?)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -158,7 +160,7 @@ class Reader:
             with _named(block, block.line, "TOML"):
                 tomllib.loads(block.text)
         if block.language == "python" and block.text not in self._executed:
-            with _named(block, block.line, "Python"), hidden_opengl():
+            with _named(block, block.line, "Python"), hidden_opengl(), hurried():
                 self._execute(block)
         if block.language == "sh":
             for line, words in block.commands():
@@ -190,16 +192,17 @@ class Reader:
         shutil.copytree(output, self._done[key])
 
     def _type(self, arguments: list[str]) -> None:
-        """Run the program; `doctor` may end with 1, where only the CPU rasteriser works."""
+        """Run the program; `doctor` ends with 1, as it finds the CPU rasteriser alone."""
         said, complained = io.StringIO(), io.StringIO()
         opengl = arguments[0] in BY_OPENGL
         with (
             contextlib.nullcontext() if opengl else hidden_opengl(),
+            hurried(),
             contextlib.redirect_stdout(said),
             contextlib.redirect_stderr(complained),
         ):
             status = main(arguments)
-        if status not in ((0, 1) if arguments[0] == "doctor" else (0,)):
+        if status != (arguments[0] == "doctor"):
             raise PageError(f"exit status {status}: {complained.getvalue().strip()[-600:]}")
 
 

@@ -132,7 +132,7 @@ def belief_of(problem: Problem, face: Face, x: FloatArray) -> Belief | None:
     varied = (np.tensordot(posture, lips, 1) * lips).sum(axis=0)
     spread = np.sqrt(np.maximum(varied, 0.0))
     classes = face.appearance.get(COLOUR)
-    poor = classes is not None and (classes.exposure.burnt or not classes.chromatic)
+    poor = classes is not None and classes.poor
     high, broad = (GREY_APERTURE, GREY_WIDTH) if poor else (APERTURE, WIDTH)
     aperture = high.deviation(_along(lip_gap(moves), posture), max(height, 0.0))
     turn, shift = _of_pose(problem, x, pose)

@@ -81,6 +81,8 @@ class UsualLook:
     """Usual look of the mouth in a clip: lower quartiles over some frames.
 
     Lips that nearly have the skin's colour look like a mouth where they part, less where they meet.
+    Where the lower quartiles would be hidden beside the medians, and there is less skin around the
+    mouth, too, something is before it in more than a quarter of the frames: the medians are usual.
     """
 
     inside: float
@@ -89,13 +91,15 @@ class UsualLook:
 
     @classmethod
     def of(cls, looks: Sequence[MouthLook | None]) -> UsualLook | None:
-        """The quartiles; None where no frame shows the mouth."""
+        """The quartiles or medians; None where no frame shows the mouth."""
         there = [look for look in looks if look is not None]
         if not there:
             return None
         each = [(look.inside, look.around, look.lips) for look in there]
-        inside, around, lips = np.quantile(each, FRAME_LOOP.usual_look, axis=0)
-        return cls(float(inside), float(around), float(lips))
+        low, middle = np.quantile(each, (FRAME_LOOP.usual_look, 0.5), axis=0)
+        usual, rather = cls(*map(float, middle)), MouthLook(*map(float, low))
+        beside = rather.around < FRAME_LOOP.usual_around * usual.around
+        return usual if beside and usual.hidden(rather) else cls(*map(float, low))
 
     def hidden(self, now: MouthLook) -> bool:
         """Whether something is before the mouth."""

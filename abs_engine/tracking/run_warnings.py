@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from abs_engine.core.words import counted
+from abs_engine.face.appearance.colour import shows_lips
 from abs_engine.face.appearance.exposure import USUAL, Exposure
 from abs_engine.tracking.settings.frames import FRAME_LOOP
 
@@ -24,6 +25,15 @@ TOO_DARK = (
 BURNT_OUT = (
     "{:.0%} of the face is overexposed: lips, teeth and skin merge in white, and parted lips may "
     "come out closed; look at the overlay before you use it"
+)
+
+NO_LIPS = (
+    "no lips can be told from what is around them (separability: {}): if a mask or a hand is "
+    "before the mouth all the time, the lips are invented; look at the overlay"
+)
+SAME_COLOUR = (
+    "lips and skin have nearly the same colour here (separability: {}); the result rests more on "
+    "landmarks and the prior"
 )
 
 LITTLE = "the drawn mouth explains only {:.0%} of the picture around it: look at the overlay"
@@ -133,10 +143,7 @@ def doubts(
         lines.append(BURNT_OUT.format(exposure.saturated))
     if separability and np.mean(list(separability.values())) < FRAME_LOOP.least_separability:
         told = ", ".join(f"{k.replace('_', ' ')} {v:.0%}" for k, v in separability.items())
-        lines.append(
-            f"lips and skin have nearly the same colour here (separability: {told}); the "
-            "result rests more on landmarks and the prior"
-        )
+        lines.append((SAME_COLOUR if shows_lips(separability) else NO_LIPS).format(told))
     if agreement < FRAME_LOOP.least_agreement:
         lines.append(
             f"by colours alone the mouth opens {max(agreement, 0.0):.0%} as far as by landmarks: "

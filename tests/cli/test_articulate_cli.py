@@ -406,8 +406,9 @@ def test_two_points_of_one_name_have_no_parameters(tmp_path: Path, capsys):
 
 @pytest.mark.slow
 def test_a_bundled_person_is_an_example_to_start_from(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
+    monkeypatch.setattr("abs_engine.learn.articulatory.MOST_BUILT", 5)
     one, two = tmp_path / "clara", tmp_path / "again"
     words = ["articulate", "--person", "clara", "--renderer", "cpu", "-o", str(one)]
     assert main(words) == 0

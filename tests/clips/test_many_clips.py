@@ -292,18 +292,6 @@ def test_smoothing_is_named_in_the_run_and_lies_beside_what_was_found(tracked):
     np.testing.assert_allclose(after, parabola(np.arange(len(OPEN))).clip(0), atol=1e-3)
 
 
-@pytest.mark.slow
-def test_the_same_again_keeps_what_is_done(tracked, capsys):
-    folder, words = tracked
-    before, made = contents(folder / "runs"), (folder / "runs" / "head").stat().st_mtime_ns
-    assert main([*words, "--workers", "1"]) == 2
-    said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("failed: text: ")
-    assert said[1].startswith("1 of 2 clips done")
-    assert contents(folder / "runs") == before
-    assert (folder / "runs" / "head").stat().st_mtime_ns == made
-
-
 def test_pictures_are_said_to_be_clips_of_their_own(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("abs_engine.cli.commands.track.track_clips", lambda *_: Done([], {"a": 1}))
     line = "each picture is tracked as a clip of its own"
@@ -324,18 +312,24 @@ def test_other_options_for_the_same_folder_leave_its_table_as_it_was(tracked, ca
 
 
 @pytest.mark.slow
-def test_runs_are_known_where_they_were_moved_to_but_not_as_those_of_another_clip(
+def test_the_same_again_keeps_runs_that_were_moved_but_not_as_those_of_another_clip(
     tracked, tmp_path, capsys
 ):
     folder, words = tracked
     moved = tmp_path / "moved"
     shutil.copytree(folder, moved)
     words = [word.replace(str(folder), str(moved)) for word in words]
-    before = contents(moved / "runs" / "head")
+    before, made = contents(moved / "runs"), (moved / "runs" / "head").stat().st_mtime_ns
+    table = before[TABLE].replace(bytes(folder), bytes(moved))  # the message names the video
     assert main([*words, "--workers", "1"]) == 2
-    assert "1 of 2 clips done" in capsys.readouterr().out
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("failed: text: ")
+    assert said[1].startswith("1 of 2 clips done")
+    assert contents(moved / "runs") == before | {TABLE: table}
+    assert (moved / "runs" / "head").stat().st_mtime_ns == made
     pictures = [lit("mei", seen_at([0, 0, 0], [0, 0, 700]))] * 5
     write_kind(moved / "head.mp4", "libx264", pictures)
+    before = contents(moved / "runs" / "head")
     assert main([*words, "--workers", "1"]) == 2
     said = capsys.readouterr().out.splitlines()
     assert "head exists already, made of other input" in said[0]

@@ -63,6 +63,21 @@ def test_older_classes_have_the_usual_exposure(tmp_path):
     assert ColourClasses.of_arrays({k: np.asarray(v) for k, v in arrays.items()}).exposure == USUAL
 
 
+@pytest.mark.parametrize(
+    "worse",
+    [
+        {"exposure": BURNT},
+        {"chromatic": False},
+        {"separability": {"upper_lip": 0.49, "lower_lip": 0.61}},
+    ],
+)
+def test_what_makes_colours_poor(worse):
+    made = learn_placed([painted(seed=k) for k in range(3)], [places()] * 3)
+    assert not made.poor
+    assert not replace(made, separability={"upper_lip": 0.49, "lower_lip": 0.8}).poor
+    assert replace(made, **worse).poor
+
+
 def test_a_burnt_out_face_is_warned_of_by_name():
     assert doubts(*NONE) == []
     assert doubts(*NONE, exposure=BURNT) == [BURNT_OUT.format(0.6)]

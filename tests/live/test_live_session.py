@@ -33,7 +33,7 @@ from abs_engine.live.session import ending, follow
 from abs_engine.tracking.frame_state import Memory
 from abs_engine.tracking.record import load_run
 
-FRAMES = 5
+FRAMES, RATE, LEARN = 5, 5, 0.8
 PICTURE = """
 const c = document.getElementById('film'), g = c.getContext('2d');
 const d = g.getImageData(0, 0, c.width, c.height).data;
@@ -55,12 +55,12 @@ def refused(capsys, *words):
 
 @pytest.fixture(scope="module")
 def film(tmp_path_factory):
-    """A drawn head that opens its mouth."""
+    """A drawn head that opens its mouth, slowly: fewer frames are tracked while the page opens."""
     pictures = [
         lit("amara", seen_at([0, 0.05 * k - 0.1, 0], [0, 0, 700]), jawOpen=0.07 * k)
         for k in range(FRAMES)
     ]
-    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures)
+    return write_kind(tmp_path_factory.mktemp("film") / "head.mp4", "libx264", pictures, rate=RATE)
 
 
 class Listener(threading.Thread):
@@ -101,7 +101,7 @@ def session(film, tmp_path, listener):
     """A session that goes on until it is stopped; what it says on stderr, and its lines."""
     to = f"127.0.0.1:{listener.socket.getsockname()[1]}"
     words = ["live", film, "--repeat", 100000, "--renderer", "cpu", "--port", 0, "--delay", 4000]
-    words += ["--learn", 0.16, "--live-link", to, "-o", tmp_path / "run"]
+    words += ["--learn", LEARN, "--live-link", to, "-o", tmp_path / "run"]
     command = [sys.executable, "-m", "abs_engine", *map(str, words)]
     pipe = subprocess.PIPE
     # A job in the background ignores Ctrl-C, and so would what it starts
@@ -165,7 +165,7 @@ def test_a_session_is_shown_sent_and_kept(session, tmp_path, listener):
     assert (told["video_path"], told["live"]["end"]) == ("recording.mkv", "stopped")
     assert not list((tmp_path / "run").glob("*.journal"))
     settings = tomllib.loads((tmp_path / "run" / "settings.toml").read_text())
-    assert (settings["delay"], settings["renderer"], settings["learn"]) == (4000.0, "cpu", 0.16)
+    assert (settings["delay"], settings["renderer"], settings["learn"]) == (4000.0, "cpu", LEARN)
     assert settings["live-link"].startswith("127.0.0.1:")
     recording = probe(tmp_path / "run" / "recording.mkv")
     assert recording.frames == len(lines)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import ast
+from contextlib import closing
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
 from drawn import lit
 from heads import seen_at
+from hurried import hurried
 from results import clip, perfect
 from runs import write_kind, written_run
 
@@ -58,7 +61,8 @@ def video(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def head(video):
-    return prepare(video, CpuRenderer(), TrackOptions())
+    with hurried():
+        return prepare(video, CpuRenderer(), TrackOptions())
 
 
 @pytest.fixture
@@ -79,8 +83,11 @@ def added():
         registry._added.pop(own)
 
 
-def aperture(made, **changes) -> np.ndarray:
-    found = [one for _, one in replace(made, setting=replace(made.setting, **changes)).results()]
+def aperture(made, frames: int = len(OPEN), **changes) -> np.ndarray:
+    """Of the first frames, which must be found."""
+    results = replace(made, setting=replace(made.setting, **changes)).results()
+    with closing(results):
+        found = [one for _, one in islice(results, frames)]
     assert all(one.found for one in found)
     return np.array([one.aperture for one in found])
 
@@ -101,7 +108,7 @@ def test_a_new_term(head, added):
     driver = leaves.driver.minimiser()
     both = aperture(head, binder=replace(head.setting.binder, kinds=leaves.kinds), driver=driver)
     assert follows(both)
-    assert not np.array_equal(both, aperture(head, driver=driver))
+    assert not np.array_equal(both[:2], aperture(head, 2, driver=driver))
 
 
 def test_a_new_solver(head, added):
@@ -118,7 +125,8 @@ def test_a_new_renderer_that_cannot_compare(head, added):
 
 
 def test_a_new_head(video, added):
-    made = prepare(video, CpuRenderer(), TrackOptions(model=added("new_head")))
+    with hurried():
+        made = prepare(video, CpuRenderer(), TrackOptions(model=added("new_head")))
     assert made.facts["model"] == "long-jawed"
     assert follows(aperture(made))
 

@@ -77,23 +77,23 @@ def video(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def talking(tmp_path_factory):
-    """A talking face of the person, learned from drawn visemes."""
+    """A talking face of the person, learned from every other viseme of its speech, drawn."""
     speaker, camera = load_speaker(), Camera.ideal((320, 240))
     spoken = speak_corpus(speaker, speaker.named(PERSON))
     built = build(spoken.corpus)
     shape = face_shape(speaker, spoken, built, PERSON)
     pose = seen_at([0, 0, 0], [0, 0, 700])
     pictures = []
-    heads = np.stack([shape.scene.vertices(row) for row in built.alpha]).astype(np.float32)
+    alpha, names = built.alpha[::2], spoken.corpus.visemes[::2]
+    heads = np.stack([shape.scene.vertices(row) for row in alpha]).astype(np.float32)
     none, grain = np.zeros((0, *heads[0].shape), np.float32), np.random.default_rng(0)
     for head in heads:
         still = replace(shape.scene, mean=head, modes=none)
         picture = lit_picture_of(still, pose, camera, (0.3, -0.5, -1.0), 0.0)
         noisy = picture + grain.normal(0, 2, picture.shape)
         pictures.append(np.clip(noisy, 0, 255).astype(np.uint8))
-    names = spoken.corpus.visemes
     seen = VisemePictures(names, np.stack(pictures), heads, (pose,) * len(names), camera)
-    face = learn_face(shape, sightings(shape, seen, built.alpha), camera, RENDERER, count=20)
+    face = learn_face(shape, sightings(shape, seen, alpha), camera, RENDERER, count=20)
     path = tmp_path_factory.mktemp("face") / "face.npz"
     save_talking(path, face, PERSON, checksum(speaker))
     return path
@@ -103,9 +103,11 @@ def talking(tmp_path_factory):
 def prepared(video, talking):
     """A clip made ready for each model, once."""
     names = {"head": "head", "shell": "shell", "talking": str(talking)}
-    return {
-        model: prepare(video, RENDERER, TrackOptions(model=name)) for model, name in names.items()
-    }
+    with hurried():
+        return {
+            model: prepare(video, RENDERER, TrackOptions(model=name))
+            for model, name in names.items()
+        }
 
 
 @pytest.mark.parametrize(("model", "term", "driver"), [c for c in CELLS if fits(*c)])
@@ -150,9 +152,8 @@ def lost(talking, tmp_path_factory):
             lit(PERSON, seen_at([0, yaw, 0], [0, 0, 700]), jawOpen=amount)
             for yaw, amount in zip((0.0, 0.03, 0.06, 0.03, 0.0), OPEN, strict=True)
         ]
-        there = [lit(PERSON, back, jawOpen=amount) for amount in OPEN[:2]]
         wall = [np.full_like(seen[0], 90)] * 2
-        video = write_kind(folder / "lost.mp4", "libx264", [*seen, *wall, *there])
+        video = write_kind(folder / "lost.mp4", "libx264", [*seen, *wall, lit(PERSON, back)])
         words = ["track", str(video), "-o", str(folder / "run"), "--renderer", "cpu"]
         with hurried():
             assert main([*words, "--preset", preset, *own[preset]]) == 0
@@ -181,7 +182,7 @@ def test_a_preset_tracks_a_clip(preset, lost):
 @pytest.mark.parametrize("preset", MOVED)
 def test_a_preset_finds_a_face_again(preset, lost):
     run, moved = load_run(lost(preset)), MOVED[preset]
-    assert run["found"].tolist() == [True] * 5 + [False] * 2 + [True] * 2
+    assert run["found"].tolist() == [True] * 5 + [False] * 2 + [True]
     middles = [
         Pose.from_vectors(run["rotation"][k], run["translation"][k])
         .apply(run["lip_points"][k])

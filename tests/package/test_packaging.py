@@ -28,6 +28,7 @@ from abs_engine.tracking.record import load_run
 
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+OWN_LOOPS = "pixel_kernels.py"
 
 
 def _run(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -199,7 +200,32 @@ def test_the_bundled_speaker_is_loaded_from_the_wheel(installed):
 
 
 @pytest.fixture(scope="module")
-def picture(installed, tmp_path_factory) -> Image:
+def compiled(installed) -> Path:
+    """The folder of the wheel's package; most loops that the repository has compiled lie there.
+
+    They are not compiled again, but for those over pixels, so that the wheel compiles some of its
+    own. numba takes what was compiled from a source of the same time and size; here it also has the
+    same bytes.
+    """
+    (wheel,) = installed.environment.glob("lib/python3*/site-packages/abs_engine")
+    for index in (ROOT / "abs_engine").rglob("__pycache__/*.nbi"):
+        sources, folder = index.parents[1], index.parents[1].relative_to(ROOT / "abs_engine")
+        source = sources / f"{index.name.partition('.')[0]}.py"
+        own = wheel / folder / source.name
+        if source.name == OWN_LOOPS or not source.is_file():
+            continue
+        if own.read_bytes() != source.read_bytes():
+            continue
+        os.utime(own, ns=(source.stat().st_atime_ns, source.stat().st_mtime_ns))
+        (wheel / folder / "__pycache__").mkdir(exist_ok=True)
+        for file in index.parent.glob(f"{index.stem}.*.nb?"):
+            shutil.copy(file, wheel / folder / "__pycache__")
+        shutil.copy(index, wheel / folder / "__pycache__")
+    return wheel
+
+
+@pytest.fixture(scope="module")
+def picture(installed, compiled, tmp_path_factory) -> Image:
     """A face that the wheel has drawn."""
     program, file = installed.environment / "bin/abs-engine", tmp_path_factory.mktemp("p") / "p.png"
     words = ["-o", file, "--size", "256", "256", "--renderer", "cpu"]
@@ -207,33 +233,14 @@ def picture(installed, tmp_path_factory) -> Image:
     return read_image(file)
 
 
-def test_a_picture_is_rendered_without_the_repository(installed, picture):
+def test_a_picture_is_rendered_without_the_repository(installed, compiled, picture):
     assert picture.shape == (256, 256, 3)
     assert picture.std() > 20  # a head before a background
+    assert list(compiled.rglob(f"{Path(OWN_LOOPS).stem}.*.nbi"))
     assert not list(installed.empty.iterdir())
 
 
-@pytest.fixture(scope="module")
-def compiled(installed, picture) -> None:
-    """Loops that the repository has compiled already are not compiled again for the wheel.
-
-    That it compiles its own is seen where a picture is drawn. numba takes what was compiled from a
-    source of the same time and size; here it also has the same bytes.
-    """
-    (wheel,) = installed.environment.glob("lib/python3*/site-packages/abs_engine")
-    for index in (ROOT / "abs_engine").rglob("__pycache__/*.nbi"):
-        sources, folder = index.parents[1], index.parents[1].relative_to(ROOT / "abs_engine")
-        source = sources / f"{index.name.partition('.')[0]}.py"
-        own = wheel / folder / source.name
-        if not source.is_file() or own.read_bytes() != source.read_bytes():
-            continue
-        os.utime(own, ns=(source.stat().st_atime_ns, source.stat().st_mtime_ns))
-        for file in index.parent.glob(f"{index.stem}.*.nb?"):
-            shutil.copy(file, wheel / folder / "__pycache__")
-        shutil.copy(index, wheel / folder / "__pycache__")
-
-
-def test_a_clip_is_tracked_without_the_repository(installed, picture, compiled, tmp_path):
+def test_a_clip_is_tracked_without_the_repository(installed, picture, tmp_path):
     """The whole way on frames that stand still, not its precision."""
     with VideoWriter(tmp_path / "clip.mp4", (256, 256), 25.0) as writer:
         for _ in range(3):

@@ -20,13 +20,14 @@ from abs_engine.report.demo_page import head_given
 from abs_engine.tracking.record import load_run
 
 pytestmark = pytest.mark.slow
-LIP_RMS_MM, SPIKE_MM = 1.5, 3.0
+FRAMES, LIP_RMS_MM, SPIKE_MM = 25, 1.5, 3.0
 
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
     folder = tmp_path_factory.mktemp("demo") / "report"
-    assert main(["demo", "-o", str(folder), "--renderer", "cpu"]) == 0
+    words = ["demo", "-o", str(folder), "--frames", str(FRAMES), "--renderer", "cpu"]
+    assert main(words) == 0
     assert [p.name for p in folder.parent.iterdir()] == ["report"]
     return folder
 
@@ -38,7 +39,7 @@ def scores(report):
 
 
 def test_every_frame_is_tracked(scores):
-    assert (scores["frames"], scores["frames_lost"]) == (50, 0)
+    assert (scores["frames"], scores["frames_lost"]) == (FRAMES, 0)
 
 
 def test_lips_are_near_the_truth(scores):
@@ -57,7 +58,7 @@ def test_the_page_shows_files_that_exist(report):
     for name in files:
         assert (report / name).stat().st_size > 0
     assert read_image(report / "run" / "contact_sheet.png").shape[1] > 1000
-    assert probe(report / "run" / "overlay.mp4").frames == 50
+    assert probe(report / "run" / "overlay.mp4").frames == FRAMES
 
 
 def test_the_page_says_which_head_was_given(report):

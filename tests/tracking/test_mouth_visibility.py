@@ -129,15 +129,24 @@ def test_a_mouth_without_lips_is_hidden():
 
 
 def test_what_is_usual_is_the_lower_quartile():
-    looks = [MouthLook(0.2, 0.9, 0.4), None, MouthLook(0.6, 0.7, 0.1), MouthLook(0.5, 0.1, 0.3)]
+    looks = [MouthLook(0.2, 0.9, 0.4), None, MouthLook(0.6, 0.7, 0.1), MouthLook(0.5, 0.6, 0.3)]
     found = UsualLook.of(looks)
-    assert (found.inside, found.around, found.lips) == pytest.approx((0.35, 0.4, 0.2))
+    assert (found.inside, found.around, found.lips) == pytest.approx((0.35, 0.65, 0.2))
     assert UsualLook.of([None, None]) is None
     assert UsualLook.of([]) is None
-    assert not found.hidden(MouthLook(0.20, 0.40, 0.05))
-    assert found.hidden(MouthLook(0.18, 0.40, 0.05))
-    assert found.hidden(MouthLook(0.35, 0.21, 0.05))
-    assert found.hidden(MouthLook(0.35, 0.40, 0.03))
+    assert not found.hidden(MouthLook(0.20, 0.65, 0.05))
+    assert found.hidden(MouthLook(0.18, 0.65, 0.05))
+    assert found.hidden(MouthLook(0.35, 0.34, 0.05))
+    assert found.hidden(MouthLook(0.35, 0.65, 0.03))
+
+
+@pytest.mark.parametrize("many", [1, 3, 4])
+def test_what_hides_the_mouth_in_almost_half_of_the_frames_is_not_usual(many):
+    hand, mouth = MouthLook(0.42, 0.56, 0.41), MouthLook(0.94, 0.73, 0.69)
+    found = UsualLook.of([hand] * many + [mouth] * (9 - many))
+    assert (found.inside, found.around, found.lips) == pytest.approx((0.94, 0.73, 0.69))
+    assert found.hidden(hand)
+    assert not found.hidden(mouth)
 
 
 def test_a_hand_nearly_as_red_as_lips_hides_them():

@@ -42,6 +42,12 @@ def test_lips_of_the_skins_colour_are_told_each():
     assert "upper lip 61%, lower lip 72%" in line
 
 
+def test_lips_that_nothing_shows_may_be_hidden_all_the_time():
+    (line,) = doubts(NONE, NONE, {"upper_lip": 0.49, "lower_lip": 0.61})
+    assert "if a mask or a hand is before the mouth" in line
+    assert "upper lip 49%, lower lip 61%" in line
+
+
 @pytest.mark.parametrize(("told", "lines"), [(-0.01, 1), (0.01, 0)])
 def test_where_they_begin_to_be_the_same(told, lines):
     both = dict.fromkeys(GOOD, FRAME_LOOP.least_separability + told)

@@ -114,6 +114,11 @@ class ColourClasses:
         return all(name in self.mixtures for name in EACH_LIP)
 
     @property
+    def poor(self) -> bool:
+        """Whether fits by these colours are much less exact than usual."""
+        return self.exposure.burnt or not self.chromatic or not shows_lips(self.separability)
+
+    @property
     def weight(self) -> float:
         """Weight of these colours as evidence, 0 to 1.
 
@@ -213,7 +218,7 @@ class ColourClasses:
 
     def _lowest_peak(self) -> float:
         """Peak density of the least dense of skin, lips and the mouth's inside."""
-        skin, lips, *inside = (_peak(self.mixtures[c]) for c in CLASSES)
+        skin, lips, *inside = (self.mixtures[c].peak for c in CLASSES)
         weighted = (float(p) * peak for p, peak in zip(self.priors[2:], inside, strict=True))
         return min(skin, lips, max(weighted))
 
@@ -275,23 +280,16 @@ class ColourClasses:
         chromatic = bool(data.get("chromatic", np.array(True)))
         known = [part.name for part in fields(Exposure) if part.name in data]
         exposure = Exposure(**{name: float(data[name]) for name in known})
-        if not all(map(_sound, mixtures.values())):
+        if not all(mixture.sound for mixture in mixtures.values()):
             raise ValueError("the colour classes do not fit together")
         return cls(mixtures, priors, reference, told, agreement, chromatic, exposure)
-
-
-def _sound(mixture: Mixture) -> bool:
-    """Whether weights sum to 1 and covariances are symmetric and positive."""
-    spread = mixture.covariances
-    alike = np.allclose(spread, spread.transpose(0, 2, 1))
-    positive = alike and (np.linalg.eigvalsh(spread) > 0).all()
-    return bool(abs(mixture.weights.sum() - 1) < 1e-6 and positive)
-
-
-def _peak(mixture: Mixture) -> float:
-    return float(mixture.density(mixture.means).max())
 
 
 def usable(classes: ColourClasses | None, chromatic: bool) -> ColourClasses | None:
     """Classes learned before; not those of colours where the video has none."""
     return None if classes is None or classes.chromatic != chromatic else classes
+
+
+def shows_lips(separability: Mapping[str, float]) -> bool:
+    """Whether a clip shows lips: either is told from skin, or that was not measured."""
+    return max(separability.values(), default=1.0) >= COLOURS.no_lips

@@ -54,6 +54,18 @@ class Mixture:
         """Probability density (N,) at samples (N, D)."""
         return np.asarray(self.densities(samples).sum(axis=1))
 
+    @property
+    def peak(self) -> float:
+        """The highest density at a component's mean."""
+        return float(self.density(self.means).max())
+
+    @property
+    def sound(self) -> bool:
+        """Whether weights sum to 1 and covariances are symmetric and positive."""
+        alike = np.allclose(self.covariances, self.covariances.transpose(0, 2, 1))
+        positive = alike and (np.linalg.eigvalsh(self.covariances) > 0).all()
+        return bool(abs(self.weights.sum() - 1) < 1e-6 and positive)
+
     def part(self, some: slice | NDArray[np.intp]) -> Mixture:
         """Some of the components, their weights brought to a sum of 1."""
         weights = self.weights[some]
